@@ -58,8 +58,8 @@ fn settings(scene: &Scene) -> [Settings; 6] {
     let standard = Settings::default();
     let draft = Quality::Draft.settings();
     let lights = Lights::new(&[
-        Light { direction: None, strength: 0.7 },
-        Light { direction: Some(DVec3::new(1.0, 1.0, 0.5)), strength: 0.5 },
+        Light { strength: 0.7, ..Light::AT_CAMERA },
+        Light { strength: 0.5, ..Light::towards(DVec3::new(1.0, 1.0, 0.5)) },
     ])
     .expect("two lights");
     let two_lights = Settings { shading: Some(Shading { lights, ..Shading::default() }), ..standard };

@@ -29,6 +29,22 @@ static inline void permute_axes(float *x, float *y, float *z, int iu, int iv, in
     *x = SELECT_3(v, iu), *y = SELECT_3(v, iv), *z = SELECT_3(v, a);
 }
 
+#ifdef LIGHT_VOLUME
+static inline void permute_light_volume(LightVolumeParams *p, int iu, int iv, int a) {
+    float *const vectors[] = {&p->sky_origin_u, &p->shadow_last_u, &p->sky_last_u, &p->lift_u, &p->eye_u};
+#pragma unroll
+    for (int n = 0; n < 5; n++)
+        permute_axes(vectors[n], vectors[n] + 1, vectors[n] + 2, iu, iv, a);
+#pragma unroll
+    for (int n = 0; n < 4; n++)
+        permute_axes(p->origins + 3 * n, p->origins + 3 * n + 1, p->origins + 3 * n + 2, iu, iv, a);
+    const int shadow[3] = {p->shadow_stride_u, p->shadow_stride_v, p->shadow_stride_a};
+    const int sky[3] = {p->sky_stride_u, p->sky_stride_v, p->sky_stride_a};
+    p->shadow_stride_u = SELECT_3(shadow, iu), p->shadow_stride_v = SELECT_3(shadow, iv), p->shadow_stride_a = SELECT_3(shadow, a);
+    p->sky_stride_u = SELECT_3(sky, iu), p->sky_stride_v = SELECT_3(sky, iv), p->sky_stride_a = SELECT_3(sky, a);
+}
+#endif
+
 // The view of layer axis z, permuted to axis a.
 static inline VolumeView permuted_view(const VolumeView *z, int a) {
     const int iu = a == 0 ? 2 : 0, iv = a == 1 ? 2 : 1;
@@ -56,6 +72,9 @@ static inline PixelRay make_pixel_ray(const DirectParams *p, float x, float y, c
     permute_axes(&sample->light.half_u, &sample->light.half_v, &sample->light.half_a, iu, iv, a);
 #ifdef DEPTH_CUED
     permute_axes(&sample->light.cue_u, &sample->light.cue_v, &sample->light.cue_a, iu, iv, a);
+#endif
+#ifdef LIGHT_VOLUME
+    permute_light_volume(&sample->light.light_volume, iu, iv, a);
 #endif
 #ifdef SEVERAL_LIGHTS
     for (int i = 0; i < sample->light.more_lights; i++) {

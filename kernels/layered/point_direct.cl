@@ -12,9 +12,9 @@ static inline float3 point_on_ray(const PixelRay *ray, float k) {
     return (float3)(ray->o_u + (k - ray->o_a) * ray->s_u, ray->o_v + (k - ray->o_a) * ray->s_v, k);
 }
 
-__kernel void point_direct(__global const VOXEL *voxels, __global const GRADIENT_VOXEL *gradient_voxels, VolumeView gradient_view_of_z,
-                           __global const uchar *visible_x,
-                           __global const uchar *visible_y, __global const uchar *visible_z,
+__kernel void point_direct(__global const VOXEL *voxels, __global const GRADIENT_VOXEL *gradient_voxels,
+                           VolumeView gradient_view_of_z, __global const uchar *light, __global const uchar *sky,
+                           __global const uchar *visible_x, __global const uchar *visible_y, __global const uchar *visible_z,
                            __global const int4 *integrals, __global const float4 *table, DirectParams p, SampleParams sample_of_z,
                            Clipping clip, int width, int height, __global float4 *frame, __global uint *active_samples) {
     const size_t pixel = get_global_id(0);
@@ -25,7 +25,7 @@ __kernel void point_direct(__global const VOXEL *voxels, __global const GRADIENT
     const VolumeView view = ray.view;
     voxels += view.first;
     const VolumeView gradient_view = permuted_view(&gradient_view_of_z, ray.axis);
-    const GradientSource gradients = GRADIENT_SOURCE;
+    const ShadingSource shading = SHADING_SOURCE;
     __global const uchar *visible = ray.axis == 0 ? visible_x : ray.axis == 1 ? visible_y : visible_z;
     const int s = SAMPLES_PER_LAYER(&sample), slabs = view.dims_a + 2 * RADIUS - 1, back = ray.layer_step > 0 ? 0 : 1;
 
@@ -68,9 +68,9 @@ __kernel void point_direct(__global const VOXEL *voxels, __global const GRADIENT
             for (int l = l0; sample.light.shading; l = l1) {
                 const float3 place = point_on_ray(&ray, (float)l / s - RADIUS);
                 const Point point = {place.x, place.y, place.z};
-                const Gradient gradient = gradient_at(&gradients, &sample.field, place.x, place.y, place.z, 1);
+                const Gradient gradient = gradient_at(&shading, &sample.field, place.x, place.y, place.z, 1);
                 lit = lit_behind;
-                lit_behind = light_sample(&sample, point, l == l0 ? from : field, gradient);
+                lit_behind = light_sample(&sample, shading.light, point, l == l0 ? from : field, gradient);
                 if (l == l1)
                     break;
             }
@@ -82,7 +82,8 @@ __kernel void point_direct(__global const VOXEL *voxels, __global const GRADIENT
 #if ANALYTIC_GRADIENTS && LIT_AT_ENDS
             if (sample.light.shading) {
                 const RaySpan whole = span_at_plane(ray.o_u, ray.s_u, ray.o_v, ray.s_v, ray.o_a, k, step, from, field);
-                lit_to = light_midpoint(&sample, &whole, contributes_between(&sample, integrals, from, field), &lit, &lit_behind, &to);
+                const int contributes = contributes_between(&sample, integrals, from, field);
+                lit_to = light_midpoint(&sample, shading.light, &whole, contributes, &lit, &lit_behind, &to);
                 spans = 2;
             }
 #endif
@@ -106,7 +107,7 @@ __kernel void point_direct(__global const VOXEL *voxels, __global const GRADIENT
                     segment_between(&sample, integrals, &front, &behind, value_from, value_to, end_weights(&sample, l0, l1), dt);
                 composite_span(voxels, &view, &sample, integrals, &segment, &part, &span, dt, &lit, &lit_to, &gathered, &active);
 #elif BLEND == ISO
-                accumulate_surface(voxels, &view, &gradients, &sample, &part, &span, &lit, &lit_to, &gathered, &active);
+                accumulate_surface(voxels, &view, &shading, &sample, &part, &span, &lit, &lit_to, &gathered, &active);
 #else
                 accumulate_span(voxels, &view, &part, &span, part_length(&part) / s, &gathered, &active);
 #endif

@@ -58,27 +58,29 @@ static inline RaySpan patch_span(const RayLatticeParams *p, const Tile *tile, in
 
 #if ANALYTIC_GRADIENTS && LIT_AT_ENDS
 // Computes the samples in the middle between two planes, for some patches.
-static inline void find_middle(const RayLatticeParams *p, const SampleParams *sample, __global const int4 *integrals, const Tile *tile,
-                               float k, float step, int patches, const Samples *const *ends, Samples *middle) {
+static inline void find_middle(const RayLatticeParams *p, const SampleParams *sample, LightVolume volume,
+                               __global const int4 *integrals, const Tile *tile, float k, float step, int patches,
+                               const Samples *const *ends, Samples *middle) {
     for (int left = patches; left; left &= left - 1) {
         const int n = LOWEST_BIT(left);
         const RaySpan span = patch_span(p, tile, n, k, step, ends[0]->field[n], ends[1]->field[n]);
         const intv contributes = contributes_between(sample, integrals, span.from, span.to);
-        middle->lit[n] = light_midpoint(sample, &span, contributes, &ends[0]->lit[n], &ends[1]->lit[n], &middle->field[n]);
+        middle->lit[n] = light_midpoint(sample, volume, &span, contributes, &ends[0]->lit[n], &ends[1]->lit[n], &middle->field[n]);
     }
 }
 #endif
 
 __kernel void point_lattice(__global const VOXEL *voxels, VolumeView view, __global const GRADIENT_VOXEL *gradient_voxels,
-                            VolumeView gradient_view, __global const uchar *visible, __global const int *shown_slabs,
-                            __global const int4 *integrals, __global const float4 *table, RayLatticeParams p, SampleParams sample,
-                            Clipping clip, __global float4 *lattice, __global uint *active_samples) {
+                            VolumeView gradient_view, __global const uchar *light, __global const uchar *sky,
+                            __global const uchar *visible, __global const int *shown_slabs, __global const int4 *integrals,
+                            __global const float4 *table, RayLatticeParams p, SampleParams sample, Clipping clip,
+                            __global float4 *lattice, __global uint *active_samples) {
     const int order = get_global_id(0);
     if (order >= p.tiles_u * p.tiles_v)
         return;
     const int id = scheduled_tile(&p, order);
     voxels += view.first;
-    const GradientSource gradients = GRADIENT_SOURCE;
+    const ShadingSource shading = SHADING_SOURCE;
     const int column = id % p.tiles_u * VW, row = id / p.tiles_u * TILE_ROWS;
     const Tile tile = make_tile(&p, column, row);
     Layer layers[2];
@@ -158,8 +160,8 @@ __kernel void point_lattice(__global const VOXEL *voxels, VolumeView view, __glo
                 continue;
             // Lighting of all patches before any look-ups: shorter loops overlap better, 5 % on engine.
             if (sample.light.shading && LIT_AT_ENDS) {
-                light_layer(&gradients, &p, &sample, column, row, s, COLUMNS_AT(l0), shown, front);
-                light_layer(&gradients, &p, &sample, column, row, s, COLUMNS_AT(l1), shown, behind);
+                light_layer(&shading, &p, &sample, column, row, s, COLUMNS_AT(l0), shown, front);
+                light_layer(&shading, &p, &sample, column, row, s, COLUMNS_AT(l1), shown, behind);
             }
             // The plane where rays enter, and the distance to the one where they leave.
             const float k = (float)l0 / s - RADIUS, step = (float)p.layer_step / s;
@@ -168,7 +170,7 @@ __kernel void point_lattice(__global const VOXEL *voxels, VolumeView view, __glo
 #if ANALYTIC_GRADIENTS && LIT_AT_ENDS
             Samples middle;
             if (sample.light.shading) {
-                find_middle(&p, &sample, integrals, &tile, k, step, shown, samples, &middle);
+                find_middle(&p, &sample, shading.light, integrals, &tile, k, step, shown, samples, &middle);
                 samples[1] = &middle, samples[2] = &behind->at, spans = 2;
             }
 #endif
@@ -224,7 +226,7 @@ __kernel void point_lattice(__global const VOXEL *voxels, VolumeView view, __glo
                     composite_span(voxels, &view, &sample, integrals, &segments[n], &parts[n], &span,
                                    CLIPPED_LENGTH(length * dt[n], &parts[n]), &one->lit[n], &other->lit[n], &gathered[n], &counts);
 #elif BLEND == ISO
-                    accumulate_surface(voxels, &view, &gradients, &sample, &parts[n], &span, &one->lit[n], &other->lit[n],
+                    accumulate_surface(voxels, &view, &shading, &sample, &parts[n], &span, &one->lit[n], &other->lit[n],
                                        &gathered[n], &counts);
 #else
                     accumulate_span(voxels, &view, &parts[n], &span, part_length(&parts[n]) / s, &gathered[n], &counts);

@@ -163,7 +163,7 @@ static inline SlopeWeights slope_weights_under(const Columns *c, const FieldPara
 }
 
 // Row j, as gradients across the layer axis see it, and its slope along the layer axis.
-ALWAYS_INLINE void differentiate_span(const GradientSource *source, const Columns *c, const SlopeWeights *w, int j,
+ALWAYS_INLINE void differentiate_span(const ShadingSource *source, const Columns *c, const SlopeWeights *w, int j,
                                       int vectors, bool inside, float *own, float *across) {
     gradient_load_span(source->voxels, source->view, c, j, c->k, vectors, inside, own);
 #if GRADIENT == SMOOTHED
@@ -214,7 +214,7 @@ ALWAYS_INLINE void differentiate_span(const GradientSource *source, const Column
     }
 }
 
-ALWAYS_INLINE void differentiate_rows(const GradientSource *source, const Columns *c, const SlopeWeights *w,
+ALWAYS_INLINE void differentiate_rows(const ShadingSource *source, const Columns *c, const SlopeWeights *w,
                                       int first, int last, int vectors, bool inside, Slopes *s) {
     for (int j = first, row = 0; j <= last; j++, row++) {
         float own[SPAN_VECTORS * VW], across[SPAN_VECTORS * VW];
@@ -313,7 +313,7 @@ static inline Point patch_points(const RayLatticeParams *p, int column, int row,
 }
 
 // Lights the samples of some patches of the tile at (column, row).
-static inline void light_layer(const GradientSource *source, const RayLatticeParams *p, const SampleParams *sample, int column, int row,
+static inline void light_layer(const ShadingSource *source, const RayLatticeParams *p, const SampleParams *sample, int column, int row,
                                int samples_per_layer, realv u, int patches, Layer *layer) {
     patches &= ~layer->lit;
     if (!patches)
@@ -337,6 +337,6 @@ static inline void light_layer(const GradientSource *source, const RayLatticePar
     for (int left = patches; left; left &= left - 1) {
         const int n = LOWEST_BIT(left);
         const Point point = patch_points(p, column, row, n, (float)layer->index / samples_per_layer - RADIUS);
-        layer->at.lit[n] = light_sample(sample, point, layer->at.field[n], gradients[n]);
+        layer->at.lit[n] = light_sample(sample, source->light, point, layer->at.field[n], gradients[n]);
     }
 }

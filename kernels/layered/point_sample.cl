@@ -15,13 +15,13 @@ static inline Cells cells_in(const VolumeView *view, const LatticeRay *ray, floa
                             (float)(l % samples_per_layer) / samples_per_layer, 1);
 }
 
-static inline LitSample light_in_cell(__global const VOXEL *voxels, const VolumeView *view, const GradientSource *gradients,
+static inline LitSample light_in_cell(__global const VOXEL *voxels, const VolumeView *view, const ShadingSource *shading,
                                       const SampleParams *p, const Cells *c) {
 #if GRADIENTS_AT_VOXELS
-    const FieldSample field = {value_in_cell(voxels, view, c), gradient_in_cell(gradients, &p->field, c)};
+    const FieldSample field = {value_in_cell(voxels, view, c), gradient_in_cell(shading, &p->field, c)};
 #else
     const FieldSample field = field_in_cell(voxels, view, c);
 #endif
     const Point point = {c->i + c->x, c->j + c->y, c->k + c->z};
-    return light_sample(p, point, field.value, field.gradient);
+    return light_sample(p, shading->light, point, field.value, field.gradient);
 }

@@ -77,7 +77,7 @@ static inline RayState start_ray(const RayLatticeParams *p, const SampleParams *
 }
 
 // Advances a ray through slab q.
-ALWAYS_INLINE void cross_slab(__global const VOXEL *voxels, const VolumeView *view, const GradientSource *gradients,
+ALWAYS_INLINE void cross_slab(__global const VOXEL *voxels, const VolumeView *view, const ShadingSource *shading,
                               __global const int4 *integrals, const RayLatticeParams *p, const SampleParams *sample,
                               __local const float *ends, int q, RayState *state) {
     const int s = SAMPLES_PER_LAYER(sample), plane = q + (p->layer_step > 0 ? 0 : 1);
@@ -113,7 +113,7 @@ ALWAYS_INLINE void cross_slab(__global const VOXEL *voxels, const VolumeView *vi
             for (int l = state->end.is_lit ? l1 : l0;; l = l1) {
                 const Cells c = cells_in(view, &state->ray, p->centre_layer, s, l);
                 lit = state->end.lit;
-                state->end.lit = light_in_cell(voxels, view, gradients, sample, &c);
+                state->end.lit = light_in_cell(voxels, view, shading, sample, &c);
                 if (l == l1)
                     break;
             }
@@ -127,8 +127,8 @@ ALWAYS_INLINE void cross_slab(__global const VOXEL *voxels, const VolumeView *vi
         if (sample->light.shading) {
             const RaySpan whole = span_at_plane(state->ray.u.x, state->ray.u.y, state->ray.v.x, state->ray.v.y, p->centre_layer, k, step,
                                                 from, to);
-            lit_to = light_midpoint(sample, &whole, contributes_between(sample, integrals, from, state->end.field), &lit, &state->end.lit,
-                                    &to);
+            lit_to = light_midpoint(sample, shading->light, &whole, contributes_between(sample, integrals, from, state->end.field), &lit,
+                                    &state->end.lit, &to);
             spans = 2;
         }
 #endif
@@ -154,7 +154,7 @@ ALWAYS_INLINE void cross_slab(__global const VOXEL *voxels, const VolumeView *vi
             composite_span(voxels, view, sample, integrals, &segment, &part, &span, part_dt, &lit, &lit_to, &state->gathered,
                            &state->active);
 #elif BLEND == ISO
-            accumulate_surface(voxels, view, gradients, sample, &part, &span, &lit, &lit_to, &state->gathered, &state->active);
+            accumulate_surface(voxels, view, shading, sample, &part, &span, &lit, &lit_to, &state->gathered, &state->active);
 #else
             accumulate_span(voxels, view, &part, &span, part_length(&part) / s, &state->gathered, &state->active);
 #endif
@@ -167,9 +167,10 @@ ALWAYS_INLINE void cross_slab(__global const VOXEL *voxels, const VolumeView *vi
 
 __attribute__((reqd_work_group_size(SAMPLE_COLUMNS * SAMPLE_ROWS, 1, 1)))
 __kernel void point_samples(__global const VOXEL *voxels, VolumeView view, __global const GRADIENT_VOXEL *gradient_voxels,
-                            VolumeView gradient_view, __global const uchar *visible, __global const int *shown_slabs,
-                            __global const int4 *integrals, __global const float4 *table, RayLatticeParams p, SampleParams sample,
-                            Clipping clip, __global float4 *lattice, __global uint *active_samples) {
+                            VolumeView gradient_view, __global const uchar *light, __global const uchar *sky,
+                            __global const uchar *visible, __global const int *shown_slabs, __global const int4 *integrals,
+                            __global const float4 *table, RayLatticeParams p, SampleParams sample, Clipping clip,
+                            __global float4 *lattice, __global uint *active_samples) {
     __local uint active, slabs[WORDS_LOOKED_UP];
     __local float ends[END_FLOATS];
     if (get_group_id(0) >= p.tiles_u * p.tiles_v)
@@ -182,7 +183,7 @@ __kernel void point_samples(__global const VOXEL *voxels, VolumeView view, __glo
     find_visible(visible, &p, &view, tile, first, count, slabs);
 
     voxels += view.first;
-    const GradientSource gradients = GRADIENT_SOURCE;
+    const ShadingSource shading = SHADING_SOURCE;
     const int2 place = work_item_sample(tile, p.tiles_u);
     uint own = 0;
     if (place.x < p.width && place.y < p.height) {
@@ -190,7 +191,7 @@ __kernel void point_samples(__global const VOXEL *voxels, VolumeView view, __glo
         RayState state = start_ray(&p, &sample, &clip, place.x, place.y, out);
         for (int word = 0; 32 * word < count && state.open; word++)
             for (uint left = visible_word(slabs, word, count); left && state.open; left &= left - 1)
-                cross_slab(voxels, &view, &gradients, integrals, &p, &sample, ends, first + lowest_in_word(word, left) * p.layer_step,
+                cross_slab(voxels, &view, &shading, integrals, &p, &sample, ends, first + lowest_in_word(word, left) * p.layer_step,
                            &state);
         own = state.active;
         STORE_RAYS(p, sample, table, &state.gathered, &state.interval, 1, 1, out, own)

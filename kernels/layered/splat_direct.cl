@@ -68,6 +68,8 @@ static inline float shifted_sum(const struct SampleSource *s, float du, float dv
     return splat_sum(s->voxels, s->view, s->images, s->shears, s->k + dk, s->u + du, s->v + dv, s->s_u, s->s_v);
 }
 
+static inline LightVolume sample_light(const struct SampleSource *s) { return s->smoothed.shading->light; }
+
 static inline Point sample_point(const struct SampleSource *s) {
     const Point point = {s->u, s->v, s->k};
     return point;
@@ -85,10 +87,11 @@ static inline Gradient sample_gradient(const struct SampleSource *s) {
 }
 
 __kernel void splat_direct(__global const VOXEL *voxels, __global const GRADIENT_VOXEL *gradient_voxels,
-                           VolumeView gradient_view_of_z, __global const uchar *visible_x, __global const uchar *visible_y,
-                           __global const uchar *visible_z, __global const float4 *table, __global const float4 *slabs,
-                           __global const uchar *images, __global const float2 *shears, DirectParams p, SampleParams sample_of_z,
-                           Clipping clip, int width, int height, __global float4 *frame, __global uint *active_samples) {
+                           VolumeView gradient_view_of_z, __global const uchar *light, __global const uchar *sky,
+                           __global const uchar *visible_x, __global const uchar *visible_y, __global const uchar *visible_z,
+                           __global const float4 *table, __global const float4 *slabs, __global const uchar *images,
+                           __global const float2 *shears, DirectParams p, SampleParams sample_of_z, Clipping clip, int width,
+                           int height, __global float4 *frame, __global uint *active_samples) {
     const size_t pixel = get_global_id(0);
     if (pixel >= (size_t)width * height)
         return;
@@ -97,7 +100,7 @@ __kernel void splat_direct(__global const VOXEL *voxels, __global const GRADIENT
     const VolumeView view = ray.view;
     voxels += view.first;
     const VolumeView gradient_view = permuted_view(&gradient_view_of_z, ray.axis);
-    const GradientSource gradients = GRADIENT_SOURCE;
+    const ShadingSource shading = SHADING_SOURCE;
     __global const uchar *visible = ray.axis == 0 ? visible_x : ray.axis == 1 ? visible_y : visible_z;
     const float s_u = ray.s_u, s_v = ray.s_v;
     const int layer_step = ray.layer_step;
@@ -139,7 +142,7 @@ __kernel void splat_direct(__global const VOXEL *voxels, __global const GRADIENT
         int first, count;
         layer_slabs(&sample, n, layers, &first, &count);
         const struct SampleSource source = {voxels, &view, images, shears, k, u, v, s_u, s_v,
-                                             {&gradients, &sample.field}};
+                                             {&shading, &sample.field}};
         accumulate_layer(&sample, slabs, first, count, table, before, own, after, &layer_span, &source, &gathered, &active);
         if (!any_open(&sample, &gathered))
             break;

@@ -5,12 +5,12 @@
 
 #define SPLATS_GRADIENTS (GRADIENT == CENTRAL)
 
-// Source of smoothed gradients.
+// Source of smoothed gradients, and of light.
 typedef struct {
-    const GradientSource *voxels;
+    const ShadingSource *shading;
     const FieldParams *field;
 } SmoothedGradients;
 
 static inline Gradient smoothed_gradient(const SmoothedGradients *s, Point point) {
-    return gradient_at(s->voxels, s->field, point.u, point.v, point.a, (intv)(1));
+    return gradient_at(s->shading, s->field, point.u, point.v, point.a, (intv)(1));
 }

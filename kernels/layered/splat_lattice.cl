@@ -55,6 +55,8 @@ struct SampleSource {
     SmoothedGradients smoothed;
 };
 
+static inline LightVolume sample_light(const struct SampleSource *s) { return s->smoothed.shading->light; }
+
 static inline Point sample_point(const struct SampleSource *s) { return s->point; }
 
 // Exactly the splatted central differences.
@@ -109,15 +111,16 @@ static inline size_t lattice_index(const SplatLatticeParams *p, int phase_u, int
 }
 
 __kernel void splat_lattice(__global const VOXEL *voxels, VolumeView view, __global const GRADIENT_VOXEL *gradient_voxels,
-                            VolumeView gradient_view, __global const LayerOffset *offsets_u, __global const LayerOffset *offsets_v, __global const float *weights,
-                            __global const uchar *visible, __global const float4 *table, __global const float4 *slabs,
-                            SplatLatticeParams p, SampleParams sample, Clipping clip, __global float4 *lattice,
-                            __global uint *active_samples) {
+                            VolumeView gradient_view, __global const uchar *light, __global const uchar *sky,
+                            __global const LayerOffset *offsets_u, __global const LayerOffset *offsets_v,
+                            __global const float *weights, __global const uchar *visible, __global const float4 *table,
+                            __global const float4 *slabs, SplatLatticeParams p, SampleParams sample, Clipping clip,
+                            __global float4 *lattice, __global uint *active_samples) {
     int id = get_global_id(0);
     if (id >= p.per_voxel_u * p.per_voxel_v * p.tiles_u * p.tiles_v)
         return;
     voxels += view.first;
-    const GradientSource gradients = GRADIENT_SOURCE;
+    const ShadingSource shading = SHADING_SOURCE;
     const int tile = id;
     const int phase_u = id % p.per_voxel_u;
     id /= p.per_voxel_u;
@@ -209,7 +212,7 @@ __kernel void splat_lattice(__global const VOXEL *voxels, VolumeView view, __glo
                 const int at = r * TILE_COLUMNS + c * VW;
                 const Point point = phase_points(&view, &p, &place, c * VW, r, k);
                 const struct SampleSource source = {SUM_ROW(own, r) + c * VW, along_u + at, across + at, point,
-                                                    {&gradients, &sample.field}};
+                                                    {&shading, &sample.field}};
                 accumulate_slabs(&sample, slabs, first, count, table, LOADV(SUM_ROW(before, r) + c * VW), LOADV(source.own),
                                  LOADV(SUM_ROW(after, r) + c * VW), &layer_span, &source, &gathered[r * TILE_VECTORS + c], &active[c]);
             }

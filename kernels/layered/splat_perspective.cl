@@ -134,6 +134,8 @@ struct SampleSource {
     SmoothedGradients smoothed;
 };
 
+static inline LightVolume sample_light(const struct SampleSource *s) { return s->smoothed.shading->light; }
+
 static inline Point sample_point(const struct SampleSource *s) { return s->point; }
 
 static inline Gradient sample_gradient(const struct SampleSource *s) {
@@ -145,15 +147,15 @@ static inline Gradient sample_gradient(const struct SampleSource *s) {
 }
 
 __kernel void splat_perspective(__global const VOXEL *voxels, VolumeView view, __global const GRADIENT_VOXEL *gradient_voxels,
-                                VolumeView gradient_view, __global const float2 *nodes, __global const uchar *visible,
-                                __global const float4 *table,
+                                VolumeView gradient_view, __global const uchar *light, __global const uchar *sky,
+                                __global const float2 *nodes, __global const uchar *visible, __global const float4 *table,
                                 __global const float4 *slabs, RayLatticeParams p, SampleParams sample, Clipping clip,
                                 __global float4 *lattice, __global uint *active_samples) {
     const int tile = get_global_id(0);
     if (tile >= p.tiles_u * p.tiles_v)
         return;
     voxels += view.first;
-    const GradientSource gradients = GRADIENT_SOURCE;
+    const ShadingSource shading = SHADING_SOURCE;
     const int column = tile % p.tiles_u * VW, row = tile / p.tiles_u * TILE_ROWS;
     const int tile_rows = min(TILE_ROWS, p.height - row), columns = min(VW, p.width - column);
     const Beam beam = make_beam(&p, column, row, columns, tile_rows);
@@ -217,7 +219,7 @@ __kernel void splat_perspective(__global const VOXEL *voxels, VolumeView view, _
             const struct SampleSource source = {
                 {rays.centre_u + depth * rays.shear_u, rays.centre_v + depth * rays.shear_v, (realv)(k)},
                 {own->u[r], own->v[r], 0.5f * across.sum[r]},
-                {&gradients, &sample.field}};
+                {&shading, &sample.field}};
             accumulate_layer(&sample, slabs, first, count, table, before->sum[r], own->sum[r], after->sum[r], &layer_span, &source,
                              &gathered[r], &active);
             finished = finished && !any_open_lanes(&sample, &gathered[r], columns);

@@ -25,6 +25,8 @@ ALWAYS_INLINE float splat_sum(const struct SampleSource *s, float u, float v, in
     return exact_splat_sum(s->voxels, s->view, k, u, v, s->shear_u, s->shear_v);
 }
 
+static inline LightVolume sample_light(const struct SampleSource *s) { return s->smoothed.shading->light; }
+
 static inline Point sample_point(const struct SampleSource *s) {
     const Point point = {s->u, s->v, s->k};
     return point;
@@ -60,9 +62,9 @@ static inline bool is_visible_to_beam(__global const uchar *visible, const RayLa
 
 // Renders the sample at a column and row. `layers` has a bit for each of `count` layers, starting with `first`. Returns the number of
 // sub-layers with opacity.
-ALWAYS_INLINE uint draw_sample(__global const VOXEL *voxels, const VolumeView *view, const GradientSource *gradients, __global const float4 *table,
-                               __global const float4 *slabs, const RayLatticeParams *p, const SampleParams *sample, const Clipping *clip,
-                               __local const uint *layers, int first, int count, int column, int row, __global float4 *out) {
+ALWAYS_INLINE uint draw_sample(__global const VOXEL *voxels, const VolumeView *view, const ShadingSource *shading,
+                               __global const float4 *table, __global const float4 *slabs, const RayLatticeParams *p,
+                               const SampleParams *sample, const Clipping *clip, __local const uint *layers, int first, int count, int column, int row, __global float4 *out) {
     const SampleRays rays = sample_rays(p, column, row);
     Accumulator gathered = p->continues ? load_raw(sample, out, 1, 1) : empty_accumulator(sample);
     Interval interval;
@@ -72,7 +74,7 @@ ALWAYS_INLINE uint draw_sample(__global const VOXEL *voxels, const VolumeView *v
     LayerSpan layer_span;
     layer_span.dt = length_per_layer(sample, &rays);
     struct SampleSource source = {voxels, view, 0.0f, 0.0f, rays.shear_u, rays.shear_v, 0,
-                                  {gradients, &sample->field}};
+                                  {shading, &sample->field}};
     const int step = p->layer_step;
     float before = 0.0f, own = 0.0f, after = 0.0f;
     int sums_layer = INT_MIN; // layer of the current sums
@@ -110,9 +112,10 @@ ALWAYS_INLINE uint draw_sample(__global const VOXEL *voxels, const VolumeView *v
 
 __attribute__((reqd_work_group_size(SAMPLE_COLUMNS * SAMPLE_ROWS, 1, 1)))
 __kernel void splat_samples(__global const VOXEL *voxels, VolumeView view, __global const GRADIENT_VOXEL *gradient_voxels,
-                            VolumeView gradient_view, __global const uchar *visible,
-                            __global const float4 *table, __global const float4 *slabs, RayLatticeParams p, SampleParams sample,
-                            Clipping clip, __global float4 *lattice, __global uint *active_samples) {
+                            VolumeView gradient_view, __global const uchar *light, __global const uchar *sky,
+                            __global const uchar *visible, __global const float4 *table, __global const float4 *slabs,
+                            RayLatticeParams p, SampleParams sample, Clipping clip, __global float4 *lattice,
+                            __global uint *active_samples) {
     __local uint active, layers[WORDS_LOOKED_UP];
     if (get_group_id(0) >= p.tiles_u * p.tiles_v)
         return;
@@ -122,9 +125,9 @@ __kernel void splat_samples(__global const VOXEL *voxels, VolumeView view, __glo
     const int2 place = work_item_sample(tile, p.tiles_u);
     uint own = 0;
     voxels += view.first;
-    const GradientSource gradients = GRADIENT_SOURCE;
+    const ShadingSource shading = SHADING_SOURCE;
     if (place.x < p.width && place.y < p.height)
-        own = draw_sample(voxels, &view, &gradients, table, slabs, &p, &sample, &clip, layers, first, count, place.x, place.y,
+        own = draw_sample(voxels, &view, &shading, table, slabs, &p, &sample, &clip, layers, first, count, place.x, place.y,
                           lattice + (size_t)place.y * p.width + place.x);
     count_tile(own, &active, active_samples + tile);
 }

@@ -2,14 +2,15 @@
 //
 // One work-item per tile of VW x TILE_ROWS pixels, id = tile_v*tiles_u + tile_u, one row after another.
 
-__kernel void march(__global const VOXEL *voxels, VolumeView view, __global const GRADIENT_VOXEL *gradient_voxels, VolumeView gradient_view,
-                    __global const uchar *visible, __global const TABLE *table, ScreenParams s, MarchParams p, SampleParams sample,
-                    Clipping clip, __global float4 *frame, __global uint *active_samples) {
+__kernel void march(__global const VOXEL *voxels, VolumeView view, __global const GRADIENT_VOXEL *gradient_voxels,
+                    VolumeView gradient_view, __global const uchar *light, __global const uchar *sky, __global const uchar *visible,
+                    __global const TABLE *table, ScreenParams s, MarchParams p, SampleParams sample, Clipping clip,
+                    __global float4 *frame, __global uint *active_samples) {
     const int id = get_global_id(0);
     if (id >= s.tiles_u * s.tiles_v)
         return;
     voxels += view.first;
-    const GradientSource gradients = GRADIENT_SOURCE;
+    const ShadingSource shading = SHADING_SOURCE;
     const int column = id % s.tiles_u * VW, row = id / s.tiles_u * TILE_ROWS;
     intv active = 0;
     for (int r = row; r < min(row + TILE_ROWS, s.height); r++) {
@@ -17,7 +18,7 @@ __kernel void march(__global const VOXEL *voxels, VolumeView view, __global cons
         const Interval interval = clip_rays(&clip, rays.o, rays.d, s.start);
         Accumulator gathered = empty_accumulator(&sample);
         if (ANY(interval.from < interval.to))
-            march_row(voxels, &view, &gradients, visible, table, &p, &sample, &rays, &interval, &gathered, &active);
+            march_row(voxels, &view, &shading, visible, table, &p, &sample, &rays, &interval, &gathered, &active);
         store_pixels(&s, &sample, (__global const float4 *)table, column, r, &gathered, &interval, frame);
     }
     active_samples[id] = sum_lanes(active, columns_on_screen(&s, column));

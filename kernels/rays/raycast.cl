@@ -8,7 +8,7 @@
 #include "shared/sample.cl"
 
 struct SampleSource {
-    const GradientSource *gradients;
+    const ShadingSource *shading;
     const FieldParams *field;
     const realv *point;
     intv needed;
@@ -19,12 +19,14 @@ static inline Point sample_point(const struct SampleSource *s) {
     return point;
 }
 
+static inline LightVolume sample_light(const struct SampleSource *s) { return s->shading->light; }
+
 static inline Gradient sample_gradient(const struct SampleSource *s) {
-    return gradient_at(s->gradients, s->field, s->point[0], s->point[1], s->point[2], s->needed);
+    return gradient_at(s->shading, s->field, s->point[0], s->point[1], s->point[2], s->needed);
 }
 
 // Marches one row of rays.
-ALWAYS_INLINE void march_row(__global const VOXEL *voxels, const VolumeView *view, const GradientSource *gradients,
+ALWAYS_INLINE void march_row(__global const VOXEL *voxels, const VolumeView *view, const ShadingSource *shading,
                              __global const uchar *visible, __global const TABLE *table, const MarchParams *p,
                              const SampleParams *sample, const RowRays *rays, const Interval *interval, Accumulator *gathered,
                              intv *active) {
@@ -59,7 +61,7 @@ ALWAYS_INLINE void march_row(__global const VOXEL *voxels, const VolumeView *vie
         if (!ANY(needed))
             continue;
         const realv value = value_at(voxels, view, point[0], point[1], point[2], needed);
-        const struct SampleSource source = {gradients, &sample->field, point, needed};
+        const struct SampleSource source = {shading, &sample->field, point, needed};
 #ifdef DEPTHS
         set_depth_range(MAX(first, (realv)(n)) * step, MIN(last, (realv)(n + 1.0f)) * step, gathered);
 #endif

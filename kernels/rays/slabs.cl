@@ -22,9 +22,9 @@ typedef struct {
     Part part;
 } SlabRays;
 
-ALWAYS_INLINE void find_gradient(const GradientSource *gradients, const FieldParams *field, intv needed, Plane *plane) {
+ALWAYS_INLINE void find_gradient(const ShadingSource *shading, const FieldParams *field, intv needed, Plane *plane) {
     if (!plane->has_gradient)
-        plane->gradient = gradient_at(gradients, field, plane->point[0], plane->point[1], plane->point[2], needed);
+        plane->gradient = gradient_at(shading, field, plane->point[0], plane->point[1], plane->point[2], needed);
     plane->has_gradient = true;
 }
 
@@ -43,12 +43,12 @@ static inline RaySpan span_between(const Plane *front, const Plane *back) {
 }
 
 // Accumulates the slab between two planes; `from` and `to` are the values at the ends of the part.
-ALWAYS_INLINE void march_slab(__global const VOXEL *voxels, const VolumeView *view, const GradientSource *gradients,
+ALWAYS_INLINE void march_slab(__global const VOXEL *voxels, const VolumeView *view, const ShadingSource *shading,
                               __global const TABLE *table, const MarchParams *p, const SampleParams *sample, const SlabRays *rays,
                               realv from, realv to, Plane *front, Plane *back, Accumulator *gathered, intv *active);
 
 // Marches one row of rays from plane to plane.
-ALWAYS_INLINE void march_row(__global const VOXEL *voxels, const VolumeView *view, const GradientSource *gradients,
+ALWAYS_INLINE void march_row(__global const VOXEL *voxels, const VolumeView *view, const ShadingSource *shading,
                              __global const uchar *visible, __global const TABLE *table, const MarchParams *p,
                              const SampleParams *sample, const RowRays *rays, const Interval *interval, Accumulator *gathered,
                              intv *active) {
@@ -108,7 +108,7 @@ ALWAYS_INLINE void march_row(__global const VOXEL *voxels, const VolumeView *vie
             if (ANY(needed)) {
                 slab.parameters = needed ? slab.parameters : (realv)(0.0f);
                 slab.length = slab.parameters * rays->length;
-                march_slab(voxels, view, gradients, table, p, sample, &slab, from, to, &front, &back, gathered, active);
+                march_slab(voxels, view, shading, table, p, sample, &slab, from, to, &front, &back, gathered, active);
                 if (!ANY(hits && open_rays(sample, gathered)))
                     break;
             }

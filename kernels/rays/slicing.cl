@@ -46,18 +46,18 @@ ALWAYS_INLINE Slab slab_between(__global const float4 *table, const MarchParams 
     return slab;
 }
 
-ALWAYS_INLINE void march_slab(__global const VOXEL *voxels, const VolumeView *view, const GradientSource *gradients,
+ALWAYS_INLINE void march_slab(__global const VOXEL *voxels, const VolumeView *view, const ShadingSource *shading,
                               __global const TABLE *table, const MarchParams *p, const SampleParams *sample, const SlabRays *rays,
                               realv from, realv to, Plane *front, Plane *back, Accumulator *gathered, intv *active) {
     const Slab slab = slab_between(table, p, from, to);
     Lighting lighting;
     if (sample->light.shading) {
-        find_gradient(gradients, &sample->field, rays->hits, front);
-        find_gradient(gradients, &sample->field, rays->hits, back);
+        find_gradient(shading, &sample->field, rays->hits, front);
+        find_gradient(shading, &sample->field, rays->hits, back);
         const Gradient one = front->gradient, other = back->gradient;
         const Gradient mean = {0.5f * (one.u + other.u), 0.5f * (one.v + other.v), 0.5f * (one.a + other.a)};
         const RaySpan span = span_between(front, back);
-        lighting = shade(sample, point_on_span(&span, (realv)(0.5f)), 0.5f * (from + to), mean);
+        lighting = shade(sample, shading->light, point_on_span(&span, (realv)(0.5f)), 0.5f * (from + to), mean);
     }
     const realv opacity = opacity_of_depth(sample, slab.extinction * rays->length);
     *active += COUNT_IF(opacity > 0.0f);

@@ -1,20 +1,10 @@
 // Ray accumulators, one for each blend mode that a program can be built for (BLEND). A blend mode defines the initial state, the
 // accumulation, which rays are still open, and the final colour.
 
+#include "shared/blend_modes.cl"
 #include "shared/clipping.cl"
 #include "shared/shading.cl"
 #include "shared/table_entries.cl"
-
-#define COMPOSITE 0
-#define MAXIMUM 1
-#define MINIMUM 2
-#define AVERAGE 3
-#define ISO 4
-#ifndef BLEND
-#error "BLEND: COMPOSITE, MAXIMUM, MINIMUM, AVERAGE or ISO"
-#endif
-// Values are accumulated, and become colours at the end. Otherwise colours are accumulated or, with DEPTHS, their positions.
-#define GATHERS_VALUES (BLEND == MAXIMUM || BLEND == MINIMUM || BLEND == AVERAGE)
 
 #if GATHERS_VALUES
 

@@ -1,5 +1,6 @@
 // The field reconstructed by the kernel of reconstruction.cl, and its gradient, at VW arbitrary points.
 
+#include "shared/light_volume.cl"
 #include "shared/point.cl"
 #include "shared/reconstruction.cl"
 #include "shared/table_entries.cl"
@@ -59,16 +60,17 @@ typedef struct {
 #define gradient_voxel_row voxel_row
 #endif
 
-// The voxels that gradients are estimated from. GRADIENT_SOURCE: those of a kernel with the arguments `gradient_voxels` and
-// `gradient_view`, whose `voxels` begin at the first one.
+// What samples are shaded from: the voxels that gradients are estimated from, and light volumes. SHADING_SOURCE: those of a kernel with
+// the arguments `gradient_voxels`, `gradient_view`, `light` and `sky`, whose `voxels` begin at the first one.
 typedef struct {
     __global const GRADIENT_VOXEL *voxels;
     const VolumeView *view;
-} GradientSource;
+    LightVolume light;
+} ShadingSource;
 #ifdef SEPARATE_GRADIENTS
-#define GRADIENT_SOURCE {gradient_voxels + gradient_view.first, &gradient_view}
+#define SHADING_SOURCE {gradient_voxels + gradient_view.first, &gradient_view, {light, sky}}
 #else
-#define GRADIENT_SOURCE {voxels, &view}
+#define SHADING_SOURCE {voxels, &view, {light, sky}}
 #endif
 
 // The field in the voxel plane dk layers from the cells, interpolated along u and v.
@@ -106,7 +108,7 @@ ALWAYS_INLINE realv value_at(__global const VOXEL *voxels, const VolumeView *vie
 // The gradient, in voxel differences: central differences of the field over one voxel in each direction. One call in a loop instead of
 // six: Intel's compiler takes 394 s for six calls and 80 s for the loop. On PoCL the loop costs 3 % per frame and saves a fifth of the
 // compile time.
-static inline Gradient gradient_at(const GradientSource *source, const FieldParams *field, realv u, realv v, realv a, intv needed) {
+static inline Gradient gradient_at(const ShadingSource *source, const FieldParams *field, realv u, realv v, realv a, intv needed) {
     realv values[6];
 #pragma unroll 1
     for (int n = 0; n < 6; n++) {
@@ -120,7 +122,7 @@ static inline Gradient gradient_at(const GradientSource *source, const FieldPara
 #else
 // The gradient, in voxel differences: slopes along its own axis, weights across it along the others. All three components share the same
 // voxel rows.
-static inline Gradient gradient_at(const GradientSource *source, const FieldParams *field, realv u, realv v, realv a, intv needed) {
+static inline Gradient gradient_at(const ShadingSource *source, const FieldParams *field, realv u, realv v, realv a, intv needed) {
     const Cells c = cells_at(source->view, u, v, a, needed);
     const Weights x = across_weights(c.x, field->smoothing_u), y = across_weights(c.y, field->smoothing_v);
     const Weights z = across_weights(c.z, field->smoothing_a);

@@ -7,6 +7,7 @@
 struct SampleSource;
 static inline Point sample_point(const struct SampleSource *source);
 static inline Gradient sample_gradient(const struct SampleSource *source);
+static inline LightVolume sample_light(const struct SampleSource *source);
 
 // Share of a sample that counts, in sub-slab thicknesses. PER_RAY_STEP: one share per ray.
 #ifdef PER_RAY_STEP
@@ -51,7 +52,7 @@ ALWAYS_INLINE void accumulate_sample(const SampleParams *p, __global const float
     const realv opacity = sample_opacity(p, w, share, dt);
     *active += COUNT_IF(opacity > 0.0f);
     if (p->light.shading && !*lit) {
-        *lighting = shade(p, sample_point(source), value, sample_gradient(source));
+        *lighting = shade(p, sample_light(source), sample_point(source), value, sample_gradient(source));
         *lit = true;
     }
     accumulate_lit(p, r, g, b, opacity, lighting, a);

@@ -108,7 +108,7 @@ static inline float across_tap(float t, float smoothing, int n) {
 }
 
 // The gradient of estimates at the voxels, one row after another. Differences from one voxel keep constant fields exact.
-static inline Gradient gradient_in_cell(const GradientSource *source, const FieldParams *params, const Cells *c) {
+static inline Gradient gradient_in_cell(const ShadingSource *source, const FieldParams *params, const Cells *c) {
     const Weights x = across_weights(c->x, params->smoothing_u), slope_x = slope_weights(c->x);
     Gradient gradient = {0.0f, 0.0f, 0.0f};
     const float own = gradient_voxel_row(source->voxels, source->view, c, 0, 0).low;
@@ -161,7 +161,7 @@ static inline float value_at(__global const VOXEL *voxels, const VolumeView *vie
     return value_in_cell(voxels, view, &c);
 }
 
-static inline Gradient gradient_at(const GradientSource *source, const FieldParams *params, float u, float v, float a, int needed) {
+static inline Gradient gradient_at(const ShadingSource *source, const FieldParams *params, float u, float v, float a, int needed) {
     const Cells c = cells_at(source->view, u, v, a, needed);
 #if GRADIENTS_AT_VOXELS
     return gradient_in_cell(source, params, &c);

@@ -31,7 +31,7 @@ ALWAYS_INLINE void accumulate_span(__global const VOXEL *voxels, const VolumeVie
 
 // Accumulates an iso-surface: where the value interpolated between the ends crosses the iso value or, REFINED, where the field itself
 // does. Crossings outside the part are ignored.
-ALWAYS_INLINE void accumulate_surface(__global const VOXEL *voxels, const VolumeView *view, const GradientSource *gradients,
+ALWAYS_INLINE void accumulate_surface(__global const VOXEL *voxels, const VolumeView *view, const ShadingSource *shading,
                                       const SampleParams *p, const Part *part, const RaySpan *span, const LitSample *lit_front,
                                       const LitSample *lit_back, Accumulator *a, intv *active) {
     const ClassificationParams *c = &p->classification;
@@ -57,8 +57,8 @@ ALWAYS_INLINE void accumulate_surface(__global const VOXEL *voxels, const Volume
     }
     if (p->light.shading) {
         const Point point = point_on_span(span, t);
-        const Gradient gradient = gradient_at(gradients, &p->field, point.u, point.v, point.a, crosses);
-        lighting = shade(p, point, (realv)(c->iso), gradient);
+        const Gradient gradient = gradient_at(shading, &p->field, point.u, point.v, point.a, crosses);
+        lighting = shade(p, shading->light, point, (realv)(c->iso), gradient);
     }
 #else
     if (p->light.shading)

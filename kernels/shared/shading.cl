@@ -1,6 +1,7 @@
 // Table look-up and lighting of samples.
 
 #include "shared/elementary.cl"
+#include "shared/light_volume.cl"
 #include "shared/point.cl"
 
 // The table entry nearest to a value.
@@ -33,9 +34,17 @@ static inline realv gradient_extinction_scale(const SampleParams *p, realv lengt
 }
 #endif
 
+// The magnitude of a gradient, in value ranges per voxel of the smallest spacing.
+static inline realv gradient_length(const SampleParams *p, Gradient gradient) {
+    const realv u = gradient.u * p->field.gradient_u, v = gradient.v * p->field.gradient_v, a = gradient.a * p->field.gradient_a;
+    const realv squared = u * u + v * v + a * a;
+    return squared * inverse_sqrt(MAX(squared, (realv)(1e-20f)));
+}
+
 // Lighting of a point with a value and gradient: two-sided Blinn-Phong with white directional lights. Gradients below 1e-3 of the value
-// range per voxel leave the colour unlit, with a smooth fade up to 2e-3, so that rounding cannot toggle the lighting.
-static inline Lighting shade(const SampleParams *p, Point point, realv value, Gradient gradient) {
+// range per voxel leave the colour unlit, with a smooth fade up to 2e-3, so that rounding cannot toggle the lighting. LIGHT_VOLUME: each
+// light and the ambient light are dimmed by what reaches the point; the colour of weak gradients, too.
+static inline Lighting shade(const SampleParams *p, LightVolume volume, Point point, realv value, Gradient gradient) {
     const realv u = gradient.u * p->field.gradient_u, v = gradient.v * p->field.gradient_v, a = gradient.a * p->field.gradient_a;
     const realv squared = u * u + v * v + a * a;
     const realv inverse = inverse_sqrt(MAX(squared, (realv)(1e-20f)));
@@ -53,8 +62,22 @@ static inline Lighting shade(const SampleParams *p, Point point, realv value, Gr
     Lighting lighting;
     // Root of the gradient magnitude: the direction of a weak gradient is mostly noise, but surfaces have weak gradients too.
     lighting.weight = rough_inverse_sqrt(inverse);
+#ifdef LIGHT_VOLUME
+    const realv normal_u = u * inverse, normal_v = v * inverse, normal_a = a * inverse;
+    const realv to_light = normal_u * p->light.direction_u + normal_v * p->light.direction_v + normal_a * p->light.direction_a;
+    const realv to_eye = normal_u * p->light.light_volume.eye_u + normal_v * p->light.light_volume.eye_v +
+                         normal_a * p->light.light_volume.eye_a;
+    const realv sky = reaching_sky(p, volume, off_surface(p, point, normal_u, normal_v, normal_a, to_eye));
+    const realv reaching = reaching_light(p, volume, off_surface(p, point, normal_u, normal_v, normal_a, to_light), 0);
+    realv unshaded = p->light.light_volume.unshaded + p->light.light_volume.unshaded_ambient * sky +
+                     p->light.light_volume.unshaded_lights[0] * reaching;
+    realv factor = p->light.ambient * sky + p->light.diffuse * reaching * facing;
+    lighting.highlight = lit * p->light.specular * reaching * power(mirror, p->light.power);
+#else
+    const realv unshaded = 1.0f;
     realv factor = p->light.ambient + p->light.diffuse * facing;
     lighting.highlight = lit * p->light.specular * power(mirror, p->light.power);
+#endif
 #ifdef SEVERAL_LIGHTS
     // Unrolled: GPUs would keep lights indexed by a variable in memory.
 #if VW == 1
@@ -64,11 +87,20 @@ static inline Lighting shade(const SampleParams *p, Point point, realv value, Gr
         if (i >= p->light.more_lights)
             break;
         const float *light = p->light.lights + 8 * i, *half_way = light + 3;
+#ifdef LIGHT_VOLUME
+        const realv to_other = normal_u * light[0] + normal_v * light[1] + normal_a * light[2];
+        const realv other = reaching_light(p, volume, off_surface(p, point, normal_u, normal_v, normal_a, to_other), i + 1);
+        unshaded += p->light.light_volume.unshaded_lights[i + 1] * other;
+        factor += light[6] * other * fabs(u * light[0] + v * light[1] + a * light[2]) * inverse;
+        lighting.highlight +=
+            lit * light[7] * other * power(fabs(u * half_way[0] + v * half_way[1] + a * half_way[2]) * inverse, p->light.power);
+#else
         factor += light[6] * fabs(u * light[0] + v * light[1] + a * light[2]) * inverse;
         lighting.highlight += lit * light[7] * power(fabs(u * half_way[0] + v * half_way[1] + a * half_way[2]) * inverse, p->light.power);
+#endif
     }
 #endif
-    lighting.factor = 1.0f + lit * (factor - 1.0f);
+    lighting.factor = unshaded + lit * (factor - unshaded);
 #ifdef THINNED
     lighting.extinction_scale = p->light.thinned ? gradient_extinction_scale(p, squared * inverse) : (realv)(1.0f);
 #endif

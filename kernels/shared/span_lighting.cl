@@ -29,9 +29,9 @@ typedef struct {
 #endif
 } LitSample;
 
-static inline LitSample light_sample(const SampleParams *p, Point point, realv value, Gradient gradient) {
+static inline LitSample light_sample(const SampleParams *p, LightVolume volume, Point point, realv value, Gradient gradient) {
     LitSample lit;
-    lit.lighting = shade(p, point, value, gradient);
+    lit.lighting = shade(p, volume, point, value, gradient);
 #if ANALYTIC_GRADIENTS
     lit.gradient = gradient;
 #endif
@@ -86,8 +86,8 @@ static inline Lighting interpolate_lighting(const SampleParams *p, const LitSamp
 
 // The additional sample in the middle of a span. Where no value between the ends `contributes`, the value is the mean of theirs: the cubic
 // can exceed all values that the kernel can reconstruct there, and skipping of tiles and blocks must not depend on neighbours.
-static inline LitSample light_midpoint(const SampleParams *p, const RaySpan *span, intv contributes, const LitSample *front,
-                                       const LitSample *back, realv *value) {
+static inline LitSample light_midpoint(const SampleParams *p, LightVolume volume, const RaySpan *span, intv contributes,
+                                       const LitSample *front, const LitSample *back, realv *value) {
     const realv *step = span->step;
     // Relative to the range of values, so that squares stay in the range of floats.
     const float unit = p->field.gradient_a, range = 1.0f / unit;
@@ -106,6 +106,6 @@ static inline LitSample light_midpoint(const SampleParams *p, const RaySpan *spa
     const Gradient gradient = {weight_front * from.u + weight_back * to.u + weight_step * step[0],
                                weight_front * from.v + weight_back * to.v + weight_step * step[1],
                                weight_front * from.a + weight_back * to.a + weight_step * step[2]};
-    return light_sample(p, point_on_span(span, (realv)(0.5f)), *value, gradient);
+    return light_sample(p, volume, point_on_span(span, (realv)(0.5f)), *value, gradient);
 }
 #endif

@@ -56,7 +56,8 @@ __kernel void sorted_splats(__global const ushort4 *places, __global const float
         if (sample.light.shading) {
             const Point point = {at.x, at.y, at.z};
             const Gradient gradient = {content.y, content.z, content.w};
-            const Lighting lighting = shade(&sample, point, content.x, gradient);
+            const LightVolume none = NO_LIGHT_VOLUME;
+            const Lighting lighting = shade(&sample, none, point, content.x, gradient);
             color.x = lit_channel(&sample, color.x, &lighting, sample.light.cue_r);
             color.y = lit_channel(&sample, color.y, &lighting, sample.light.cue_g);
             color.z = lit_channel(&sample, color.z, &lighting, sample.light.cue_b);

@@ -37,6 +37,11 @@ struct SampleSource {
 
 static inline Point sample_point(const struct SampleSource *source) { return source->point; }
 
+static inline LightVolume sample_light(const struct SampleSource *source) {
+    const LightVolume none = NO_LIGHT_VOLUME;
+    return none;
+}
+
 static inline Gradient sample_gradient(const struct SampleSource *source) {
 #if CHANNELS == 4
     const Gradient gradient = {source->channels[1], source->channels[2], source->channels[3]};

@@ -3,8 +3,10 @@
 use crate::error::Error;
 
 /// Field names as in [`Error::fields`], and the options that set them; sorted by field.
-const OPTIONS: [(&str, &str); 50] = [
+const OPTIONS: [(&str, &str); 56] = [
     ("algorithm", "--algorithm"),
+    ("ambient_occlusion", "--ambient-occlusion on|off"),
+    ("ao_reach", "--ao-reach inf|LENGTH"),
     ("array", "--array NAME"),
     ("background", "--background"),
     ("bits", "--bits N"),
@@ -33,7 +35,8 @@ const OPTIONS: [(&str, &str); 50] = [
     ("kernel", "--kernel cubic|linear|catmull-rom|bspline|gaussian"),
     ("layer_axis", "--layer-axis auto|x|y|z"),
     ("level", "--level N|auto"),
-    ("light", "--light X,Y,Z[:S]"),
+    ("light", "--light X,Y,Z[:S[:DEGREES]]"),
+    ("light_grid", "--light-grid full|half|quarter"),
     ("longest", "--time-limit SECONDS"),
     ("memory", "--memory BYTES"),
     ("output", "--output"),
@@ -44,6 +47,9 @@ const OPTIONS: [(&str, &str); 50] = [
     ("samples_per_layer", "--sublayers N"),
     ("scale", "--parallel-scale"),
     ("series", "--series NAME"),
+    ("shadow_forgiveness", "--shadow-forgiveness F"),
+    ("shadow_strength", "--shadow-strength SHARE"),
+    ("shadows", "--shadows on|off"),
     ("sheet_distance", "--sheet-distance D"),
     ("spacing", "--spacing X,Y,Z"),
     ("step", "--step D"),

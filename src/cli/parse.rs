@@ -1,6 +1,6 @@
 //! Parsers of option values.
 
-use super::options::{LevelChoice, Opacities, Tent};
+use super::options::{LevelChoice, Opacities, Reach, Tent};
 use crate::camera::Up;
 use crate::framing::Side;
 use crate::image::BitDepth;
@@ -92,13 +92,23 @@ pub(super) fn vector(text: &str) -> Result<DVec3, String> {
     vector.map(DVec3::from_array).ok_or_else(|| format!("invalid vector '{text}'; use X,Y,Z"))
 }
 
-/// Parses `X,Y,Z` or `camera`, with an optional `:STRENGTH` (default 1).
+/// Parses `X,Y,Z` or `camera`, with an optional `:STRENGTH` (default 1) and, of a direction, `:DEGREES` (default 0).
 pub(super) fn light(text: &str) -> Result<Light, String> {
-    let refused =
-        || format!("invalid light '{text}'; use X,Y,Z, X,Y,Z:STRENGTH, camera or camera:STRENGTH, with a strength from 0 to 100");
-    let (place, strength) = text.split_once(':').unwrap_or((text, "1"));
-    let direction = if place.trim() == "camera" { None } else { Some(vector(place).map_err(|_| refused())?) };
-    Ok(Light { direction, strength: finite(strength.trim()).map_err(|_| refused())? })
+    let refused = || {
+        format!(
+            "invalid light '{text}'; use X,Y,Z, X,Y,Z:STRENGTH, X,Y,Z:STRENGTH:DEGREES, camera or camera:STRENGTH, with a strength from 0 to \
+             100 and an angular diameter from 0 to 45"
+        )
+    };
+    let mut parts = text.split(':');
+    let place = parts.next().unwrap_or_default().trim();
+    let direction = if place == "camera" { None } else { Some(vector(place).map_err(|_| refused())?) };
+    let mut number = |default| parts.next().map_or(Ok(default), |text| finite(text.trim()).map_err(|_| refused()));
+    let (strength, angle) = (number(1.0)?, number(0.0)?);
+    if parts.next().is_some() || (direction.is_none() && text.matches(':').count() > 1) {
+        return Err(refused());
+    }
+    Ok(Light { direction, strength, angle, ..Light::AT_CAMERA })
 }
 
 /// Parses `X,Y,Z`, all above 0.
@@ -219,6 +229,15 @@ pub(super) fn viewport(text: &str) -> Result<Viewport, String> {
     let (w, h) = text.split_once('x').ok_or_else(invalid)?;
     let side = |n: &str| n.parse::<u32>().map_err(|_| invalid());
     Viewport::new(side(w)?, side(h)?).map_err(|e| e.to_string())
+}
+
+/// Parses a length above 0, or `inf`.
+pub(super) fn reach(text: &str) -> Result<Reach, String> {
+    if text == "inf" {
+        Ok(Reach(None))
+    } else {
+        positive(text).map(|length| Reach(Some(length))).map_err(|_| "use inf or a length above 0".into())
+    }
 }
 
 /// Parses `on` or `off`.

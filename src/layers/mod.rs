@@ -11,6 +11,7 @@ mod gradient;
 mod kernel;
 mod kernel_function;
 mod lattice;
+mod light_rays;
 mod prefilter;
 mod quadrature;
 mod rays;
@@ -31,6 +32,7 @@ pub use kernel_function::{kernel_function, kernel_integral};
 pub use lattice::{
     AffineRays, Density, Lattice, LayerOffset, MAX_LATTICE_SHEAR, MAX_SAMPLES_PER_VOXEL, Phases, Sampling, Stagger,
 };
+pub use light_rays::{LightRays, disc_directions, sky_directions};
 pub use prefilter::{PREFILTER_RADIUS, prefilter};
 pub use quadrature::{GaussNode, quadrature_nodes};
 pub use rays::{Ray, Rays};

@@ -127,6 +127,13 @@ impl Rays {
         })
     }
 
+    /// Converts a direction (right, up, towards the viewer) to grid axes (world scale).
+    pub fn from_camera_axes(&self, direction: DVec3) -> DVec3 {
+        let pixels = if self.is_parallel() { &self.origin } else { &self.direction };
+        let [right, down] = [pixels[1], pixels[2]].map(|step| (step * self.spacing).normalize());
+        right * direction.x - down * direction.y + self.to_eye * direction.z
+    }
+
     /// Eye of a perspective, in voxels.
     pub fn eye(&self) -> Option<DVec3> {
         (!self.is_parallel()).then(|| self.origin[0] + self.direction[0] * self.start)

@@ -79,5 +79,11 @@ pub(crate) fn depth_settings(settings: &Settings) -> Settings {
         Algorithm::Slicing { step } => (Kernel::Linear, step),
         _ => (Kernel::Cubic, STEP),
     };
-    Settings { algorithm: Algorithm::Raycast { kernel, step }, shading: None, ..*settings }
+    Settings {
+        algorithm: Algorithm::Raycast { kernel, step },
+        shading: None,
+        shadows: None,
+        ambient_occlusion: None,
+        ..*settings
+    }
 }

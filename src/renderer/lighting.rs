@@ -2,19 +2,16 @@
 
 use super::depth_cue::CuePlane;
 use super::field::Field;
-use crate::device::launch::structs::LightParams;
+use super::light::LightSources;
+use crate::device::launch::structs::{LightParams, LightVolumeParams};
 use crate::layers::{AxisFrame, Rays};
-use crate::settings::{GradientOpacity, Light, Lights, Settings, Shading};
+use crate::settings::{GradientOpacity, Light, LightSpace, Lights, Settings, Shading};
 use glam::DVec3;
 
 /// Shading that leaves colours unchanged, for frames with gradient opacity or depth cueing alone.
 const UNLIT: Shading = Shading { ambient: 1.0, diffuse: 0.0, specular: 0.0, power: 1.0, lights: Lights::AT_CAMERA };
 
 /// The lighting of a field in one view. Directions are along the axes of the grid.
-///
-/// These lights do not depend on the position. A light volume would be added here: as a buffer in the store of the
-/// classification, keyed by these lights and the versions of field and classification, and sampled by `shade` in
-/// kernels/shared/shading.cl.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Lighting {
     shading: Shading,
@@ -23,6 +20,9 @@ pub(super) struct Lighting {
     /// Gradient opacity, for gradients in value ranges per voxel of the smallest spacing.
     gradient_opacity: Option<GradientOpacity>,
     depth_cue: Option<CuePlane>,
+    /// Shadows and ambient occlusion.
+    sources: Option<LightSources>,
+    to_eye: DVec3,
     needs_gradients: bool,
 }
 
@@ -35,8 +35,12 @@ struct LightDirections {
 }
 
 impl LightDirections {
-    fn new(light: &Light, field: &Field, to_eye: DVec3) -> Self {
-        let to_light = light.direction.map_or(to_eye, |l| field.grid().world_to_grid_axes() * l.normalize());
+    fn new(light: &Light, field: &Field, rays: &Rays) -> Self {
+        let to_eye = rays.to_eye;
+        let to_light = light.direction.map_or(to_eye, |l| match light.space {
+            LightSpace::World => field.grid().world_to_grid_axes() * l.normalize(),
+            LightSpace::Camera => rays.from_camera_axes(l.normalize()),
+        });
         Self { to_light, half_way: (to_light + to_eye).normalize_or(to_eye) }
     }
 
@@ -49,14 +53,23 @@ impl Lighting {
     /// The lighting of a field seen along `rays`.
     pub fn new(settings: &Settings, field: &Field, rays: &Rays) -> Self {
         let shading = settings.shading.unwrap_or(UNLIT);
-        let directions = shading.lights.as_slice().iter().map(|light| LightDirections::new(light, field, rays.to_eye)).collect();
+        let directions =
+            shading.lights.as_slice().iter().map(|light| LightDirections::new(light, field, rays)).collect::<Vec<_>>();
+        let to_lights = directions.iter().map(|light| light.to_light);
         Self {
+            sources: LightSources::new(settings, field, to_lights, rays.to_eye),
             shading,
             directions,
             gradient_opacity: settings.gradient_opacity.map(|opacity| opacity.times(field.gradient_per_value())),
             depth_cue: CuePlane::new(settings, field, rays),
+            to_eye: rays.to_eye,
             needs_gradients: settings.looks_at_gradients(),
         }
+    }
+
+    /// The light volumes that samples look up, if any.
+    pub fn sources(&self) -> Option<&LightSources> {
+        self.sources.as_ref()
     }
 
     /// Kernel argument, in the axes of `frame`.
@@ -88,6 +101,10 @@ impl Lighting {
             cue_at_origin: self.depth_cue.map_or(0.0, |plane| plane.at_origin as f32),
             cue_strength: self.depth_cue.map_or(0.0, |plane| plane.cue.strength as f32),
             cue_color: self.depth_cue.map_or([0.0; 3], |plane| plane.cue.color.map(|c| c as f32)),
+            light_volume: self
+                .sources
+                .as_ref()
+                .map_or(LightVolumeParams::NONE, |sources| sources.params(&self.shading, frame, self.to_eye)),
         }
     }
 }

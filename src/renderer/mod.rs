@@ -13,6 +13,7 @@ mod field;
 mod frame;
 mod lattice_picture;
 mod layered;
+mod light;
 mod lighting;
 mod onto;
 mod parts;

@@ -79,6 +79,8 @@ impl MarchedRays {
             _ => scene.weighted(AXIS, kernel)?,
         };
         let gradients = scene.gradient_voxels(AXIS, kernel, &layout)?;
+        let illumination = scene.illumination()?;
+        let [light, sky] = illumination.arguments(&visible.flags);
         let steps = scene.steps(1);
         let sample = scene.table_samples(&table, steps, AXIS.frame());
         let region = Region::marched(scene, kernel, step);
@@ -96,6 +98,8 @@ impl MarchedRays {
                 view: layout.view,
                 gradient_voxels: &gradients.layout.voxels,
                 gradient_view: gradients.layout.view,
+                light,
+                sky,
                 visible: &visible.flags,
                 table: &table.entries,
                 s: screen_params(scene, steps, AXIS.frame(), tiles),
@@ -124,6 +128,8 @@ impl MarchedRays {
         let mut layout = scene.weighted(AXIS, kernel)?;
         layout.view.background = scene.field.background_for(settings.blend);
         let gradients = scene.gradient_voxels(AXIS, kernel, &layout)?;
+        let illumination = scene.illumination()?;
+        let [light, sky] = illumination.arguments(&visible.flags);
         let steps = scene.steps(1);
         let sample = scene.table_samples(&table, steps, AXIS.frame());
         let region = Region::marched(scene, kernel, longest_slab(scene, step));
@@ -142,6 +148,8 @@ impl MarchedRays {
                 view: layout.view,
                 gradient_voxels: &gradients.layout.voxels,
                 gradient_view: gradients.layout.view,
+                light,
+                sky,
                 visible: &visible.flags,
                 table: &table.entries,
                 s: screen_params(scene, steps, AXIS.frame(), tiles),
@@ -176,6 +184,8 @@ impl MarchedRays {
                 view: layout.view,
                 gradient_voxels: &layout.voxels,
                 gradient_view: layout.view,
+                light: &visible.flags,
+                sky: &visible.flags,
                 visible: &visible.flags,
                 table: &slabs,
                 s: screen_params(scene, steps, AXIS.frame(), tiles),
@@ -205,6 +215,8 @@ impl MarchedRays {
         let integrals = scene.integrals(kernel, thinnest, per_layer)?;
         let layout = scene.weighted(AXIS, kernel)?;
         let gradients = scene.gradient_voxels(AXIS, kernel, &layout)?;
+        let illumination = scene.illumination()?;
+        let [light, sky] = illumination.arguments(&visible.flags);
         let classification = ClassificationParams::from_integrals(scene, &integrals);
         let segment_params = SegmentParams::between_points(scene, steps, AXIS.frame(), Kernel::Linear, 1);
         let sample = scene.sample(AXIS.frame(), classification, segment_params);
@@ -220,6 +232,8 @@ impl MarchedRays {
                 view: layout.view,
                 gradient_voxels: &gradients.layout.voxels,
                 gradient_view: gradients.layout.view,
+                light,
+                sky,
                 visible: &visible.flags,
                 table: &integrals.nodes,
                 s: screen_params(scene, steps, AXIS.frame(), tiles),

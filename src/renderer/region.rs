@@ -44,6 +44,19 @@ impl Region {
         Self::cropped(scene, (-everything, everything), rendering(scene, Kernel::Cubic, BlendMode::Composite, clipped))
     }
 
+    /// The region for rays from a light through the field of the paper's cubic: what is cut away casts no shadow.
+    pub fn for_light(scene: &Scene) -> Self {
+        let Scene { field, settings, .. } = scene;
+        let last = DVec3::from_array(field.grid().dims().map(|n| n as f64 - 1.0));
+        let background_shows = settings.blend == Blend::Composite && scene.background_shows();
+        let clipped = !settings.clipping.is_empty() || background_shows;
+        let margin = if background_shows { 1.0 } else { f64::INFINITY };
+        let blend = if settings.blend == Blend::Composite { BlendMode::Composite } else { BlendMode::Iso { refined: false } };
+        let rendering = rendering(scene, Kernel::Cubic, blend, clipped);
+        let rendering = Rendering { several_lights: false, depth_cue: false, light_volume: false, ..rendering };
+        Self::cropped(scene, (DVec3::splat(-margin), last + margin), rendering)
+    }
+
     /// `beyond`: maximum distance from the field at which a step that reaches into it can begin or end.
     fn reached(scene: &Scene, kernel: Kernel, samples_per_layer: u32, beyond: f64) -> Self {
         let Scene { field, settings, .. } = scene;
@@ -134,6 +147,7 @@ fn rendering(scene: &Scene, kernel: Kernel, blend: BlendMode, clipped: bool) -> 
         gradient_opacity: settings.gradient_opacity.is_some(),
         several_lights,
         depth_cue: settings.fading().is_some(),
+        light_volume: settings.sweeps_light(),
         gradients,
         depths: false,
     }

@@ -2,6 +2,7 @@
 
 use super::classification::{Classification, Integrals, PreparationKernels, SplatList, Splatted, Table, VisibleBlocks};
 use super::field::{Field, Layout};
+use super::light::{LightSources, LightVolumes};
 use super::lighting::Lighting;
 use super::sampling::Steps;
 use crate::device::launch::structs::{ClassificationParams, Float4, SampleParams, SegmentParams};
@@ -34,6 +35,7 @@ pub(super) struct Scene<'a> {
     pub field: &'a Field,
     pub classification: &'a mut Classification,
     pub kernels: &'a mut PreparationKernels,
+    pub light: &'a mut LightVolumes,
     pub rays: &'a Rays,
     pub viewport: Viewport,
     pub settings: &'a Settings,
@@ -45,8 +47,9 @@ impl<'a> Scene<'a> {
         field: &'a Field,
         classification: &'a mut Classification,
         kernels: &'a mut PreparationKernels,
+        light: &'a mut LightVolumes,
     ) -> Self {
-        Self { device, field, classification, kernels, rays, viewport, settings }
+        Self { device, field, classification, kernels, light, rays, viewport, settings }
     }
 }
 
@@ -121,6 +124,11 @@ impl Scene<'_> {
         let spacing = self.field.grid().spacing();
         let unit = self.settings.unit_distance.unwrap_or(spacing.min_element()) * f64::from(samples_per_layer);
         Steps(spacing / unit)
+    }
+
+    /// The light volumes that samples look up, if any.
+    pub fn light_sources(&self) -> Option<LightSources> {
+        Lighting::new(self.settings, self.field, self.rays).sources().cloned()
     }
 
     /// Sample parameters along the axes of `frame`. Kernels in which each ray may have its own layer axis permute them from axis

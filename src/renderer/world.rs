@@ -4,7 +4,7 @@
 use crate::camera::{Camera, Projection};
 use crate::error::Error;
 use crate::layers::Rays;
-use crate::settings::{ClipPlane, Clipping, Settings};
+use crate::settings::{AmbientOcclusion, ClipPlane, Clipping, Settings};
 use crate::viewport::Viewport;
 use crate::volume::Grid;
 use std::ops::RangeInclusive;
@@ -68,6 +68,9 @@ impl World {
         let planes = settings.clipping.planes.map(|slot| slot.map(plane));
         Settings {
             unit_distance: settings.unit_distance.map(|d| d / self.unit),
+            ambient_occlusion: settings
+                .ambient_occlusion
+                .map(|occlusion| AmbientOcclusion { reach: occlusion.reach.map(|d| d / self.unit), ..occlusion }),
             gradient_opacity: settings.gradient_opacity.map(|opacity| opacity.times(self.unit)),
             clipping: Clipping { planes, ..settings.clipping },
             ..*settings

@@ -1,24 +1,55 @@
 //! Light sources.
 
+use crate::camera::{Basis, Camera};
 use crate::error::Error;
 use glam::DVec3;
 
 /// A white directional light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Light {
-    /// World direction towards the light, of any length above 0; `None` for a headlight at the camera.
+    /// Direction towards the light, of any length above 0; `None` for a headlight at the camera.
     pub direction: Option<DVec3>,
+    /// Coordinates of the direction.
+    pub space: LightSpace,
     /// Factor of its diffuse and specular light, 0 … 100.
     pub strength: f64,
+    /// Angular diameter in degrees, 0 … 45: how soft the edges of its shadows are. Shading treats it as a point at infinity.
+    pub angle: f64,
+}
+
+/// Coordinates of the direction to a light.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum LightSpace {
+    /// World axes: the light stays in the world while the camera moves.
+    #[default]
+    World,
+    /// (right, up, towards the viewer): the light moves with the camera.
+    Camera,
 }
 
 impl Light {
     /// A headlight of strength 1.
-    pub const AT_CAMERA: Self = Self { direction: None, strength: 1.0 };
+    pub const AT_CAMERA: Self = Self { direction: None, space: LightSpace::World, strength: 1.0, angle: 0.0 };
 
     /// A light of strength 1 from a world direction.
-    pub fn towards(direction: DVec3) -> Self {
-        Self { direction: Some(direction), strength: 1.0 }
+    pub const fn towards(direction: DVec3) -> Self {
+        Self { direction: Some(direction), ..Self::AT_CAMERA }
+    }
+
+    /// A light of strength 1 that moves with the camera, from a direction (right, up, towards the viewer).
+    pub const fn from_camera(direction: DVec3) -> Self {
+        Self { space: LightSpace::Camera, ..Self::towards(direction) }
+    }
+
+    /// The light that stays in the world where `camera` sees it. A headlight stays a headlight.
+    ///
+    /// # Errors
+    /// If the camera is invalid.
+    pub fn in_world(self, camera: &Camera) -> Result<Self, Error> {
+        let LightSpace::Camera = self.space else { return Ok(self) };
+        let Basis { right, up, forward } = camera.basis()?;
+        let world = |l: DVec3| right * l.x + up * l.y - forward * l.z;
+        Ok(Self { direction: self.direction.map(world), space: LightSpace::World, ..self })
     }
 
     fn check(&self) -> Result<(), Error> {
@@ -28,6 +59,9 @@ impl Light {
                 refuse(direction.to_string(), "a finite vector other than 0")
             }
             _ if !(0.0..=100.0).contains(&self.strength) => refuse(self.strength.to_string(), "a strength from 0 to 100"),
+            _ if !(0.0..=45.0).contains(&self.angle) => {
+                refuse(self.angle.to_string(), "an angular diameter from 0 to 45 degrees")
+            }
             _ => Ok(()),
         }
     }
@@ -62,6 +96,12 @@ impl Lights {
     pub const MOST: usize = 4;
     /// A headlight of strength 1.
     pub const AT_CAMERA: Self = Self { count: 1, lights: [Light::AT_CAMERA; Self::MOST] };
+    /// A light of strength 1 beside and above the camera, with which shadows are visible: from (−1, 1, 1) in camera space.
+    pub const BESIDE_CAMERA: Self = {
+        let mut lights = [Light::AT_CAMERA; Self::MOST];
+        lights[0] = Light::from_camera(DVec3::new(-1.0, 1.0, 1.0));
+        Self { count: 1, lights }
+    };
 
     /// Creates a list of one to four lights.
     ///
@@ -78,6 +118,17 @@ impl Lights {
         lights.iter().try_for_each(Light::check)?;
         // Unused entries are arbitrary, but must compare equal.
         Ok(Self { count: lights.len(), lights: std::array::from_fn(|i| lights.get(i).copied().unwrap_or(Light::AT_CAMERA)) })
+    }
+
+    /// The lights that stay in the world where `camera` sees them.
+    ///
+    /// # Errors
+    /// If the camera is invalid.
+    pub fn in_world(mut self, camera: &Camera) -> Result<Self, Error> {
+        for light in &mut self.lights[..self.count] {
+            *light = light.in_world(camera)?;
+        }
+        Ok(self)
     }
 
     /// The lights, in the given order.

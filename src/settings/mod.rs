@@ -9,6 +9,7 @@ mod layered;
 mod lights;
 mod quality;
 mod shading;
+mod shadows;
 
 pub use algorithm::Algorithm;
 pub use blend::Blend;
@@ -16,9 +17,10 @@ pub use clipping::{ClipPlane, Clipping, CropBox};
 pub use depth_cue::DepthCue;
 pub use gradient_opacity::GradientOpacity;
 pub use layered::{Classification, Evaluation, Footprints, LayerAxis, Layered};
-pub use lights::{Light, Lights};
+pub use lights::{Light, LightSpace, Lights};
 pub use quality::Quality;
 pub use shading::Shading;
+pub use shadows::{AmbientOcclusion, LightGrid, Shadows};
 
 use crate::error::Error;
 use crate::layers::{GradientEstimator, Kernel};
@@ -46,6 +48,12 @@ pub struct Settings {
     pub extinction: Extinction,
     /// Shading; `None` disables it. Default: on.
     pub shading: Option<Shading>,
+    /// Shadows of the lights. Default: none. They need shading, and compositing or an iso-surface.
+    pub shadows: Option<Shadows>,
+    /// Ambient occlusion. Default: none. It needs what shadows need.
+    pub ambient_occlusion: Option<AmbientOcclusion>,
+    /// Resolution of shadows and ambient occlusion. Default: full.
+    pub light_grid: LightGrid,
     /// Estimation of gradients for shading and gradient opacity. Default: `None`, which is [`GradientEstimator::Sobel`] for layers with
     /// pre-integrated classification, [`GradientEstimator::for_kernel`] for ray casting, and central differences elsewhere. Sheets and
     /// slices support nothing but central differences.
@@ -78,6 +86,9 @@ impl From<Algorithm> for Settings {
             clipping: Clipping::default(),
             extinction: Extinction::Exponential,
             shading: Some(Shading::default()),
+            shadows: None,
+            ambient_occlusion: None,
+            light_grid: LightGrid::Full,
             gradient: None,
             gradient_opacity: None,
             depth_cue: None,
@@ -110,6 +121,11 @@ impl Settings {
     /// Whether samples are lit, which needs gradients. Samples that only fade with their depth are lit by an ambient light of 1.
     pub(crate) fn looks_at_gradients(&self) -> bool {
         self.shading.is_some() || self.gradient_opacity.is_some() || self.fading().is_some()
+    }
+
+    /// Whether shadows or ambient occlusion need light volumes.
+    pub(crate) fn sweeps_light(&self) -> bool {
+        self.shadows.is_some() || self.ambient_occlusion.is_some()
     }
 
     /// The depth cueing, unless its strength is 0.
@@ -148,6 +164,7 @@ impl Settings {
         self.clipping.check()?;
         self.shading.map_or(Ok(()), |shading| shading.check())?;
         self.depth_cue.map_or(Ok(()), |cue| cue.check())?;
+        self.check_light()?;
         match self.unit_distance {
             Some(d) if !(d.is_finite() && d > 0.0) => {
                 Err(Error::OutOfRange { name: "unit_distance", value: d.to_string(), expected: "a finite number above 0" })
@@ -175,6 +192,26 @@ impl Settings {
             None => "sheets and slices have central differences: choose central, or omit it".into(),
         };
         Err(Error::Settings { field: "gradient", problem })
+    }
+
+    /// Checks shadows and ambient occlusion, and rejects them where nothing is lit or light is not swept.
+    fn check_light(&self) -> Result<(), Error> {
+        self.shadows.map_or(Ok(()), |shadows| shadows.check())?;
+        self.ambient_occlusion.map_or(Ok(()), |occlusion| occlusion.check())?;
+        let field = match (self.shadows, self.ambient_occlusion) {
+            (None, None) => return Ok(()),
+            (Some(_), _) => "shadows",
+            (None, Some(_)) => "ambient_occlusion",
+        };
+        let problem = match self.algorithm {
+            _ if self.shading.is_none() => "shading is off: omit it, or enable shading",
+            _ if self.blend.gathers_values() => "maximum, minimum and average are not lit: omit it, or choose another blend mode",
+            Algorithm::AxisSheets { .. } | Algorithm::ViewSheets { .. } | Algorithm::Slicing { .. } => {
+                "sheets and slices have no shadows: omit it, or choose layers or ray casting"
+            }
+            Algorithm::Layered(_) | Algorithm::Raycast { .. } => return Ok(()),
+        };
+        Err(Error::Settings { field, problem: problem.into() })
     }
 
     /// Rejects blend modes that the algorithm does not support.

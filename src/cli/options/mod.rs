@@ -1,10 +1,12 @@
 //! Options shared by several subcommands.
 
 mod encoding;
+mod light;
 mod quality;
 mod volume;
 
 pub(super) use encoding::EncodingOptions;
+pub(super) use light::{LightOptions, Reach};
 pub(super) use quality::QualityOptions;
 pub(super) use volume::{FileOptions, LevelChoice, VolumeOptions};
 

@@ -1,12 +1,12 @@
 //! Options for quality and shading.
 
+use super::LightOptions;
 use crate::cli::algorithm::{AlgorithmOptions, reject_unsupported};
 use crate::cli::parse;
 use crate::image::Background;
 use crate::layers::{Correction, Density, GradientEstimator, Kernel};
 use crate::settings::{
-    Algorithm, Classification, DepthCue, Evaluation, Footprints, GradientOpacity, LayerAxis, Layered, Light, Lights, Quality,
-    Settings, Shading,
+    Algorithm, Classification, DepthCue, Evaluation, Footprints, GradientOpacity, LayerAxis, Layered, Quality, Settings,
 };
 use crate::transfer::Extinction;
 use clap::{Args, ValueEnum};
@@ -17,6 +17,8 @@ use clap::{Args, ValueEnum};
 pub(in crate::cli) struct QualityOptions {
     #[command(flatten)]
     algorithm: AlgorithmOptions,
+    #[command(flatten)]
+    pub light: LightOptions,
     /// Quality preset of layered: draft, standard, high or paper [default: standard]
     #[arg(long, value_name = "NAME")]
     quality: Option<Quality>,
@@ -36,12 +38,6 @@ pub(in crate::cli) struct QualityOptions {
     /// 2 voxels) or own (derivative of the kernel) [default: sobel for layers; central for splats; ray casting: own if the kernel has one]
     #[arg(long, value_name = "NAME")]
     gradient: Option<GradientEstimator>,
-    /// Gradient shading
-    #[arg(long, value_parser = parse::switch, value_name = "on|off")]
-    shading: Option<bool>,
-    /// White light from a world direction, or from the camera, with strength S (1). Repeatable, up to 4 [default: camera]
-    #[arg(long, value_parser = parse::light, value_name = "X,Y,Z[:S]", allow_hyphen_values = true)]
-    light: Vec<Light>,
     /// Scale opacity by F at gradient magnitude G, interpolated linearly; 5:0,20:1 hides uniform regions, shows boundaries
     #[arg(long, value_parser = parse::gradient_opacity, value_name = "G:F,G:F")]
     gradient_opacity: Option<GradientOpacity>,
@@ -111,7 +107,7 @@ impl QualityOptions {
             Algorithm::Layered(own) => self.layered(own)?.into(),
             other => other,
         };
-        let settings = Settings::from(algorithm);
+        let settings = self.light.apply(Settings::from(algorithm))?;
         Ok(Settings {
             unit_distance: self.unit_distance,
             extinction: match self.extinction {
@@ -119,26 +115,12 @@ impl QualityOptions {
                 Some(ExtinctionName::Exponential) => Extinction::Exponential,
                 Some(ExtinctionName::Linear) => Extinction::Linear,
             },
-            shading: self.shading(settings.shading)?,
             gradient: self.gradient.or(settings.gradient),
             gradient_opacity: self.gradient_opacity,
             depth_cue: self.depth_cue.map(|strength| DepthCue { strength, color: color_under_picture(background) }),
             early_termination: self.early_termination.unwrap_or(settings.early_termination),
             ..settings
         })
-    }
-
-    /// The preset's shading with the options applied.
-    fn shading(&self, own: Option<Shading>) -> Result<Option<Shading>, crate::Error> {
-        let shading = self.shading.map_or(own, |on| on.then(Shading::default));
-        match shading {
-            _ if self.light.is_empty() => Ok(shading),
-            Some(shading) => Ok(Some(Shading { lights: Lights::new(&self.light)?, ..shading })),
-            None => {
-                let problem = "shading is off: omit the light, or enable shading".into();
-                Err(crate::Error::Settings { field: "light", problem })
-            }
-        }
     }
 
     /// The preset's settings of layered rendering with the options applied.

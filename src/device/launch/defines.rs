@@ -85,6 +85,8 @@ pub(crate) struct Rendering {
     pub several_lights: bool,
     /// Colours may fade with depth; the sample parameters decide.
     pub depth_cue: bool,
+    /// Shadows or ambient occlusion are read from light volumes; the sample parameters decide which.
+    pub light_volume: bool,
     /// Estimation of gradients, where programs reconstruct the field.
     pub gradients: Gradients,
     /// Cast rays compute depths instead of colours.
@@ -92,13 +94,14 @@ pub(crate) struct Rendering {
 }
 
 impl Rendering {
-    /// Compositing with all features enabled: used for small kernels, such as sorting, and by tests.
+    /// Compositing with all features but light volumes, which sheets do not have: used for small kernels, such as sorting, and by tests.
     pub const EVERYTHING: Self = Self {
         blend: BlendMode::Composite,
         clipped: true,
         gradient_opacity: true,
         several_lights: true,
         depth_cue: true,
+        light_volume: false,
         gradients: Gradients { estimate: GradientEstimate::Central, voxels: None },
         depths: false,
     };
@@ -177,6 +180,8 @@ impl Defines {
         self.with_if(rendering.gradient_opacity, "THINNED")
             .with_if(rendering.several_lights, "SEVERAL_LIGHTS")
             .with_if(rendering.depth_cue, "DEPTH_CUED")
+            .with_if(rendering.light_volume, "LIGHT_VOLUME")
+            .with_if(rendering.light_volume && matches!(rendering.blend, BlendMode::Iso { .. }), "LIFTED_LIGHT")
     }
 
     /// For programs that reconstruct the field with `kernel`.

@@ -52,6 +52,9 @@ kernel! {
         /// The voxels that gradients are estimated from: `voxels`, unless [`Gradients::voxels`](super::Gradients) is set.
         gradient_voxels: &'a VoxelBuffer,
         gradient_view: VolumeView,
+        /// Light volumes of the lights and of the sky: [`Rendering::light_volume`].
+        light: &'a Buffer<u8>,
+        sky: &'a Buffer<u8>,
         /// One bit per block and slab, for the shears of this lattice.
         visible: &'a Buffer<u8>,
         /// First and last slab with visible blocks, relative to the first layer in the buffer.
@@ -124,6 +127,9 @@ kernel! {
         /// As for [`PointLattice`]; the view is that of layer axis z.
         gradient_voxels: &'a VoxelBuffer,
         gradient_view_of_z: VolumeView,
+        /// Light volumes of the lights and of the sky: [`Rendering::light_volume`].
+        light: &'a Buffer<u8>,
+        sky: &'a Buffer<u8>,
         /// One bit per block and slab, for any shear. Only the buffers that `p.axis` needs are read.
         visible_x: &'a Buffer<u8>,
         visible_y: &'a Buffer<u8>,

@@ -5,6 +5,7 @@ mod blocks;
 mod defines;
 mod fields;
 pub(crate) mod layered;
+pub(crate) mod light;
 pub(crate) mod picture;
 pub(crate) mod rays;
 mod request;
@@ -227,6 +228,7 @@ cl_types!(
     u64 = "ulong",
     f32 = "float",
     u8 = "uchar",
+    u16 = "ushort",
     [f32; 2] = "float2",
     structs::Float4 = "float4",
     [i32; 4] = "int4",

@@ -19,6 +19,9 @@ macro_rules! march {
                 /// The voxels that gradients are estimated from: `voxels`, unless [`Gradients::voxels`](super::Gradients) is set.
                 gradient_voxels: &'a VoxelBuffer,
                 gradient_view: VolumeView,
+                /// Light volumes of the lights and of the sky: [`Rendering::light_volume`].
+                light: &'a Buffer<u8>,
+                sky: &'a Buffer<u8>,
                 /// One bit per block and slab.
                 visible: &'a Buffer<u8>,
                 $(#[$table_doc])*

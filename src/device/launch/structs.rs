@@ -65,6 +65,72 @@ kernel_struct! {
 }
 
 kernel_struct! {
+    /// Look-up of shadows and ambient occlusion in the bytes of light volumes. Axes are u, v, a.
+    LightVolumeParams {
+        /// Positions in the volumes of shadows and of the ambient light: voxels times the scale, plus the origin of each.
+        shadow_scale: f32,
+        sky_scale: f32,
+        /// Of each light: shifted towards the light.
+        origins: [[f32; 3]; 4],
+        sky_origin as [sky_origin_u, sky_origin_v, sky_origin_a]: f32,
+        /// Bytes to the next value.
+        shadow_stride as [shadow_stride_u, shadow_stride_v, shadow_stride_a]: i32,
+        sky_stride as [sky_stride_u, sky_stride_v, sky_stride_a]: i32,
+        /// Largest positions whose cell lies inside.
+        shadow_last as [shadow_last_u, shadow_last_v, shadow_last_a]: f32,
+        sky_last as [sky_last_u, sky_last_v, sky_last_a]: f32,
+        /// Volume of each light, or -1: nothing casts a shadow. Volumes follow each other.
+        volumes: [i32; 4],
+        /// Bytes of a volume.
+        volume_bytes: i32,
+        /// Share of the shadows.
+        strength: f32,
+        /// 1: the ambient light is dimmed by a volume.
+        sky: i32,
+        /// Factor of a colour where gradients are too weak for shading: constant part, ambient part, part of each light.
+        unshaded: f32,
+        unshaded_ambient: f32,
+        unshaded_lights: [f32; 4],
+        /// Distance from an iso-surface, along its normal, at which light is looked up, in voxels.
+        lift as [lift_u, lift_v, lift_a]: f32,
+        /// Direction to the eye, unit length: the visible side of an iso-surface.
+        eye as [eye_u, eye_v, eye_a]: f32,
+    }
+}
+
+kernel_struct! {
+    /// A sweep of rays from a light through the layers of an axis.
+    LightSweepParams {
+        tiles as [tiles_u, tiles_v]: i32,
+        /// Of `visible`.
+        blocks as [blocks_u, blocks_v]: i32,
+        /// Voxels along u and v, and layers.
+        dims as [dims_u, dims_v, layers]: i32,
+        /// +1 or -1: in the direction in which the light shines.
+        layer_step: i32,
+        /// 0: visit everything, to test that culling changes nothing.
+        culling: i32,
+        centre_layer: f32,
+        /// Voxels along u and v from layer to layer, in the direction in which the light shines.
+        along as [along_u, along_v]: f32,
+        /// Of the voxels written, from voxel -1 on.
+        stride as [stride_u, stride_v, stride_a]: i32,
+        /// Number of the volume among those of the buffer, and the bytes of one.
+        volume: i32,
+        volume_bytes: i32,
+        /// Where the light goes: 0 to the bytes, 1 to the sums, 2 it is added to the sums.
+        sum: i32,
+        /// Factor of the light before it is clamped, and the value stored for a light of 1.
+        gain: f32,
+        steps: f32,
+        /// Share of the shadow that is left behind a layer: 1 without a limit of reach.
+        recovered: f32,
+        /// Of coarse transmittances: half a layer, in the lengths that they are for.
+        half_layer: f32,
+    }
+}
+
+kernel_struct! {
     /// Lights, and what gradients leave of the opacity. Axes are u, v, a.
     LightParams {
         /// Samples are lit or faded by their depth, or their opacity depends on the gradient.
@@ -93,6 +159,7 @@ kernel_struct! {
         /// 0: colours do not depend on the depth.
         cue_strength: f32,
         cue_color as [cue_r, cue_g, cue_b]: f32,
+        light_volume: LightVolumeParams,
     }
 }
 
@@ -337,6 +404,8 @@ pub(in crate::device) fn typedefs() -> String {
         VolumeView::typedef(),
         FieldParams::typedef(),
         ClassificationParams::typedef(),
+        LightVolumeParams::typedef(),
+        LightSweepParams::typedef(),
         LightParams::typedef(),
         SegmentParams::typedef(),
         SampleParams::typedef(),

@@ -95,7 +95,8 @@ impl Classification {
         Inputs { classification: Some(self.version), field: None }
     }
 
-    fn inputs_with(&self, field: &Field) -> Inputs {
+    /// Versions of this classification and a field.
+    pub fn inputs_with(&self, field: &Field) -> Inputs {
         Inputs { classification: Some(self.version), field: Some(field.version()) }
     }
 

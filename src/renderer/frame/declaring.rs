@@ -5,6 +5,7 @@ use super::super::field::FieldShape;
 use super::resources::Resources;
 use crate::device::Tuning;
 use crate::layers::{Axis, GradientEstimator, Kernel};
+use crate::settings::{LightGrid, Settings};
 use crate::viewport::Viewport;
 
 /// Sizes from which passes declare the resources of a frame.
@@ -16,6 +17,28 @@ pub(in crate::renderer) struct Declaring<'a> {
     pub viewport: Viewport,
     /// Estimation of gradients, if the frame needs them.
     pub gradient: Option<GradientEstimator>,
+    /// Light volumes, if the frame needs them.
+    pub light: Option<DeclaredLight>,
+}
+
+/// The light volumes of a frame.
+#[derive(Clone, Copy)]
+pub(in crate::renderer) struct DeclaredLight {
+    /// Most volumes of lights.
+    pub volumes: usize,
+    /// Whether there is one of the ambient light.
+    pub sky: bool,
+    pub grid: LightGrid,
+}
+
+impl DeclaredLight {
+    /// Those of these settings. Lights may turn out to be at the camera or equal, and need fewer then.
+    pub fn new(settings: &Settings) -> Option<Self> {
+        let lights = settings.shading.map_or(0, |shading| shading.lights.as_slice().len());
+        let volumes = settings.shadows.map_or(0, |_| lights);
+        let sky = settings.ambient_occlusion.is_some();
+        (volumes > 0 || sky).then_some(Self { volumes, sky, grid: settings.light_grid })
+    }
 }
 
 impl Declaring<'_> {

@@ -3,6 +3,7 @@
 use super::super::classification::{Classification, PreparationKernels, SegmentNeeds, TableSizes};
 use super::super::field::{Field, UploadedVolume};
 use super::super::layered::{PointLayers, SplatLayers};
+use super::super::light::LightVolumes;
 use super::super::picture::{Finished, Picture, WarpInputs, bind};
 use super::super::plan::Plan;
 use super::super::range::LayerRange;
@@ -11,7 +12,7 @@ use super::super::report::{Measured, Statistics};
 use super::super::scene::{Scene, View};
 use super::super::sheets::{AxisAlignedSheets, ImageAlignedSheets};
 use super::super::tiles::Target;
-use super::declaring::Declaring;
+use super::declaring::{DeclaredLight, Declaring};
 use super::resources::Resources;
 use super::steps::{Stage, Step};
 use crate::device::{Device, Limits, Rehearsal, ScratchMemory};
@@ -30,6 +31,7 @@ pub(in crate::renderer) struct Engine {
     pub field: Field,
     pub classification: Classification,
     kernels: PreparationKernels,
+    light: LightVolumes,
     passes: Passes,
     target: Target,
     /// Whether reports include frame statistics.
@@ -100,6 +102,7 @@ impl Engine {
             classification: Classification::new(transfer, field.description().rescale()),
             field,
             kernels: PreparationKernels::default(),
+            light: LightVolumes::default(),
             passes: Passes::default(),
             target: Target::default(),
             measuring: false,
@@ -118,6 +121,7 @@ impl Engine {
             field: self.field.for_rehearsal(),
             classification: self.classification.for_rehearsal(needs),
             kernels: PreparationKernels::default(),
+            light: LightVolumes::default(),
             passes: Passes::default(),
             target: Target::default(),
             measuring: false,
@@ -171,6 +175,7 @@ impl Engine {
             tuning: self.device.tuning(),
             viewport,
             gradient: settings.needed_gradient(),
+            light: DeclaredLight::new(settings),
         })
     }
 
@@ -234,6 +239,7 @@ impl Engine {
             if n > 0 {
                 self.field.drop_cached();
                 self.classification.drop_cached();
+                self.light.drop_cached();
                 self.target.keep_picture();
             }
             self.require(&device, frame, &stage.resources)?;
@@ -299,8 +305,8 @@ impl Engine {
     }
 
     fn draw_layers(&mut self, view: View, lattice: &Lattice, layered: Layered, range: &LayerRange) -> Result<(), Error> {
-        let Self { field, classification, kernels, passes, target, .. } = self;
-        let scene = &mut Scene::new(view, field, classification, kernels);
+        let Self { field, classification, kernels, light, passes, target, .. } = self;
+        let scene = &mut Scene::new(view, field, classification, kernels, light);
         match layered.classification {
             settings::Classification::Post(correction) => passes.splats.draw_lattice(scene, lattice, correction, range, target),
             settings::Classification::Preintegrated { kernel, samples_per_layer } => {
@@ -310,8 +316,8 @@ impl Engine {
     }
 
     fn draw_screen(&mut self, view: View, plan: &Plan, gathers: RayOutput) -> Result<(), Error> {
-        let Self { field, classification, kernels, passes, target, .. } = self;
-        let scene = &mut Scene::new(view, field, classification, kernels);
+        let Self { field, classification, kernels, light, passes, target, .. } = self;
+        let scene = &mut Scene::new(view, field, classification, kernels, light);
         match *plan {
             Plan::Direct(axis, layered) => match layered.classification {
                 settings::Classification::Post(correction) => {
@@ -335,6 +341,7 @@ impl Engine {
     fn drop_cached(&mut self) {
         self.field.drop_cached();
         self.classification.drop_cached();
+        self.light.drop_cached();
         self.target.arena.clear();
     }
 }

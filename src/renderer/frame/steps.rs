@@ -1,6 +1,7 @@
 //! Steps of a frame on the device and their resources.
 
 use super::super::layered::{points, splats};
+use super::super::light;
 use super::super::picture::{Share, declare_displayed, declare_floats};
 use super::super::plan::Plan;
 use super::super::range::LayerRange;
@@ -104,11 +105,19 @@ impl Step<'_> {
     fn declare(&self, declaring: &Declaring, bound: bool, resources: &mut Resources) {
         match self {
             Step::Hold { .. } | Step::Continue(_) => {}
-            Step::Layers { lattice, layered, .. } => match layered.classification {
-                Classification::Preintegrated { kernel, .. } => points::declare_lattice(declaring, lattice, kernel, resources),
-                Classification::Post(correction) => splats::declare_lattice(declaring, lattice, correction, resources),
-            },
-            Step::Screen(plan, _) => declare_screen(plan, declaring, resources),
+            Step::Layers { lattice, layered, .. } => {
+                light::declare(declaring, resources);
+                match layered.classification {
+                    Classification::Preintegrated { kernel, .. } => {
+                        points::declare_lattice(declaring, lattice, kernel, resources)
+                    }
+                    Classification::Post(correction) => splats::declare_lattice(declaring, lattice, correction, resources),
+                }
+            }
+            Step::Screen(plan, _) => {
+                light::declare(declaring, resources);
+                declare_screen(plan, declaring, resources);
+            }
             Step::Warp { .. } if !bound => declare_floats(declaring.viewport, resources),
             Step::WarpDisplayed { .. } | Step::Present(_) if !bound => declare_displayed(declaring.viewport, resources),
             Step::Warp { .. } | Step::WarpDisplayed { .. } | Step::Present(_) => {}

@@ -82,6 +82,8 @@ impl PointLayers {
         let region = Region::new(scene, kernel, per_layer);
         let segments = segments(scene, &integrals, kernel, per_layer);
         let table = scene.table(kernel)?;
+        let illumination = scene.illumination()?;
+        let [light, sky] = illumination.arguments(&visible.flags);
         let sample = point_params(scene, (&integrals, &table), steps, frame, (kernel, per_layer));
         let variant = (layout.voxels.kind(), kernel, segments, region.rendering_from(&gradients));
         let arguments = PointLatticeArguments {
@@ -89,6 +91,8 @@ impl PointLayers {
             view: layout.view,
             gradient_voxels: &gradients.layout.voxels,
             gradient_view: gradients.layout.view,
+            light,
+            sky,
             visible: &visible.flags,
             shown_slabs: &visible.shown,
             integrals: &integrals.nodes,
@@ -130,6 +134,8 @@ impl PointLayers {
         let sample = point_params(scene, (&integrals, &table), steps, Axis::Z.frame(), (kernel, samples_per_layer));
         let layout = scene.weighted(Axis::Z, kernel)?;
         let gradients = scene.gradient_voxels(Axis::Z, kernel, &layout)?;
+        let illumination = scene.illumination()?;
+        let [light, sky] = illumination.arguments(&visible[0].flags);
         let Drawn { samples: frame, active_samples, .. } = &target.prepare(Tiles::for_pixels(viewport));
         self.direct.launch(
             device,
@@ -138,6 +144,8 @@ impl PointLayers {
                 voxels: &layout.voxels,
                 gradient_voxels: &gradients.layout.voxels,
                 gradient_view_of_z: gradients.layout.view,
+                light,
+                sky,
                 visible_x: &visible[0].flags,
                 visible_y: &visible[1].flags,
                 visible_z: &visible[2].flags,

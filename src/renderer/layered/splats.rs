@@ -168,6 +168,8 @@ impl SplatLayers {
         let visible = scene.visible_blocks(axis, Kernel::Cubic)?;
         let layout = scene.layout(axis)?;
         let gradients = scene.gradient_voxels(axis, Kernel::Cubic, &layout)?;
+        let illumination = scene.illumination()?;
+        let [light, sky] = illumination.arguments(&visible.flags);
         self.lattice.launch(
             device,
             (layout.voxels.kind(), region.rendering_from(&gradients)),
@@ -176,6 +178,8 @@ impl SplatLayers {
                 view: layout.view,
                 gradient_voxels: &gradients.layout.voxels,
                 gradient_view: gradients.layout.view,
+                light,
+                sky,
                 offsets_u,
                 offsets_v,
                 weights,
@@ -228,6 +232,8 @@ impl SplatLayers {
         let gradients = scene.gradient_voxels(axis, Kernel::Cubic, &layout)?;
         let (voxels, view) = (&layout.voxels, layout.view);
         let (gradient_voxels, gradient_view) = (&gradients.layout.voxels, gradients.layout.view);
+        let illumination = scene.illumination()?;
+        let [light, sky] = illumination.arguments(&visible.flags);
         let p = lattice_params(lattice, range, tiles, visible.blocks, settings.culling);
         let variant = (voxels.kind(), region.rendering_from(&gradients));
         let (visible, table, clip) = (&visible.flags, &table.entries, region.for_kernels(lattice.frame));
@@ -241,6 +247,8 @@ impl SplatLayers {
                     view,
                     gradient_voxels,
                     gradient_view,
+                    light,
+                    sky,
                     nodes,
                     visible,
                     table,
@@ -260,6 +268,8 @@ impl SplatLayers {
                     view,
                     gradient_voxels,
                     gradient_view,
+                    light,
+                    sky,
                     visible,
                     table,
                     slabs,
@@ -302,6 +312,8 @@ impl SplatLayers {
         let slabs = &target.arena.fill(device, &SUB_SLABS, &slab_table(&slabs))?;
         let layout = scene.layout(Axis::Z)?;
         let gradients = scene.gradient_voxels(Axis::Z, Kernel::Cubic, &layout)?;
+        let illumination = scene.illumination()?;
+        let [light, sky] = illumination.arguments(&visible[0].flags);
         let Drawn { samples: frame, active_samples, .. } = &target.prepare(Tiles::for_pixels(viewport));
         self.direct.launch(
             device,
@@ -310,6 +322,8 @@ impl SplatLayers {
                 voxels: &layout.voxels,
                 gradient_voxels: &gradients.layout.voxels,
                 gradient_view_of_z: gradients.layout.view,
+                light,
+                sky,
                 visible_x: &visible[0].flags,
                 visible_y: &visible[1].flags,
                 visible_z: &visible[2].flags,

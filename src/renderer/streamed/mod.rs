@@ -208,6 +208,8 @@ impl<'v> StreamedRenderer<'v> {
     /// Divides the lattices of a plan into parts; returns the plan itself if it has no lattices.
     fn streamed(&self, plan: Plan, rays: Rays, viewport: Viewport, settings: Settings) -> Result<Result<Streamed, Plan>, Error> {
         let (lattices, layered) = match &plan {
+            // Light is swept through the whole volume.
+            _ if settings.sweeps_light() => return Ok(Err(plan)),
             Plan::Lattice(lattice, layered) => (vec![(lattice.clone(), Share::WHOLE.share)], *layered),
             Plan::Shared(lattices, layered) => (lattices.clone(), *layered),
             _ => return Ok(Err(plan)),

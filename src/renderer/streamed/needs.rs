@@ -62,7 +62,7 @@ impl<'a> Needs<'a> {
         let Self { lattice, layered, gradient, viewport, tuning, description, tables } = *self;
         let mut dims = description.grid().dims();
         dims[lattice.frame.a] = layers;
-        let declaring = Declaring { shape: FieldShape::new(description, dims), tables, tuning, viewport, gradient };
+        let declaring = Declaring { shape: FieldShape::new(description, dims), tables, tuning, viewport, gradient, light: None };
         let steps = vec![
             Step::Layers { lattice, layered, range: LayerRange::whole(lattice) },
             Step::Warp { lattice, share: Share::WHOLE },

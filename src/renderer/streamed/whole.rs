@@ -4,7 +4,7 @@ use super::super::accumulation::Jitter;
 use super::super::classification::TableSizes;
 use super::super::depths::{check_has_depths, depth_settings};
 use super::super::field::FieldShape;
-use super::super::frame::{Declaring, Output, Stage};
+use super::super::frame::{DeclaredLight, Declaring, Output, Stage};
 use super::super::plan::Plan;
 use super::super::report::FrameReport;
 use super::super::{Renderer, UploadedVolume};
@@ -85,16 +85,24 @@ impl StreamedRenderer<'_> {
         let tables = TableSizes::new(&self.transfer, self.volume.description());
         let shape = FieldShape::new(self.volume.description(), self.grid.dims());
         let gradient = settings.needed_gradient();
-        let declaring = Declaring { shape, tables: &tables, tuning: self.device.tuning(), viewport, gradient };
+        let declaring = Declaring {
+            shape,
+            tables: &tables,
+            tuning: self.device.tuning(),
+            viewport,
+            gradient,
+            light: DeclaredLight::new(settings),
+        };
         let (needed, limits) =
             (Stage::from_plan(plan, Output::Floats, false, &declaring).resources.bytes(), self.memory_limits());
         if limits.fits(needed) {
             return Ok(());
         }
+        let without_light = if settings.sweeps_light() { ", without shadows and ambient occlusion," } else { "" };
         // The device counts the splats of sheets, so the size of their lists is not known before.
         let unknown = if matches!(plan, Plan::AxisSheets(_) | Plan::ViewSheets(_)) { ", and more for its splats" } else { "" };
         let what = format!(
-            "{what} ({plan}), which needs the whole volume at once because only layers on a lattice can be streamed{unknown},"
+            "{what} ({plan}), which needs the whole volume at once because only layers on a lattice{without_light} can be streamed{unknown},"
         );
         Err(plan::out_of_memory(&self.device, &what, needed, limits))
     }

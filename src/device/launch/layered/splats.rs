@@ -25,6 +25,9 @@ kernel! {
         /// As for [`PointLattice`](super::PointLattice).
         gradient_voxels: &'a VoxelBuffer,
         gradient_view: VolumeView,
+        /// Light volumes of the lights and of the sky: [`Rendering::light_volume`].
+        light: &'a Buffer<u8>,
+        sky: &'a Buffer<u8>,
         offsets_u: &'a Buffer<LayerOffset>,
         offsets_v: &'a Buffer<LayerOffset>,
         weights: &'a Buffer<f32>,
@@ -66,6 +69,9 @@ kernel! {
         /// As for [`PointLattice`](super::PointLattice).
         gradient_voxels: &'a VoxelBuffer,
         gradient_view: VolumeView,
+        /// Light volumes of the lights and of the sky: [`Rendering::light_volume`].
+        light: &'a Buffer<u8>,
+        sky: &'a Buffer<u8>,
         /// (z, weight) of the eight quadrature nodes.
         nodes: &'a Buffer<[f32; 2]>,
         visible: &'a Buffer<u8>,
@@ -104,6 +110,9 @@ kernel! {
         /// As for [`PointLattice`](super::PointLattice).
         gradient_voxels: &'a VoxelBuffer,
         gradient_view: VolumeView,
+        /// Light volumes of the lights and of the sky: [`Rendering::light_volume`].
+        light: &'a Buffer<u8>,
+        sky: &'a Buffer<u8>,
         visible: &'a Buffer<u8>,
         /// (r, g, b, τ) per value.
         table: &'a Buffer<Float4>,
@@ -139,6 +148,9 @@ kernel! {
         /// As for [`PointDirect`](super::PointDirect).
         gradient_voxels: &'a VoxelBuffer,
         gradient_view_of_z: VolumeView,
+        /// Light volumes of the lights and of the sky: [`Rendering::light_volume`].
+        light: &'a Buffer<u8>,
+        sky: &'a Buffer<u8>,
         /// For layer axes x, y, z. Only the buffers that `p.axis` needs are read.
         visible_x: &'a Buffer<u8>,
         visible_y: &'a Buffer<u8>,

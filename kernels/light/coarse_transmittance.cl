@@ -1,0 +1,89 @@
+// Mean transmittance of blocks of COARSE^3 voxels, for light volumes of lower resolution.
+//
+// One work-item per row of blocks. `transmittance`: of each voxel along the edge of a block, per table entry. Voxels outside the clip
+// region count as clear. Blocks at the far faces may be incomplete: what is missing is clear. coarse[(z*dims_y + y)*dims_x + x].
+
+#include "shared/clipping.cl"
+#include "shared/field.cl"
+#include "shared/shading.cl"
+
+#ifndef COARSE
+#error "COARSE: voxels per block and axis"
+#endif
+
+// Blocks of a row that are reduced together.
+#define BLOCKS (4 * VW)
+#define COLUMNS (COARSE * BLOCKS)
+
+// Lanes whose voxels lie in the clip region.
+static inline intv unclipped(const Clipping *clip, realv u, realv v, realv a) {
+    intv inside = u >= clip->lowest[0] && u <= clip->highest[0] && v >= clip->lowest[1] && v <= clip->highest[1] &&
+                  a >= clip->lowest[2] && a <= clip->highest[2];
+    for (int n = 0; n < clip->plane_count; n++) {
+        const float *plane = clip->planes + 4 * n;
+        inside &= plane[0] * u + plane[1] * v + plane[2] * a + plane[3] >= 0.0f;
+    }
+    return inside;
+}
+
+__kernel void coarse_transmittance(__global const VOXEL *voxels, VolumeView view, __global const GRADIENT_VOXEL *gradient_voxels,
+                                   VolumeView gradient_view, __global const float *transmittance, SampleParams sample, Clipping clip,
+                                   int dims_x, int dims_y, int dims_z, __global float *coarse) {
+    const int id = get_global_id(0);
+    if (id >= dims_y * dims_z)
+        return;
+    voxels += view.first;
+#ifdef THINNED
+    __global const uchar *light = 0, *sky = 0;
+    const ShadingSource shading = SHADING_SOURCE;
+#endif
+    const int first_v = id % dims_y * COARSE, first_a = id / dims_y * COARSE;
+    for (int first = 0; first < dims_x; first += BLOCKS) {
+        float absorbed_by[COLUMNS];
+        for (int c = 0; c < COLUMNS; c += VW)
+            STOREV(absorbed_by + c, (realv)(0.0f));
+        bool clear = true;
+        for (int n = 0; n < COARSE * COARSE; n++) {
+            const int j = first_v + n % COARSE, k = first_a + n / COARSE;
+            if (j >= view.dims_v || k >= view.dims_a)
+                continue;
+            __global const VOXEL *row = voxels + (k - view.first_a) * view.stride_a + j * view.stride_v;
+            for (int c = 0; c < COLUMNS && first * COARSE + c < view.dims_u; c += VW) {
+                const int i = first * COARSE + c;
+                realv value = (realv)(view.background);
+                if (i + VW <= view.dims_u)
+                    value = VOXEL_VALUES(&view, LOAD_VOXELS(row + i));
+                else
+                    for (int lane = 0; lane < view.dims_u - i; lane++)
+                        ((float *)&value)[lane] = VOXEL_VALUE(&view, convert_float(row[i + lane]));
+                const intv index = table_index(&sample, value);
+                intv absorbs = index >= sample.classification.first_visible && index <= sample.classification.last_visible;
+#if defined(CLIPPED) || defined(THINNED)
+                const realv u = CONVERT_REALV(LANES + i), v = (realv)(j), a = (realv)(k);
+#endif
+#ifdef CLIPPED
+                absorbs &= unclipped(&clip, u, v, a);
+#endif
+                if (!ANY(absorbs))
+                    continue;
+                clear = false;
+                realv share = 1.0f - GATHER(transmittance, index);
+#ifdef THINNED
+                if (sample.light.thinned) {
+                    const Gradient gradient = gradient_at(&shading, &sample.field, u, v, a, absorbs);
+                    const realv scale = gradient_extinction_scale(&sample, gradient_length(&sample, gradient));
+                    share = sample.classification.linear ? share * scale : 1.0f - general_power(1.0f - share, scale);
+                }
+#endif
+                STOREV(absorbed_by + c, LOADV(absorbed_by + c) + (absorbs ? share : (realv)(0.0f)));
+            }
+        }
+        __global float *out = coarse + (size_t)id * dims_x + first;
+        for (int b = 0; b < min(BLOCKS, dims_x - first); b++) {
+            float sum = 0.0f;
+            for (int c = 0; !clear && c < COARSE; c++)
+                sum += absorbed_by[b * COARSE + c];
+            out[b] = 1.0f - sum / (COARSE * COARSE * COARSE);
+        }
+    }
+}

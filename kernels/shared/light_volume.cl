@@ -1,0 +1,88 @@
+// Look-up of the light that reaches a point, in volumes of bytes that light_sweep.cl has filled: 255 is all of it.
+
+#include "shared/elementary.cl"
+#include "shared/point.cl"
+
+// Volumes of the lights, and of the ambient light.
+typedef struct {
+    __global const uchar *lights, *sky;
+} LightVolume;
+
+#define NO_LIGHT_VOLUME {0, 0}
+
+#ifdef LIGHT_VOLUME
+// A 32-bit word at any byte offset, in each lane.
+#if defined(GATHER_WORDS)
+#define WORDS_AT(p, bytes) GATHER_WORDS(p, bytes)
+#elif VW == 1
+#define WORDS_AT(p, bytes) as_int(vload4(0, (p) + (bytes)))
+#else
+#define WORD_AT(n) as_int(vload4(0, volume + at[n]))
+static inline intv words_at(__global const uchar *volume, intv bytes) {
+    const int *at = (const int *)&bytes;
+    intv words;
+    int *word = (int *)&words;
+    for (int n = 0; n < VW; n++)
+        word[n] = WORD_AT(n);
+    return words;
+}
+#define WORDS_AT(p, bytes) words_at(p, bytes)
+#endif
+
+// Interpolates linearly between eight values of a volume, in steps of 1/255. The values along one axis are neighbouring bytes, of which one
+// word holds two.
+static inline realv interpolate_light(__global const uchar *volume, float scale, const float *origin, const int *stride,
+                                      const float *last, Point point) {
+    // Along the axis with neighbouring bytes, which is u or a, then the others.
+    const bool along_a = stride[2] == 1;
+    const int stride_far = along_a ? stride[0] : stride[2];
+    const realv u = CLAMP(point.u * scale + origin[0], (realv)(0.0f), (realv)(last[0]));
+    const realv y = CLAMP(point.v * scale + origin[1], (realv)(0.0f), (realv)(last[1]));
+    const realv a = CLAMP(point.a * scale + origin[2], (realv)(0.0f), (realv)(last[2]));
+    const realv x = along_a ? a : u, z = along_a ? u : a;
+    const intv i = CONVERT_INTV(x), j = CONVERT_INTV(y), k = CONVERT_INTV(z);
+    const realv s = x - CONVERT_REALV(i), t = y - CONVERT_REALV(j), r = z - CONVERT_REALV(k);
+    const intv at = i + j * stride[1] + k * stride_far;
+    realv planes[2];
+#pragma unroll
+    for (int n = 0; n < 2; n++) {
+        const intv low = WORDS_AT(volume, at + n * stride_far), high = WORDS_AT(volume, at + n * stride_far + stride[1]);
+        const realv left = CONVERT_REALV(low & 255), to_left = CONVERT_REALV(high & 255);
+        const realv one = left + s * (CONVERT_REALV((low >> 8) & 255) - left);
+        const realv other = to_left + s * (CONVERT_REALV((high >> 8) & 255) - to_left);
+        planes[n] = one + t * (other - one);
+    }
+    return planes[0] + r * (planes[1] - planes[0]);
+}
+
+// Where the light of a sample is looked up: at its point or, for an iso-surface with this unit normal, off the surface, on the side of the
+// direction whose scalar product with the normal is `side`.
+static inline Point off_surface(const SampleParams *p, Point point, realv u, realv v, realv a, realv side) {
+#ifdef LIFTED_LIGHT
+    const LightVolumeParams *volume = &p->light.light_volume;
+    const realv sign = side < 0.0f ? (realv)(-1.0f) : (realv)(1.0f);
+    point.u += sign * (volume->lift_u * u), point.v += sign * (volume->lift_v * v), point.a += sign * (volume->lift_a * a);
+#endif
+    return point;
+}
+
+// The share of light n that reaches a point.
+static inline realv reaching_light(const SampleParams *p, LightVolume volume, Point point, int n) {
+    const LightVolumeParams *v = &p->light.light_volume;
+    if (v->volumes[n] < 0)
+        return 1.0f;
+    const float shadow = v->strength * (1.0f / 255.0f);
+    const realv light = interpolate_light(volume.lights + (size_t)v->volumes[n] * v->volume_bytes, v->shadow_scale, v->origins + 3 * n,
+                                          &v->shadow_stride_u, &v->shadow_last_u, point);
+    return 1.0f - v->strength + shadow * light;
+}
+
+// The share of the ambient light that reaches a point.
+static inline realv reaching_sky(const SampleParams *p, LightVolume volume, Point point) {
+    const LightVolumeParams *v = &p->light.light_volume;
+    if (!v->sky)
+        return 1.0f;
+    return (1.0f / 255.0f) *
+           interpolate_light(volume.sky, v->sky_scale, &v->sky_origin_u, &v->sky_stride_u, &v->sky_last_u, point);
+}
+#endif

@@ -1,0 +1,124 @@
+//! Options for lights, shadows and ambient occlusion.
+
+use crate::cli::parse;
+use crate::settings::{AmbientOcclusion, Light, LightGrid, LightSpace, Lights, Settings, Shading, Shadows};
+use clap::{Args, ValueEnum};
+
+#[derive(Args)]
+#[command(next_help_heading = "Light")]
+pub(in crate::cli) struct LightOptions {
+    /// Gradient shading
+    #[arg(long, value_parser = parse::switch, value_name = "on|off")]
+    shading: Option<bool>,
+    /// White light from a direction, or from the camera, with strength S (1) and angular diameter (0). Repeatable, up to 4 [default: camera;
+    /// with shadows -1,1,1 in camera space]
+    #[arg(long, value_parser = parse::light, value_name = "X,Y,Z[:S[:DEGREES]]", allow_hyphen_values = true)]
+    light: Vec<Light>,
+    /// Axes of --light: world, or camera (right, up, towards the viewer), in which lights move with the camera [default: world]
+    #[arg(long, value_name = "NAME")]
+    light_space: Option<LightSpaceName>,
+    /// Shadows of the lights
+    #[arg(long, value_parser = parse::switch, value_name = "on|off")]
+    shadows: Option<bool>,
+    /// Share of the shadows, 0 to 1 [default: 1]
+    #[arg(long, value_parser = parse::share, value_name = "SHARE", allow_hyphen_values = true)]
+    shadow_strength: Option<f64>,
+    /// Factor of the light in shadows, at most full light; 1 is physically exact, and dark [default: 4]
+    #[arg(long, value_parser = parse::positive, value_name = "F", allow_hyphen_values = true)]
+    shadow_forgiveness: Option<f64>,
+    /// Dim the ambient light where little of the surroundings is open
+    #[arg(long, value_parser = parse::switch, value_name = "on|off")]
+    ambient_occlusion: Option<bool>,
+    /// World distance over which ambient occlusion decreases to 1/e [default: inf]
+    #[arg(long, value_parser = parse::reach, value_name = "inf|LENGTH", allow_hyphen_values = true)]
+    ao_reach: Option<Reach>,
+    /// Resolution of shadows and ambient occlusion; quarter applies to ambient occlusion, and is half for shadows [default: full]
+    #[arg(long, value_name = "NAME")]
+    light_grid: Option<LightGridName>,
+}
+
+/// A distance, or no limit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(in crate::cli) struct Reach(pub Option<f64>);
+
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+enum LightSpaceName {
+    World,
+    Camera,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum LightGridName {
+    Full,
+    Half,
+    Quarter,
+}
+
+impl LightOptions {
+    /// Settings with these options applied.
+    ///
+    /// # Errors
+    /// [`crate::Error::Settings`] for options without effect.
+    pub fn apply(&self, settings: Settings) -> Result<Settings, crate::Error> {
+        let refuse = |field, problem: &str| Err(crate::Error::Settings { field, problem: problem.into() });
+        let shadows = self.shadows.unwrap_or(false);
+        let occlusion = self.ambient_occlusion.unwrap_or(false);
+        if !shadows && self.shadow_strength.is_some() {
+            return refuse("shadow_strength", "shadows are off: omit it, or enable shadows");
+        }
+        if !shadows && self.shadow_forgiveness.is_some() {
+            return refuse("shadow_forgiveness", "shadows are off: omit it, or enable shadows");
+        }
+        if !occlusion && self.ao_reach.is_some() {
+            return refuse("ao_reach", "ambient occlusion is off: omit it, or enable ambient occlusion");
+        }
+        if !(shadows || occlusion) && self.light_grid.is_some() {
+            return refuse("light_grid", "shadows and ambient occlusion are off: omit it, or enable one of them");
+        }
+        let own = Shadows::default();
+        Ok(Settings {
+            shading: self.shading(settings.shading)?,
+            shadows: shadows.then(|| Shadows {
+                strength: self.shadow_strength.unwrap_or(own.strength),
+                forgiveness: self.shadow_forgiveness.unwrap_or(own.forgiveness),
+            }),
+            ambient_occlusion: occlusion
+                .then(|| AmbientOcclusion { reach: self.ao_reach.and_then(|reach| reach.0), ..AmbientOcclusion::default() }),
+            light_grid: self.light_grid.map_or(settings.light_grid, |name| match name {
+                LightGridName::Full => LightGrid::Full,
+                LightGridName::Half => LightGrid::Half,
+                LightGridName::Quarter => LightGrid::Quarter,
+            }),
+            ..settings
+        })
+    }
+
+    /// Whether the caller wants lights that move with the camera.
+    pub fn moves_with_camera(&self) -> bool {
+        self.light_space == Some(LightSpaceName::Camera)
+    }
+
+    /// The preset's shading with the options applied.
+    fn shading(&self, own: Option<Shading>) -> Result<Option<Shading>, crate::Error> {
+        let shading = self.shading.map_or(own, |on| on.then(Shading::default));
+        let lights = match &self.light[..] {
+            // A light at the camera casts no visible shadow.
+            [] if self.shadows == Some(true) => Lights::BESIDE_CAMERA,
+            [] => return Ok(shading),
+            given => Lights::new(&given.iter().map(|&light| self.placed(light)).collect::<Vec<_>>())?,
+        };
+        match shading {
+            Some(shading) => Ok(Some(Shading { lights, ..shading })),
+            None if self.light.is_empty() => Ok(None),
+            None => {
+                let problem = "shading is off: omit the light, or enable shading".into();
+                Err(crate::Error::Settings { field: "light", problem })
+            }
+        }
+    }
+
+    fn placed(&self, light: Light) -> Light {
+        let space = if self.moves_with_camera() { LightSpace::Camera } else { LightSpace::World };
+        if light.direction.is_some() { Light { space, ..light } } else { light }
+    }
+}

@@ -1,0 +1,156 @@
+//! Kernels that fill light volumes.
+
+use super::structs::{Clipping, Float4, LayerOffset, LightSweepParams, SampleParams, VolumeView};
+use super::{Defines, Floats, Items, Launch, Rendering, VoxelBuffer, VoxelKind, kernel, large_grid, tiles};
+use crate::device::{Buffer, Tuning};
+use crate::layers::Kernel;
+
+/// Value of a sum for a light of 1: below 65535, so that the rounded parts of all sweeps fit.
+pub(crate) const WHOLE_SUM: f32 = 65000.0;
+
+kernel! {
+    /// Computes the transmittance of half a layer for each table entry.
+    LightTable = "light/light_table.cl", light_table, "light";
+    LightTableArguments<'a> {
+        /// (r, g, b, τ) per value, or α with linear extinction.
+        table: &'a Buffer<Float4>,
+        count: i32,
+        /// Length of half a layer in unit distances.
+        half_layer: f32,
+        linear: i32,
+        transmittance: &'a Buffer<f32>,
+    }
+}
+
+impl Launch for LightTable {
+    type Variant = ();
+    const ITEMS: Items = Items::Pixels;
+
+    fn defines(_: &Tuning, (): ()) -> String {
+        String::new()
+    }
+
+    fn items(a: &LightTableArguments, _: &Tuning) -> usize {
+        a.count as usize
+    }
+}
+
+kernel! {
+    /// Sweeps the transmittance of parallel rays from a light through the layers of an axis.
+    LightSweep = "light/light_sweep.cl", light_sweep, "light";
+    LightSweepArguments<'a> {
+        voxels: &'a VoxelBuffer,
+        view: VolumeView,
+        /// The voxels that gradients are estimated from: `voxels`, unless [`Gradients::voxels`](super::Gradients) is set.
+        gradient_voxels: &'a VoxelBuffer,
+        gradient_view: VolumeView,
+        /// One bit per block and slab.
+        visible: &'a Buffer<u8>,
+        /// Result of [`LightTable`].
+        transmittance: &'a Buffer<f32>,
+        /// Of layers -1 … n along u, then along v.
+        offsets: &'a Buffer<LayerOffset>,
+        p: LightSweepParams,
+        sample: SampleParams,
+        clip: Clipping,
+        light: &'a Buffer<u8>,
+        /// One per voxel, for light that is averaged over several sweeps; otherwise not read.
+        sums: &'a Buffer<u16>,
+    }
+}
+
+impl LightSweep {
+    /// Rows of rays in a tile. The last is shared with the next tile.
+    const ROWS: usize = 17;
+    /// Columns of rays: three vectors. Wider tiles would lie over more than eight blocks, which are loaded at once.
+    const VECTORS: usize = 3;
+
+    /// Number of tiles for this many rays along u and v.
+    pub fn tiles(size: [usize; 2], tuning: &Tuning) -> [i32; 2] {
+        let [columns, rows] = [Self::VECTORS * tuning.vector_width.max(4) as usize - 1, Self::ROWS - 1];
+        [(size[0] - 1).div_ceil(columns), (size[1] - 1).div_ceil(rows)].map(|n| n as i32)
+    }
+}
+
+impl Launch for LightSweep {
+    /// The flag: voxels are coarse transmittances. They know no gradients and are not clipped.
+    type Variant = (VoxelKind, bool, Rendering);
+    const ITEMS: Items = Items::Tiles;
+
+    fn defines(tuning: &Tuning, (voxels, coarse, rendering): Self::Variant) -> String {
+        let kernel = if coarse { Kernel::Linear } else { Kernel::Cubic };
+        let whole = Rendering { clipped: false, gradient_opacity: false, ..rendering };
+        let defines = Defines::new(tuning.vector_width.max(4)).with_voxels(voxels).with_kernel(kernel);
+        let defines = defines.with_rendering(if coarse { whole } else { rendering }).with_if(coarse, "COARSE");
+        defines.with("SWEEP_VECTORS", Self::VECTORS).with("SWEEP_ROWS", Self::ROWS).0
+    }
+
+    fn items(a: &LightSweepArguments, _: &Tuning) -> usize {
+        tiles(a.p.tiles)
+    }
+}
+
+kernel! {
+    /// Converts sums of several sweeps to bytes.
+    FinishLight = "light/finish_light.cl", finish_light, "light";
+    FinishLightArguments<'a> {
+        sums: &'a Buffer<u16>,
+        /// Number of values of a volume.
+        values: i32,
+        /// Sum of a light of 1.
+        whole: f32,
+        gain: f32,
+        /// Number of the volume.
+        volume: i32,
+        light: &'a Buffer<u8>,
+    }
+}
+
+impl Launch for FinishLight {
+    type Variant = ();
+    const ITEMS: Items = Items::Pixels;
+
+    fn defines(_: &Tuning, (): ()) -> String {
+        String::new()
+    }
+
+    fn items(a: &FinishLightArguments, _: &Tuning) -> usize {
+        large_grid(a.values as usize)
+    }
+}
+
+kernel! {
+    /// Computes the mean transmittance of blocks of voxels.
+    CoarseTransmittance = "light/coarse_transmittance.cl", coarse_transmittance, "light";
+    CoarseTransmittanceArguments<'a> {
+        voxels: &'a VoxelBuffer,
+        /// View of layer axis z.
+        view: VolumeView,
+        gradient_voxels: &'a VoxelBuffer,
+        gradient_view: VolumeView,
+        /// Of each voxel along the edge of a block: result of [`LightTable`].
+        transmittance: &'a Buffer<f32>,
+        sample: SampleParams,
+        clip: Clipping,
+        /// Blocks along each axis.
+        dims_x: i32,
+        dims_y: i32,
+        dims_z: i32,
+        coarse: Floats<'a>,
+    }
+}
+
+impl Launch for CoarseTransmittance {
+    /// With the number of voxels per block and axis.
+    type Variant = (VoxelKind, Rendering, usize);
+    const ITEMS: Items = Items::Tiles;
+
+    fn defines(tuning: &Tuning, (voxels, rendering, coarse): Self::Variant) -> String {
+        let defines = Defines::new(tuning.vector_width.max(4)).with_voxels(voxels).with_kernel(Kernel::Cubic);
+        defines.with_rendering(rendering).with("COARSE", coarse).0
+    }
+
+    fn items(a: &CoarseTransmittanceArguments, _: &Tuning) -> usize {
+        a.dims_y as usize * a.dims_z as usize
+    }
+}

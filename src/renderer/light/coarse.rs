@@ -1,0 +1,87 @@
+//! Coarse transmittances: the medium through which light of a lower resolution is swept.
+
+use super::super::field::Layout;
+use super::super::region::Region;
+use super::super::scene::Scene;
+use super::KERNEL;
+use super::grid::ValueGrid;
+use crate::device::launch::light::CoarseTransmittanceArguments;
+use crate::device::launch::structs::VolumeView;
+use crate::device::launch::volume::TransposeArguments;
+use crate::device::launch::{Floats, VoxelBuffer};
+use crate::error::Error;
+use crate::layers::Axis;
+use crate::volume::VoxelType;
+use std::sync::Arc;
+
+pub(super) const COARSE: &str = "the coarse transmittances";
+
+/// Mean transmittances of blocks of voxels.
+pub(super) struct Coarse {
+    /// x fastest.
+    upright: Arc<VoxelBuffer>,
+    /// z fastest: the layout of layer axis x.
+    transposed: Arc<VoxelBuffer>,
+    dims: [usize; 3],
+    /// Length that they are for, in unit distances.
+    pub length: f64,
+}
+
+impl Coarse {
+    /// The layout of a layer axis.
+    pub fn layout(&self, axis: Axis) -> Layout {
+        let frame = axis.frame();
+        let [x, y, z] = self.dims.map(|n| n as i64);
+        let (voxels, stride) = match axis {
+            Axis::X => (&self.transposed, [1, z, y * z]),
+            Axis::Y => (&self.upright, [1, x * y, x]),
+            Axis::Z => (&self.upright, [1, x, x * y]),
+        };
+        let dims = [frame.u, frame.v, frame.a].map(|i| self.dims[i] as i32);
+        // Beside the volume all is clear.
+        let view = VolumeView { stride, first: 0, dims, background: 1.0, offset: 0.0, first_a: 0 };
+        Layout { voxels: voxels.clone(), view }
+    }
+}
+
+impl Scene<'_> {
+    /// The coarse transmittances for a grid of values; `None` at full resolution.
+    pub(super) fn coarse(&mut self, values: ValueGrid) -> Result<Option<Coarse>, Error> {
+        if values.voxels() == 1 {
+            return Ok(None);
+        }
+        let dims = values.inner();
+        let [dims_x, dims_y, dims_z] = dims.map(|n| n as i32);
+        let length = values.voxels() as f64 * self.steps(1).shortest();
+        let transmittance = self.transmittances(length)?;
+        let frame = Axis::Z.frame();
+        let table = self.table(KERNEL)?;
+        let layout = self.weighted(Axis::Z, KERNEL)?;
+        let gradients = self.extinction_gradients(Axis::Z, &layout)?;
+        let region = Region::for_light(self);
+        let count = dims.iter().product();
+        let float = VoxelType::Float32;
+        let upright = VoxelBuffer::new(self.device, count, float, COARSE)?;
+        let arguments = CoarseTransmittanceArguments {
+            voxels: &layout.voxels,
+            view: layout.view,
+            gradient_voxels: &gradients.layout.voxels,
+            gradient_view: gradients.layout.view,
+            transmittance: &transmittance,
+            sample: self.table_samples(&table, self.steps(1), frame),
+            clip: region.for_kernels(frame),
+            dims_x,
+            dims_y,
+            dims_z,
+            coarse: Floats(&upright),
+        };
+        let variant = (layout.voxels.kind(), region.rendering_from(&gradients), values.voxels());
+        self.light.coarse.launch(self.device, variant, &arguments)?;
+        let transposed = VoxelBuffer::new(self.device, count, float, COARSE)?;
+        let (pitch_y, pitch_z) = (i64::from(dims_x), i64::from(dims_x) * i64::from(dims_y));
+        let arguments =
+            TransposeArguments { voxels: &upright, first: 0, pitch_y, pitch_z, dims_x, dims_y, dims_z, transposed: &transposed };
+        self.light.transpose.launch(self.device, upright.kind(), &arguments)?;
+        Ok(Some(Coarse { upright: Arc::new(upright), transposed: Arc::new(transposed), dims, length }))
+    }
+}

@@ -1,0 +1,228 @@
+//! Light volumes: the share of each light and of the ambient light that reaches every voxel. They are swept once, then looked up by all
+//! passes, until the field, the transfer function, a light or something else changes that they depend on.
+
+mod coarse;
+mod grid;
+mod sources;
+mod sweeps;
+
+pub(super) use sources::LightSources;
+
+use super::frame::{Declaring, Resources};
+use super::scene::Scene;
+use super::store::{Key, Store};
+use crate::device::Buffer;
+use crate::device::launch::Launcher;
+use crate::device::launch::light::{CoarseTransmittance, FinishLight, LightSweep, LightTable};
+use crate::device::launch::volume::Transpose;
+use crate::error::Error;
+use crate::layers::{Axis, GradientEstimator, Kernel};
+use crate::settings::{Blend, Clipping, GradientOpacity, LightGrid, Settings};
+use crate::transfer::Extinction;
+use grid::ValueGrid;
+use sources::Source;
+use std::sync::Arc;
+
+/// Cache budget in bytes. The newest volume is kept even if it is larger.
+const BUDGET: usize = 512 << 20;
+
+/// Light is swept through the field of the paper's cubic, whatever the kernel of the frame, so that frames of all qualities share it.
+const KERNEL: Kernel = Kernel::Cubic;
+
+const SHADOWS: &str = "the light of the lights";
+const SKY: &str = "the ambient light";
+const SUMS: &str = "the sums of light";
+
+/// Bytes behind the last value, since look-ups read words.
+const PADDING: usize = 4;
+
+/// Light volumes of a renderer, and the kernels that fill them.
+pub(super) struct LightVolumes {
+    store: Store,
+    table: Launcher<LightTable>,
+    sweep: Launcher<LightSweep>,
+    finish: Launcher<FinishLight>,
+    coarse: Launcher<CoarseTransmittance>,
+    transpose: Launcher<Transpose>,
+}
+
+impl Default for LightVolumes {
+    fn default() -> Self {
+        let (table, sweep, finish) = Default::default();
+        Self { store: Store::new(BUDGET), table, sweep, finish, coarse: Launcher::default(), transpose: Launcher::default() }
+    }
+}
+
+/// The light volumes of a frame: of the lights, one after another, and of the ambient light.
+#[derive(Default)]
+pub(super) struct Illumination {
+    pub lights: Option<Arc<Buffer<u8>>>,
+    pub sky: Option<Arc<Buffer<u8>>>,
+}
+
+impl Illumination {
+    /// Kernel arguments. `unused` stands for volumes that programs do not read.
+    pub fn arguments<'a>(&'a self, unused: &'a Buffer<u8>) -> [&'a Buffer<u8>; 2] {
+        [&self.lights, &self.sky].map(|volume| volume.as_deref().unwrap_or(unused))
+    }
+}
+
+/// What changes the extinction along rays from a light, besides the field and the transfer function.
+#[derive(Clone, Copy, PartialEq)]
+struct Medium {
+    grid: LightGrid,
+    extinction: Extinction,
+    unit_distance: Option<f64>,
+    clipping: Clipping,
+    gradient_opacity: Option<(GradientOpacity, GradientEstimator)>,
+    blend: Blend,
+    culling: bool,
+}
+
+impl Medium {
+    fn new(settings: &Settings) -> Self {
+        Self {
+            // A surface that is thinner than a coarse value would be lost.
+            grid: if settings.blend == Blend::Composite { settings.light_grid } else { LightGrid::Full },
+            extinction: settings.extinction,
+            unit_distance: settings.unit_distance,
+            clipping: settings.clipping,
+            gradient_opacity: settings.gradient_opacity.map(|opacity| (opacity, gradient_estimator(settings))),
+            blend: settings.blend,
+            culling: settings.culling,
+        }
+    }
+}
+
+/// The estimator of the gradients that change the opacity along rays from a light: the frame's, if the kernel of the light supports it.
+fn gradient_estimator(settings: &Settings) -> GradientEstimator {
+    let own = settings.gradient_estimator();
+    if own.supports(KERNEL) { own } else { GradientEstimator::Sobel }
+}
+
+#[derive(PartialEq)]
+struct ShadowsKey(Vec<Source>, f64, Medium);
+
+impl Key for ShadowsKey {
+    type Value = Buffer<u8>;
+}
+
+/// Key: reach, gain, medium.
+#[derive(PartialEq)]
+struct SkyKey(Option<f64>, f64, Medium);
+
+impl Key for SkyKey {
+    type Value = Buffer<u8>;
+}
+
+impl LightVolumes {
+    /// Drops all volumes.
+    pub fn drop_cached(&mut self) {
+        self.store.clear();
+    }
+
+    /// Number of volumes made so far.
+    #[cfg(test)]
+    pub fn made(&self) -> usize {
+        self.store.made
+    }
+}
+
+impl Scene<'_> {
+    /// The light volumes that samples of this view look up, swept on first use.
+    pub fn illumination(&mut self) -> Result<Illumination, Error> {
+        let Some(sources) = self.light_sources() else { return Ok(Illumination::default()) };
+        let medium = Medium::new(self.settings);
+        let lights = match self.settings.shadows {
+            Some(shadows) if !sources.swept.is_empty() => Some(self.shadows(sources.swept, shadows.forgiveness, medium)?),
+            _ => None,
+        };
+        let sky = match self.settings.ambient_occlusion {
+            Some(occlusion) => Some(self.sky(occlusion.reach, occlusion.gain, medium)?),
+            None => None,
+        };
+        Ok(Illumination { lights, sky })
+    }
+
+    fn shadows(&mut self, swept: Vec<Source>, gain: f64, medium: Medium) -> Result<Arc<Buffer<u8>>, Error> {
+        let (key, inputs) = (ShadowsKey(swept.clone(), gain, medium), self.classification.inputs_with(self.field));
+        if let Some(kept) = self.light.store.get(self.device, &key, inputs)? {
+            return Ok(kept);
+        }
+        let values = ValueGrid::new(self.field.grid().dims(), medium.grid.voxels().min(2));
+        let volume = self.volume(&key, swept.len(), values, SHADOWS)?;
+        let coarse = self.coarse(values)?;
+        for (n, source) in swept.iter().enumerate() {
+            let sweeps = sweeps::of_light(source, self.field.grid().spacing());
+            self.sweep_all(&sweeps, coarse.as_ref(), values, (&volume, n), gain, None)?;
+        }
+        Ok(self.light.store.keep(key, inputs, self.device.produced()?, volume))
+    }
+
+    fn sky(&mut self, reach: Option<f64>, gain: f64, medium: Medium) -> Result<Arc<Buffer<u8>>, Error> {
+        let (key, inputs) = (SkyKey(reach, gain, medium), self.classification.inputs_with(self.field));
+        if let Some(kept) = self.light.store.get(self.device, &key, inputs)? {
+            return Ok(kept);
+        }
+        let values = ValueGrid::new(self.field.grid().dims(), medium.grid.voxels());
+        let volume = self.volume(&key, 1, values, SKY)?;
+        let coarse = self.coarse(values)?;
+        self.sweep_all(&sweeps::of_sky(self.field.grid().spacing()), coarse.as_ref(), values, (&volume, 0), gain, reach)?;
+        Ok(self.light.store.keep(key, inputs, self.device.produced()?, volume))
+    }
+
+    /// A buffer for some volumes: that of older inputs, if there is one.
+    fn volume<K: Key<Value = Buffer<u8>>>(
+        &mut self,
+        key: &K,
+        volumes: usize,
+        values: ValueGrid,
+        what: &str,
+    ) -> Result<Arc<Buffer<u8>>, Error> {
+        let bytes = volumes * values.values() + PADDING;
+        check_addressable(values)?;
+        let inputs = self.classification.inputs_with(self.field);
+        match self.light.store.reuse(self.device, key, inputs, bytes) {
+            Some(reused) => Ok(reused),
+            None => Ok(Arc::new(Buffer::new(self.device, bytes, what)?)),
+        }
+    }
+}
+
+/// Rejects volumes that look-ups cannot address.
+fn check_addressable(values: ValueGrid) -> Result<(), Error> {
+    if values.values() <= i32::MAX as usize - PADDING {
+        return Ok(());
+    }
+    let problem = format!("a light volume of {} values is too large: use half or quarter", values.values());
+    Err(Error::Settings { field: "light_grid", problem })
+}
+
+/// Declares the light volumes of a frame, and what they are made from.
+pub(super) fn declare(declaring: &Declaring, resources: &mut Resources) {
+    let Some(light) = &declaring.light else { return };
+    let dims = declaring.shape.dims;
+    let table = (declaring.tables.entries(KERNEL) * size_of::<f32>(), "the transmittance of table entries");
+    for axis in Axis::ALL {
+        declaring.visibility(axis, KERNEL, resources);
+    }
+    for (name, volumes, voxels) in
+        [(SHADOWS, light.volumes, light.grid.voxels().min(2)), (SKY, usize::from(light.sky), light.grid.voxels())]
+    {
+        if volumes == 0 {
+            continue;
+        }
+        let values = ValueGrid::new(dims, voxels);
+        let coarse = if voxels > 1 { 2 * size_of::<f32>() * values.inner().iter().product::<usize>() } else { 0 };
+        let sums = size_of::<u16>() * values.values();
+        let offsets = 2 * size_of::<crate::layers::LayerOffset>() * (dims.iter().max().unwrap_or(&0) + 2);
+        let buffers = [
+            (name, volumes * values.values() + PADDING),
+            (SUMS, sums),
+            (coarse::COARSE, coarse),
+            (table.1, table.0),
+            (SUMS, offsets),
+        ];
+        resources.kept((name, None, None), buffers);
+    }
+}

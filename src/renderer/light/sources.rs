@@ -1,0 +1,137 @@
+//! The lights of a frame that cast shadows, and where samples look their light up.
+
+use super::super::field::Field;
+use super::grid::ValueGrid;
+use crate::device::launch::structs::LightVolumeParams;
+use crate::layers::AxisFrame;
+use crate::settings::{Blend, Light, LightGrid, Settings, Shading};
+use glam::DVec3;
+
+/// Distance towards the light at which its transmittance is looked up, in smallest spacings: a sample must not be shadowed by the half of
+/// its own layer that lies behind it. Measured (docs/light.md): at full resolution ¼ is best; at half resolution 1.
+fn shift_to_light(grid: LightGrid) -> f64 {
+    if grid == LightGrid::Full { 0.25 } else { 1.0 }
+}
+
+/// Distances from an iso-surface at which light is looked up, in smallest spacings: along its normal, and towards the light. A voxel's
+/// diagonal is 1.73, so no value of the look-up lies behind the surface.
+const LIFT: f64 = 1.75;
+const LIFT_TO_LIGHT: f64 = 0.5;
+
+/// A light that is swept.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(in crate::renderer) struct Source {
+    /// Unit vector towards the light, in grid axes (world scale).
+    pub to_light: DVec3,
+    /// Angular diameter in degrees.
+    pub angle: f64,
+}
+
+/// The light volumes of a frame.
+#[derive(Clone, Debug, PartialEq)]
+pub(in crate::renderer) struct LightSources {
+    /// Lights that are swept, each once.
+    pub swept: Vec<Source>,
+    /// Of each light: its index in `swept`.
+    volumes: Vec<Option<usize>>,
+    has_sky: bool,
+    strength: f64,
+    is_surface: bool,
+    shadows: ValueGrid,
+    sky: ValueGrid,
+    shift: f64,
+    spacing: DVec3,
+}
+
+impl LightSources {
+    /// The light volumes for lights in these directions (unit vectors in grid axes); `None` without shadows and ambient occlusion.
+    pub fn new(settings: &Settings, field: &Field, directions: impl Iterator<Item = DVec3>, to_eye: DVec3) -> Option<Self> {
+        if !settings.sweeps_light() {
+            return None;
+        }
+        let lights = settings.shading.map_or(Vec::new(), |shading| shading.lights.as_slice().to_vec());
+        let mut swept = Vec::new();
+        let volumes = lights.iter().zip(directions).map(|(light, to_light)| {
+            // A light at the camera lights what the camera sees.
+            let is_dark = light.strength == 0.0 || settings.shadows.is_none_or(|shadows| shadows.strength == 0.0);
+            if is_dark || to_light == to_eye {
+                return None;
+            }
+            let source = Source { to_light, angle: light.angle };
+            Some(swept.iter().position(|&other| other == source).unwrap_or_else(|| {
+                swept.push(source);
+                swept.len() - 1
+            }))
+        });
+        let volumes = volumes.collect();
+        let (dims, grid) = (field.grid().dims(), settings.light_grid);
+        Some(Self {
+            swept,
+            volumes,
+            has_sky: settings.ambient_occlusion.is_some(),
+            strength: settings.shadows.map_or(0.0, |shadows| shadows.strength),
+            is_surface: matches!(settings.blend, Blend::Iso(_)),
+            shadows: ValueGrid::new(dims, grid.voxels().min(2)),
+            sky: ValueGrid::new(dims, grid.voxels()),
+            shift: shift_to_light(grid),
+            spacing: field.grid().spacing(),
+        })
+    }
+
+    /// Kernel argument, in the axes of `frame`.
+    pub fn params(&self, shading: &Shading, frame: AxisFrame, to_eye: DVec3) -> LightVolumeParams {
+        let narrow = |v: DVec3| frame.local(v).as_vec3().to_array();
+        let shift = if self.is_surface { self.shift.max(LIFT_TO_LIGHT) } else { self.shift };
+        let of_light = |n: usize| self.volumes.get(n).copied().flatten();
+        let origin = |n: usize| {
+            let towards = of_light(n).map_or(DVec3::ZERO, |i| self.swept[i].to_light * shift / self.spacing);
+            narrow(self.shadows.position(towards))
+        };
+        let lights = shading.lights.as_slice();
+        let diffuse = |light: &Light| shading.diffuse * light.strength;
+        let sum = shading.ambient + lights.iter().map(diffuse).sum::<f64>();
+        let share = |part: f64| if sum > 0.0 { (part / sum) as f32 } else { 0.0 };
+        LightVolumeParams {
+            shadow_scale: self.shadows.values_per_voxel() as f32,
+            sky_scale: self.sky.values_per_voxel() as f32,
+            origins: std::array::from_fn(origin),
+            sky_origin: narrow(self.sky.position(DVec3::ZERO)),
+            shadow_stride: self.shadows.strides(frame),
+            sky_stride: self.sky.strides(frame),
+            shadow_last: narrow(self.shadows.last()),
+            sky_last: narrow(self.sky.last()),
+            volumes: std::array::from_fn(|n| of_light(n).map_or(-1, |i| i as i32)),
+            volume_bytes: self.shadows.values() as i32,
+            strength: self.strength as f32,
+            sky: i32::from(self.has_sky),
+            unshaded: if sum > 0.0 { 0.0 } else { 1.0 },
+            unshaded_ambient: share(shading.ambient),
+            unshaded_lights: std::array::from_fn(|n| lights.get(n).map_or(0.0, |light| share(diffuse(light)))),
+            lift: if self.is_surface { narrow(LIFT / self.spacing) } else { [0.0; 3] },
+            eye: narrow(to_eye),
+        }
+    }
+}
+
+impl LightVolumeParams {
+    /// Without light volumes.
+    pub(in crate::renderer) const NONE: Self = Self {
+        shadow_scale: 0.0,
+        sky_scale: 0.0,
+        origins: [[0.0; 3]; 4],
+        sky_origin: [0.0; 3],
+        shadow_stride: [0; 3],
+        sky_stride: [0; 3],
+        shadow_last: [0.0; 3],
+        sky_last: [0.0; 3],
+        volumes: [-1; 4],
+        volume_bytes: 0,
+        strength: 0.0,
+        sky: 0,
+        unshaded: 1.0,
+        unshaded_ambient: 0.0,
+        unshaded_lights: [0.0; 4],
+        lift: [0.0; 3],
+        eye: [0.0; 3],
+    };
+}

@@ -1,0 +1,198 @@
+//! Sweeps of light through the layers.
+
+use super::super::region::Region;
+use super::super::scene::{GradientVoxels, Scene};
+use super::coarse::Coarse;
+use super::grid::ValueGrid;
+use super::sources::Source;
+use super::{KERNEL, SUMS, gradient_estimator};
+use crate::device::Buffer;
+use crate::device::launch::light::{FinishLightArguments, LightSweep, LightSweepArguments, LightTableArguments, WHOLE_SUM};
+use crate::device::launch::structs::{LayerOffset, LightSweepParams};
+use crate::error::Error;
+use crate::layers::{Axis, LightRays, disc_directions, sky_directions};
+use crate::transfer::Extinction;
+use glam::DVec3;
+
+const OFFSETS: &str = "the offsets of rays from a light";
+const TRANSMITTANCE: &str = "the transmittance of table entries";
+
+/// One sweep, and its share of the light.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Sweep {
+    /// Unit vector towards the light, in grid axes (world scale).
+    to_light: DVec3,
+    axis: Axis,
+    share: f64,
+}
+
+/// Where the light of a sweep goes.
+#[derive(Clone, Copy)]
+enum Sum {
+    /// To the bytes.
+    None = 0,
+    /// To the sums.
+    Store = 1,
+    /// It is added to the sums.
+    Add = 2,
+}
+
+/// The sweeps of a light: one, or several of a light with an angular diameter or near 45°, where the axis of the sweep fades as that of
+/// views does.
+pub(super) fn of_light(source: &Source, spacing: DVec3) -> Vec<Sweep> {
+    let directions = disc_directions(source.to_light, source.angle);
+    let share = 1.0 / directions.len() as f64;
+    let by_axis = |to_light: DVec3| Axis::shares(to_light / spacing).into_iter().map(move |(axis, part)| (to_light, axis, part));
+    directions.into_iter().flat_map(by_axis).map(|(to_light, axis, part)| Sweep { to_light, axis, share: share * part }).collect()
+}
+
+/// The sweeps of the ambient light.
+pub(super) fn of_sky(spacing: DVec3) -> Vec<Sweep> {
+    let sweep = |(to_light, share): (DVec3, f64)| Sweep { to_light, axis: Axis::most_parallel(to_light / spacing), share };
+    sky_directions().into_iter().map(sweep).collect()
+}
+
+impl Scene<'_> {
+    /// Sweeps light into volume number `n` of a buffer. `gain`: factor of the light before it is clamped to 1. `reach`: world distance over
+    /// which shadows decrease to 1/e.
+    pub(super) fn sweep_all(
+        &mut self,
+        sweeps: &[Sweep],
+        coarse: Option<&Coarse>,
+        values: ValueGrid,
+        (volume, n): (&Buffer<u8>, usize),
+        gain: f64,
+        reach: Option<f64>,
+    ) -> Result<(), Error> {
+        let several = sweeps.len() > 1;
+        let sums = Buffer::new(self.device, if several { values.values() } else { 1 }, SUMS)?;
+        for (i, sweep) in sweeps.iter().enumerate() {
+            let (sum, gain, steps) = match (several, i) {
+                (false, _) => (Sum::None, gain, 255.0),
+                (true, 0) => (Sum::Store, 1.0, f64::from(WHOLE_SUM) * sweep.share),
+                (true, _) => (Sum::Add, 1.0, f64::from(WHOLE_SUM) * sweep.share),
+            };
+            let stored = Stored { volume, number: n as i32, sums: &sums, sum, gain, steps };
+            self.sweep(sweep, coarse, values, &stored, reach)?;
+        }
+        if several {
+            let arguments = FinishLightArguments {
+                sums: &sums,
+                values: values.values() as i32,
+                whole: WHOLE_SUM,
+                gain: gain as f32,
+                volume: n as i32,
+                light: volume,
+            };
+            self.light.finish.launch(self.device, (), &arguments)?;
+        }
+        Ok(())
+    }
+
+    fn sweep(
+        &mut self,
+        sweep: &Sweep,
+        coarse: Option<&Coarse>,
+        values: ValueGrid,
+        stored: &Stored,
+        reach: Option<f64>,
+    ) -> Result<(), Error> {
+        let frame = sweep.axis.frame();
+        let spacing = self.field.grid().spacing() * values.voxels() as f64;
+        let dims = values.inner();
+        let rays = LightRays::new(dims, sweep.to_light / spacing, sweep.axis);
+        // Lengths of a step from layer to layer, in world units and in unit distances.
+        let world = (DVec3::new(rays.shear[0], rays.shear[1], 1.0) * frame.local(spacing)).length();
+        let unit = self.settings.unit_distance.unwrap_or(self.field.grid().spacing().min_element());
+        let step = world / unit;
+        let table = self.table(KERNEL)?;
+        let visible = self.visible_blocks(sweep.axis, KERNEL)?;
+        let offsets: Vec<_> = rays.offsets.iter().flatten().map(|o| LayerOffset { base: o.base, fraction: o.fraction }).collect();
+        let offsets = Buffer::from_slice(self.device, &offsets, OFFSETS)?;
+        let transmittance = self.transmittances(if coarse.is_some() { 0.0 } else { 0.5 * step })?;
+        let region = Region::for_light(self);
+        let layout = match coarse {
+            Some(coarse) => coarse.layout(sweep.axis),
+            None => self.weighted(sweep.axis, KERNEL)?,
+        };
+        let gradients = self.extinction_gradients(sweep.axis, &layout)?;
+        let local = |i: usize| dims[i] as i32;
+        let toward = f64::from(rays.layer_step);
+        let p = LightSweepParams {
+            tiles: LightSweep::tiles(rays.size, self.device.tuning()),
+            blocks: visible.blocks,
+            dims: [frame.u, frame.v, frame.a].map(local),
+            layer_step: rays.layer_step,
+            culling: i32::from(self.settings.culling && coarse.is_none()),
+            centre_layer: (dims[frame.a] as f32 - 1.0) / 2.0,
+            along: rays.shear.map(|shear| (shear * toward) as f32),
+            stride: values.strides(frame),
+            volume: stored.number,
+            volume_bytes: values.values() as i32,
+            sum: stored.sum as i32,
+            gain: stored.gain as f32,
+            steps: stored.steps as f32,
+            recovered: reach.map_or(1.0, |reach| (-world / reach).exp() as f32),
+            half_layer: coarse.map_or(0.0, |coarse| (0.5 * step / coarse.length) as f32),
+        };
+        let arguments = LightSweepArguments {
+            voxels: &layout.voxels,
+            view: layout.view,
+            gradient_voxels: &gradients.layout.voxels,
+            gradient_view: gradients.layout.view,
+            visible: &visible.flags,
+            transmittance: &transmittance,
+            offsets: &offsets,
+            p,
+            sample: self.table_samples(&table, self.steps(1), frame),
+            clip: region.for_kernels(frame),
+            light: stored.volume,
+            sums: stored.sums,
+        };
+        let variant = (layout.voxels.kind(), coarse.is_some(), region.rendering_from(&gradients));
+        self.light.sweep.launch(self.device, variant, &arguments)
+    }
+
+    /// The transmittance of a length in unit distances, for each table entry.
+    pub(super) fn transmittances(&mut self, length: f64) -> Result<Buffer<f32>, Error> {
+        let table = self.table(KERNEL)?;
+        let count = table.entries.len();
+        let transmittance = Buffer::new(self.device, count, TRANSMITTANCE)?;
+        let arguments = LightTableArguments {
+            table: &table.entries,
+            count: count as i32,
+            half_layer: length as f32,
+            linear: i32::from(self.settings.extinction == Extinction::Linear),
+            transmittance: &transmittance,
+        };
+        self.light.table.launch(self.device, (), &arguments)?;
+        Ok(transmittance)
+    }
+
+    /// The voxels from which gradients are estimated that change the opacity along rays from a light.
+    pub(super) fn extinction_gradients(
+        &mut self,
+        axis: Axis,
+        input: &super::super::field::Layout,
+    ) -> Result<GradientVoxels, Error> {
+        let estimator = self.settings.gradient_opacity.map(|_| gradient_estimator(self.settings));
+        let separate = match estimator {
+            Some(estimator) => self.field.gradient_layout(&mut self.kernels.field, self.device, axis, (KERNEL, estimator))?,
+            None => None,
+        };
+        let are_separate = separate.is_some();
+        Ok(GradientVoxels { layout: separate.unwrap_or_else(|| input.clone()), are_separate })
+    }
+}
+
+/// Where and how a sweep stores light.
+struct Stored<'a> {
+    volume: &'a Buffer<u8>,
+    /// Number of the volume in the buffer.
+    number: i32,
+    sums: &'a Buffer<u16>,
+    sum: Sum,
+    gain: f64,
+    /// Value of a light of 1.
+    steps: f64,
+}
