@@ -5,6 +5,7 @@ use super::field::Field;
 use super::interval::{Interval, Region};
 use super::known::Known;
 use super::shading::Look;
+use super::shadow_rays::Reached;
 use crate::camera::Camera;
 use crate::error::Error;
 use crate::image::Frame;
@@ -100,7 +101,12 @@ impl<'a> Integral<'a> {
         let steps = ((to - from) / step).ceil().max(1.0);
         let step = (to - from) / steps;
         let dt = step * world_per_t / self.unit_distance;
-        let look = Look { shading: self.shading, gradient_opacity: self.gradient_opacity, extinction: Extinction::Exponential };
+        let look = Look {
+            shading: self.shading,
+            gradient_opacity: self.gradient_opacity,
+            extinction: Extinction::Exponential,
+            reached: Reached::ALL,
+        };
         let mut gathered = Gathered::new();
         for n in 0..steps as usize {
             let p = ray.origin + ray.direction * (from + (n as f64 + 0.5) * step);

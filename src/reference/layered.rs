@@ -6,6 +6,7 @@ use super::depth_cue::{Fade, faded};
 use super::field::Field;
 use super::interval::{Interval, Part, Region};
 use super::shading::Look;
+use super::shadow_rays::{Reached, ShadowRays};
 use crate::camera::Camera;
 use crate::error::Error;
 use crate::image::Frame;
@@ -24,6 +25,7 @@ pub struct Layered<'a> {
     pub(super) settings: &'a Settings,
     pub(super) classification: Classification,
     region: Region,
+    shadow_rays: Option<ShadowRays<'a>>,
     /// Whether pre-integrated segments are subdivided, with attenuation between the parts. The kernels approximate this for opaque transfer
     /// functions of several hues. Default: false.
     pub in_parts: bool,
@@ -52,7 +54,8 @@ impl<'a> Layered<'a> {
         };
         let field = Field::new(volume, transfer, settings.blend, kernel).with_gradient(settings.gradient_estimator());
         let region = Region::new(volume, transfer, settings.blend, &settings.clipping, f64::from(kernel.radius()));
-        Self { field, volume, transfer, settings, classification, region, in_parts: false }
+        let shadow_rays = ShadowRays::new(volume, transfer, settings);
+        Self { field, volume, transfer, settings, classification, region, shadow_rays, in_parts: false }
     }
 
     /// Renders the picture of a camera. All rays use the layer axis `axis`; with `None`, each ray uses its own.
@@ -75,6 +78,12 @@ impl<'a> Layered<'a> {
                 self.composite_points(&crossing, samples_per_layer, to_eye)
             }
         }
+    }
+
+    /// How a sample at a point, given in voxels, looks.
+    pub(super) fn look(&self, point: DVec3) -> Look {
+        let reached = self.shadow_rays.as_ref().map_or(Reached::ALL, |rays| rays.reached(point));
+        Look::from_settings(self.settings).lit_by(reached)
     }
 
     fn composite_splats(&self, crossing: &Crossing, correction: Correction, to_eye: DVec3) -> [f64; 4] {
@@ -132,9 +141,9 @@ impl<'a> Layered<'a> {
             Extinction::Linear => (self.transfer.opacity(value) * dt).min(1.0) * share,
         };
         let (color, gradient) = (self.transfer.color(value), || self.gradient(crossing, k));
-        let (color, opacity) = Look::from_settings(self.settings).at(self.volume, gradient, to_eye, color, opacity);
         // All samples of a layer are lit at its plane.
         let point = crossing.axis.frame().global(crossing.at(k as f64).extend(k as f64));
+        let (color, opacity) = self.look(point).at(self.volume, gradient, to_eye, color, opacity);
         gathered.add(faded(crossing.fade, point, color), opacity);
     }
 

@@ -6,6 +6,7 @@ use super::depth_cue::{Fade, faded};
 use super::field::Field;
 use super::interval::{Part, Region};
 use super::shading::{Lighting, Look};
+use super::shadow_rays::{Reached, ShadowRays};
 use crate::camera::Camera;
 use crate::error::Error;
 use crate::image::Frame;
@@ -26,6 +27,7 @@ pub struct Marched<'a> {
     volume: &'a Volume<'a>,
     transfer: &'a TransferFunction,
     settings: &'a Settings,
+    shadow_rays: Option<ShadowRays<'a>>,
 }
 
 impl<'a> Marched<'a> {
@@ -40,7 +42,7 @@ impl<'a> Marched<'a> {
             other => panic!("{} does not march along rays", other.name()),
         };
         let field = Field::new(volume, transfer, settings.blend, kernel).with_gradient(settings.gradient_estimator());
-        Self { field, step, volume, transfer, settings }
+        Self { field, step, volume, transfer, settings, shadow_rays: ShadowRays::new(volume, transfer, settings) }
     }
 
     /// Renders the picture of a camera.
@@ -56,6 +58,12 @@ impl<'a> Marched<'a> {
                 _ => self.values(ray, rays.to_eye),
             }
         }))
+    }
+
+    /// How a sample at a point, given in voxels, looks.
+    fn look(&self, point: DVec3) -> Look {
+        let reached = self.shadow_rays.as_ref().map_or(Reached::ALL, |rays| rays.reached(point));
+        Look::from_settings(self.settings).lit_by(reached)
     }
 
     /// World length of a vector in voxels, and the smallest spacing; both in unit distances.
@@ -82,7 +90,7 @@ impl<'a> Marched<'a> {
                     Extinction::Linear => opacity_over(self.transfer, value, dt, Extinction::Linear) * share,
                 };
                 let (color, gradient) = (self.transfer.color(value), || self.field.gradient(p));
-                let (color, opacity) = Look::from_settings(self.settings).at(self.volume, gradient, to_eye, color, opacity);
+                let (color, opacity) = self.look(p).at(self.volume, gradient, to_eye, color, opacity);
                 gathered.add(faded(fade, p, color), opacity);
             }
         }
@@ -131,9 +139,8 @@ impl<'a> Marched<'a> {
             if (slab.part.from..=slab.part.to).contains(&t) {
                 let color = self.transfer.color(iso);
                 let lit = self.settings.shading.map_or(color, |_| {
-                    let look = Look::from_settings(self.settings);
-                    let [front, back] =
-                        points.map(|p| Lighting::for_field(&self.field, self.volume, look, self.field.gradient(p), to_eye));
+                    let [front, back] = points
+                        .map(|p| Lighting::for_field(&self.field, self.volume, self.look(p), self.field.gradient(p), to_eye));
                     front.mix(back, t).on(color)
                 });
                 let fade = Fade::new(self.volume, self.settings, ray, to_eye);

@@ -17,6 +17,7 @@ mod layered;
 mod march;
 mod points;
 mod shading;
+mod shadow_rays;
 mod sheets;
 mod smoothing;
 mod taps;

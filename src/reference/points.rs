@@ -5,7 +5,7 @@ use super::compositing::{Gathered, opacity_of_depth, opacity_over};
 use super::depth_cue::{Fade, faded};
 use super::interval::Part;
 use super::layered::{Crossing, Layered};
-use super::shading::{Lighting, Look, range_of_values};
+use super::shading::{Lighting, range_of_values};
 use crate::layers::{lighting_curve, segment_ends};
 use crate::settings::Blend;
 use crate::transfer::{Extinction, TransferFunction};
@@ -110,9 +110,10 @@ impl Layered<'_> {
         if !self.settings.looks_at_gradients() {
             return None;
         }
-        let look = Look::from_settings(self.settings);
         let gradients = segment.gradients.unwrap_or_else(|| segment.points.map(|p| self.field.gradient(p)));
-        Some(gradients.map(|gradient| Lighting::for_field(&self.field, self.volume, look, gradient, to_eye)))
+        let lighting =
+            |n: usize| Lighting::for_field(&self.field, self.volume, self.look(segment.points[n]), gradients[n], to_eye);
+        Some([lighting(0), lighting(1)])
     }
 
     /// Composites a segment of one colour, lit at the centroid of its visible light.
@@ -160,7 +161,7 @@ impl Layered<'_> {
         let color = self.transfer.color(iso);
         let lighting = if refined {
             let gradient = self.field.gradient(segment.place(t));
-            self.settings.shading.map(|_| Lighting::new(self.volume, Look::from_settings(self.settings), gradient, to_eye))
+            self.settings.shading.map(|_| Lighting::new(self.volume, self.look(segment.place(t)), gradient, to_eye))
         } else {
             self.lighting(segment, to_eye).map(|ends| self.along_curve(ends, t, samples_per_layer))
         };

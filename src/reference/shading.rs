@@ -1,6 +1,7 @@
 //! Shading and gradient opacity of a sample.
 
 use super::field::Field;
+use super::shadow_rays::Reached;
 use crate::settings::{GradientOpacity, Settings, Shading};
 use crate::transfer::Extinction;
 use crate::volume::Volume;
@@ -9,17 +10,28 @@ use glam::DVec3;
 /// Least magnitude of a gradient.
 const LEAST_LENGTH: f64 = 1e-10;
 
-/// Settings that depend on gradients.
+/// Settings that depend on gradients, and the light that reaches a sample.
 #[derive(Clone, Copy)]
 pub(super) struct Look {
     pub shading: Option<Shading>,
     pub gradient_opacity: Option<GradientOpacity>,
     pub extinction: Extinction,
+    pub reached: Reached,
 }
 
 impl Look {
     pub fn from_settings(settings: &Settings) -> Self {
-        Self { shading: settings.shading, gradient_opacity: settings.gradient_opacity, extinction: settings.extinction }
+        Self {
+            shading: settings.shading,
+            gradient_opacity: settings.gradient_opacity,
+            extinction: settings.extinction,
+            reached: Reached::ALL,
+        }
+    }
+
+    /// For a sample that less light reaches.
+    pub fn lit_by(self, reached: Reached) -> Self {
+        Self { reached, ..self }
     }
 
     /// Colour and opacity of a sample; the gradient is per voxel, `to_eye` in grid axes.
@@ -61,27 +73,38 @@ pub(super) struct Lighting {
 impl Lighting {
     const NONE: Self = Self { factor: 1.0, highlight: 0.0, weight: 1e-5, left: 1.0 };
 
+    /// Lighting without a normal: by the light that reaches the sample, as a share of all.
+    fn unshaded(shading: Shading, Reached { lights, ambient }: Reached) -> f64 {
+        let (mut sum, mut all) = (shading.ambient * ambient, shading.ambient);
+        for (light, reached) in shading.lights.as_slice().iter().zip(lights) {
+            sum += shading.diffuse * light.strength * reached;
+            all += shading.diffuse * light.strength;
+        }
+        if all > 0.0 { sum / all } else { 1.0 }
+    }
+
     /// Blinn–Phong lighting with the fade for weak gradients (math.md, "Conventions"). `gradient` is per voxel, `to_eye` in grid axes.
     pub fn new(volume: &Volume, look: Look, gradient: DVec3, to_eye: DVec3) -> Self {
         let grid = volume.grid();
         let left = look.gradient_opacity.map_or(1.0, |opacity| opacity.at((gradient / grid.spacing()).length()));
         let range = range_of_values(volume);
         let gradient = gradient * grid.spacing().min_element() / grid.spacing() / range;
-        let Some(normal) = gradient.try_normalize() else {
-            return Self { left, ..Self::NONE };
-        };
         let weight = gradient.length().max(LEAST_LENGTH).sqrt();
         let Some(shading) = look.shading else { return Self { weight, left, ..Self::NONE } };
+        let unshaded = Self::unshaded(shading, look.reached);
+        let Some(normal) = gradient.try_normalize() else {
+            return Self { factor: unshaded, left, ..Self::NONE };
+        };
         let fade = ((gradient.length() - 1e-3) * 1e3).clamp(0.0, 1.0);
         let fade = fade * fade * (3.0 - 2.0 * fade);
-        let (mut factor, mut highlight) = (shading.ambient, 0.0);
-        for light in shading.lights.as_slice() {
+        let (mut factor, mut highlight) = (shading.ambient * look.reached.ambient, 0.0);
+        for (light, reached) in shading.lights.as_slice().iter().zip(look.reached.lights) {
             let to_light = light.direction.map_or(to_eye, |l| grid.world_to_grid_axes() * l.normalize());
             let half_way = (to_light + to_eye).normalize_or(to_eye);
-            factor += shading.diffuse * light.strength * normal.dot(to_light).abs();
-            highlight += shading.specular * light.strength * normal.dot(half_way).abs().powf(shading.power);
+            factor += shading.diffuse * light.strength * reached * normal.dot(to_light).abs();
+            highlight += shading.specular * light.strength * reached * normal.dot(half_way).abs().powf(shading.power);
         }
-        Self { factor: 1.0 + fade * (factor - 1.0), highlight: fade * highlight, weight, left }
+        Self { factor: unshaded + fade * (factor - unshaded), highlight: fade * highlight, weight, left }
     }
 
     /// Lighting for a field. With analytic gradients, interpolation weights are more even.
