@@ -1,7 +1,7 @@
 // Pre-integrated slicing: between two planes perpendicular to the view (slabs.cl), a table look-up by the values in front and behind
 // (preintegrated_table.cl).
 //
-// A slab is lit by the mean of the gradients on its two planes. TABLE_CUT: values can lie beyond the table.
+// A slab is lit by the mean of the gradients on its two planes.
 
 #define TABLE float4
 #include "rays/slabs.cl"
@@ -16,7 +16,6 @@ typedef struct {
     realv r, g, b, extinction;
 } Slab;
 
-#ifdef TABLE_CUT
 // Beyond the table its first and last entries apply, weighted by their shares of the range of values.
 static inline void extend_slab(__global const float4 *table, const MarchParams *p, realv front, realv back, Slab *slab) {
     const realv last = p->table_size - 1.0f;
@@ -34,15 +33,13 @@ static inline void extend_slab(__global const float4 *table, const MarchParams *
     slab->b = cut ? (inner_extinction * slab->b + first_extinction * first_entry.z + last_extinction * last_entry.z) * inverse : slab->b;
     slab->extinction = cut ? sum : slab->extinction;
 }
-#endif
 
 ALWAYS_INLINE Slab slab_between(__global const float4 *table, const MarchParams *p, realv front, realv back) {
     Slab slab;
     table_entries(table, slice_entry(p, front) * p->table_size + slice_entry(p, back), &slab.r, &slab.g, &slab.b,
                   &slab.extinction);
-#ifdef TABLE_CUT
-    extend_slab(table, p, front, back, &slab);
-#endif
+    if (p->cut)
+        extend_slab(table, p, front, back, &slab);
     return slab;
 }
 

@@ -12,7 +12,13 @@
 // segments.
 
 #include "shared/accumulator.cl"
+#include "shared/reconstruction.cl"
 #include "shared/span_lighting.cl"
+
+// WHOLE_LAYERS: segments extend from layer to layer. segment_ends() gives weights to the ends of shorter ones, of the cubic only.
+#if BLEND == COMPOSITE && KERNEL == CUBIC && !defined(WHOLE_LAYERS)
+#define CURVED
+#endif
 
 // Table entries of a sample.
 typedef struct {
@@ -69,11 +75,11 @@ static inline intv contributes_between(const SampleParams *p, __global const int
 #if BLEND == COMPOSITE
     const intv front = AS_INTV(extinction_at(integrals, node_index(p, from, 0)));
     intv any = front != AS_INTV(extinction_at(integrals, node_index(p, to, 1)));
-#ifdef TABLE_CUT
-    const float first = p->classification.table_first, last = first + p->classification.table_last / p->classification.table_per_value;
-    any |= MIN(from, to) < first && NODES(integrals)[p->classification.table_last + 1].w != 0;
-    any |= MAX(from, to) > last && NODES(integrals)[2 * p->classification.table_last + 1].w != 0;
-#endif
+    if (p->classification.cut) {
+        const float first = p->classification.table_first, last = first + p->classification.table_last / p->classification.table_per_value;
+        any |= MIN(from, to) < first && NODES(integrals)[p->classification.table_last + 1].w != 0;
+        any |= MAX(from, to) > last && NODES(integrals)[2 * p->classification.table_last + 1].w != 0;
+    }
     contributes = contributes && any;
 #endif
     return contributes;
@@ -124,7 +130,6 @@ static inline void extend_difference(const SampleParams *p, __global const int4 
     d->distance += inner * (below + above);
 }
 
-// TABLE_CUT: values can lie beyond the table. (As a kernel argument it costs all tables 5 %.)
 ALWAYS_INLINE Difference difference_between(const SampleParams *p, __global const int4 *integrals, const Node *front,
                                             const Node *back, realv from, realv to) {
     Difference d;
@@ -133,9 +138,8 @@ ALWAYS_INLINE Difference difference_between(const SampleParams *p, __global cons
     d.b = CONVERT_REALV(back->b - front->b);
     d.extinction = CONVERT_REALV(back->extinction - front->extinction);
     d.distance = CONVERT_REALV(back->index - front->index);
-#ifdef TABLE_CUT
-    extend_difference(p, integrals, from, to, &d);
-#endif
+    if (p->classification.cut)
+        extend_difference(p, integrals, from, to, &d);
     return d;
 }
 

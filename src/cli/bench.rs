@@ -50,7 +50,7 @@ struct Bench<'a> {
     axis_change_ms: f64,
     stages: BTreeMap<&'static str, f64>,
     effective_splats: u64,
-    /// Present if a single process renders each frame.
+    /// Of all processes that render a frame together.
     #[serde(skip_serializing_if = "Option::is_none")]
     active_samples: Option<u64>,
     lattice: Option<LatticeReport>,

@@ -186,6 +186,17 @@ impl Group {
         all
     }
 
+    /// The elements of each rank, of which each may have another number.
+    pub(super) fn gather_parts<T: Equivalence + Clone + Default>(&self, own: &[T]) -> Vec<Vec<T>> {
+        let group = self.lock();
+        let mut counts = vec![0i32; self.size()];
+        group.all_gather_into(&(own.len() as i32), &mut counts[..]);
+        let starts: Vec<i32> = counts.iter().scan(0, |at, &count| Some(std::mem::replace(at, *at + count))).collect();
+        let mut all = vec![T::default(); counts.iter().map(|&count| count as usize).sum()];
+        group.all_gather_varcount_into(own, &mut mpi::datatype::PartitionMut::new(&mut all[..], &counts[..], &starts[..]));
+        counts.iter().zip(starts).map(|(&count, start)| all[start as usize..][..count as usize].to_vec()).collect()
+    }
+
     /// Sends to one rank and receives from another concurrently. Both sides must know the sizes.
     pub(super) fn swap(&self, to: usize, sent: &[u8], from: usize, received: &mut [u8]) {
         let group = self.lock();
@@ -249,14 +260,6 @@ impl Together for Group {
     }
 
     fn gather(&self, numbers: &[f64]) -> Vec<f64> {
-        let group = self.lock();
-        let mut counts = vec![0i32; self.size()];
-        group.all_gather_into(&(numbers.len() as i32), &mut counts[..]);
-        let starts: Vec<i32> = counts.iter().scan(0, |at, &count| Some(std::mem::replace(at, *at + count))).collect();
-        let mut all = vec![0.0; counts.iter().map(|&count| count as usize).sum()];
-        let mut parts = mpi::datatype::PartitionMut::new(&mut all[..], counts, starts);
-        group.all_gather_varcount_into(numbers, &mut parts);
-        drop(parts);
-        all
+        self.gather_parts(numbers).concat()
     }
 }

@@ -36,7 +36,7 @@ mod volume;
 mod work;
 
 pub use crate::error::DistributedError;
-pub use crate::renderer::{Composed, DistributedReport, Exchanged, RankReport};
+pub use crate::renderer::{Composed, DistributedReport, Exchanged, RankMeasured, RankReport};
 pub use group::Group;
 pub use mpi;
 pub use renderer::Renderer;

@@ -12,7 +12,7 @@ use crate::device::{Cancel, Device};
 use crate::error::Error;
 use crate::layers::Axis;
 use crate::memory;
-use crate::renderer::{DeviceVoxels, Exchanged, LatticeView, PartRenderer, Shares, UploadedVolume};
+use crate::renderer::{DeviceVoxels, Exchanged, LatticeView, Measured, PartRenderer, Shares, UploadedVolume};
 use crate::settings::{Blend, Settings};
 use crate::transfer::TransferFunction;
 use crate::viewport::Viewport;
@@ -46,6 +46,7 @@ pub struct Renderer<'v> {
     shares: Shares,
     balance: bool,
     keep: bool,
+    measuring: bool,
     longest: Option<Duration>,
     cancel: Option<Cancel>,
 }
@@ -66,13 +67,18 @@ struct Partition {
 }
 
 impl Partition {
-    /// The raw samples of this rank's layers.
-    fn raw(&mut self, view: &LatticeView) -> Result<Vec<[f32; 4]>, Error> {
+    /// The raw samples of this rank's layers. Adds their statistics to `total`, if measured.
+    fn raw(&mut self, view: &LatticeView, mut total: Option<&mut Measured>) -> Result<Vec<[f32; 4]>, Error> {
         let last = self.slabs.len() - 1;
         let mut done = None;
         for n in 0..=last {
             let (layers, renderer) = &mut self.slabs[if view.ascending() { n } else { last - n }];
-            done = Some(renderer.raw(view, layers, done.as_deref())?);
+            let (samples, measured) = renderer.raw(view, layers, done.as_deref())?;
+            if let (Some(total), Some(measured)) = (total.as_deref_mut(), measured) {
+                total.add_stages(measured.stages);
+                total.active_samples += measured.active_samples;
+            }
+            done = Some(samples);
         }
         Ok(done.expect("at least one slab"))
     }
@@ -125,6 +131,7 @@ impl<'v> Renderer<'v> {
             shares: Shares::default(),
             balance: true,
             keep: true,
+            measuring: false,
             longest: None,
             cancel: None,
         }
@@ -140,6 +147,12 @@ impl<'v> Renderer<'v> {
     /// true.
     pub fn keep(&mut self, keep: bool) {
         self.keep = keep;
+    }
+
+    /// Enables frame statistics of every rank in reports ([`RankReport::measured`](super::RankReport::measured)), from the next frame
+    /// on. Measured frames are slower.
+    pub fn measure(&mut self, measuring: bool) {
+        self.measuring = measuring;
     }
 
     /// Time limit for the layers of one process and one lattice, as [`Renderer::limit`](crate::Renderer::limit).

@@ -58,6 +58,17 @@ mod tests {
         assert_abs_diff_eq!((1.0 - 2.0 * low) / 12.0 + 2.0 * low / 4.0, 17.0 / 140.0, epsilon = 1e-12);
     }
 
+    /// Kernels are built with end weights (CURVED) by this rule.
+    #[test]
+    fn only_short_segments_of_the_cubic_have_end_weights() {
+        for kernel in [Kernel::Linear, Kernel::Cubic, Kernel::CatmullRom, Kernel::BSpline, Kernel::Gaussian] {
+            for samples in 1..=8 {
+                let weighted = (0..samples).any(|n| segment_ends(kernel, samples, n) != [0.0; 2]);
+                assert_eq!(weighted, kernel == Kernel::Cubic && samples > 1, "{samples} of {kernel:?}");
+            }
+        }
+    }
+
     #[test]
     fn segments_mirror_each_other_and_stay_near_layers() {
         let cubic = |samples, n| segment_ends(Kernel::Cubic, samples, n);

@@ -2,7 +2,7 @@
 
 use super::report::LatticeReport;
 use crate::layers::Axis;
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 
 /// Statistics of one process for a frame.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -21,6 +21,24 @@ pub struct RankReport {
     pub render_ms: f64,
     /// Idle time as a share of the slowest rank's time, 0 to 1.
     pub idle: f64,
+    /// Frame statistics, if enabled by `Renderer::measure`.
+    #[serde(flatten, skip_serializing_if = "Option::is_none")]
+    pub measured: Option<RankMeasured>,
+}
+
+/// Frame statistics of one process.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct RankMeasured {
+    /// Milliseconds per stage. On rank 0 this includes the warp.
+    #[serde(serialize_with = "as_map")]
+    pub stages: Vec<(String, f64)>,
+    /// Number of composited samples of this rank's layers with an opacity above 0.
+    pub active_samples: u64,
+}
+
+fn as_map<S: Serializer>(stages: &[(String, f64)], serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_map(stages.iter().map(|(stage, ms)| (stage, ms)))
 }
 
 /// Statistics of a distributed frame.

@@ -44,7 +44,7 @@ pub(crate) use accumulation::Jitter;
 #[cfg(feature = "cli")]
 pub(crate) use depths::depth_settings;
 #[cfg(feature = "mpi")]
-pub use distributed_report::{Composed, DistributedReport, Exchanged, RankReport};
+pub use distributed_report::{Composed, DistributedReport, Exchanged, RankMeasured, RankReport};
 pub use field::{DeviceVoxels, UploadedVolume};
 pub use lattice_picture::LatticePicture;
 pub use onto::{PictureFormat, PictureMemory};

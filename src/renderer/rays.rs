@@ -178,7 +178,7 @@ impl MarchedRays {
         let Drawn { samples: frame, active_samples, .. } = &target.prepare(tiles);
         self.slicing.launch(
             device,
-            (layout.voxels.kind(), integrals.needs.cut, region.rendering),
+            (layout.voxels.kind(), region.rendering),
             &SlicingArguments {
                 voxels: &layout.voxels,
                 view: layout.view,
@@ -193,6 +193,7 @@ impl MarchedRays {
                     table_first: integrals.scale.first,
                     table_per_value: integrals.scale.per_value * (SLAB_VALUES - 1) as f32 / integrals.scale.last as f32,
                     table_size: SLAB_VALUES as i32,
+                    cut: i32::from(integrals.cut),
                     ..slab_params(scene, step, integrals.visible_values, visible.blocks)
                 },
                 sample,
@@ -220,7 +221,7 @@ impl MarchedRays {
         let classification = ClassificationParams::from_integrals(scene, &integrals);
         let segment_params = SegmentParams::between_points(scene, steps, AXIS.frame(), Kernel::Linear, 1);
         let sample = scene.sample(AXIS.frame(), classification, segment_params);
-        let segments = integrals.segments(settings.extinction, Kernel::Linear, 1);
+        let segments = integrals.segments(settings.extinction, 1);
         let region = Region::marched(scene, kernel, longest_slab(scene, step));
         let tiles = Tiles::for_screen(viewport, device.tuning());
         let Drawn { samples: frame, active_samples, .. } = &target.prepare(tiles);
@@ -272,6 +273,7 @@ fn march_params(blocks: [i32; 2], culling: bool) -> MarchParams {
         table_first: 0.0,
         table_per_value: 0.0,
         table_size: 0,
+        cut: 0,
         visible: [0.0; 2],
     }
 }

@@ -57,13 +57,26 @@ pub struct FrameReport {
 /// }
 /// # Ok::<(), layersplat::Error>(())
 /// ```
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 #[non_exhaustive]
 pub struct Measured {
-    /// Milliseconds per stage.
+    /// Milliseconds per stage. If several processes render the frame: those of this process.
     pub stages: StageTimes,
-    /// Number of composited samples with an opacity above 0.
+    /// Number of composited samples with an opacity above 0. If several processes render the frame: those of all.
     pub active_samples: u64,
+}
+
+#[cfg(feature = "mpi")]
+impl Measured {
+    /// Adds the times of further kernels.
+    pub(crate) fn add_stages(&mut self, stages: StageTimes) {
+        for (stage, ms) in stages {
+            match self.stages.iter_mut().find(|(name, _)| *name == stage) {
+                Some((_, total)) => *total += ms,
+                None => self.stages.push((stage, ms)),
+            }
+        }
+    }
 }
 
 /// The lattice of a frame.

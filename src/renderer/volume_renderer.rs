@@ -52,7 +52,8 @@ pub trait VolumeRenderer<'v> {
     /// The grid that places the voxels in the world.
     fn grid(&self) -> &Grid;
 
-    /// Enables frame statistics in reports, from the next frame on. A renderer of several processes ignores this.
+    /// Enables frame statistics in reports, from the next frame on. With several processes, all must call this; reports have the stage
+    /// times of the calling process, and `processes` has those of each.
     fn measure(&mut self, measuring: bool);
 
     /// Limits the time of a frame, from the next one on.

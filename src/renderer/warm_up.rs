@@ -1,6 +1,5 @@
 //! Building the programs of future frames in the background.
 
-use super::classification::SegmentNeeds;
 use super::frame::Output;
 use super::{Plan, Renderer};
 use crate::camera::{Camera, Orbit, Projection};
@@ -132,16 +131,17 @@ impl Renderer {
     /// and its last renderer are dropped, builds that have not started are cancelled. `on_ready` is called on another thread.
     /// Views that a forced layer axis cannot render are ignored.
     pub fn warm_up(&self, expected: &ExpectedFrames, on_ready: impl FnOnce(Result<(), Error>) + Send + 'static) -> ProgramBuilds {
-        let any = SegmentNeeds::ALL.map(Some);
+        // All that segments of any transfer function can need.
+        let any = [Some(false), Some(true)];
         let more = if expected.any_transfer_function { any.as_slice() } else { &[] };
-        let renderers: Vec<_> = [None].iter().chain(more).map(|&needs| self.rehearsal_renderer(needs)).collect();
+        let renderers: Vec<_> = [None].iter().chain(more).map(|&dimmed| self.rehearsal_renderer(dimmed)).collect();
         let expected = expected.clone();
         self.engine.device.build_ahead(move || kernels(renderers, &expected), on_ready)
     }
 
     /// A renderer of the same volume that only records launches.
-    fn rehearsal_renderer(&self, needs: Option<SegmentNeeds>) -> RehearsalRenderer {
-        let (engine, rehearsal) = self.engine.for_rehearsal(needs);
+    fn rehearsal_renderer(&self, dimmed: Option<bool>) -> RehearsalRenderer {
+        let (engine, rehearsal) = self.engine.for_rehearsal(dimmed);
         RehearsalRenderer { renderer: Self { engine }, rehearsal }
     }
 }

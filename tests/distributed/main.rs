@@ -20,6 +20,7 @@ fn as_a_rank() {
         "pictures" => pictures::are_those_of_one_process(group),
         "blends" => pictures::in_every_blend_mode(group),
         "accumulated" => pictures::accumulate(group),
+        "measured" => pictures::are_measured(group),
         "again" => pictures::are_the_same_again(group),
         "changes" => pictures::follow_changes(group),
         "buffers" => pictures::in_several_buffers(group),
@@ -44,6 +45,11 @@ fn every_blend_mode() {
 #[test]
 fn accumulated_pictures() {
     RANKS.iter().for_each(|&ranks| on_ranks(ranks, "accumulated"));
+}
+
+#[test]
+fn measured_pictures() {
+    [1, 2].iter().for_each(|&ranks| on_ranks(ranks, "measured"));
 }
 
 #[test]

@@ -167,6 +167,43 @@ pub fn accumulate(group: &Group) {
     assert!(together.accumulate(&camera, &settings, &mut accumulation).is_err() && accumulation.frames() == 0);
 }
 
+/// Frame statistics of all ranks: without early termination, the ranks together composite the samples of one process.
+pub fn are_measured(group: &Group) {
+    let (volume, size, transfer) = (whole(), viewport(48, 40), smooth_transfer());
+    let device = device();
+    let mut alone = layersplat::Renderer::new(&device, &volume, &transfer).unwrap();
+    alone.measure(true);
+    let mut together = Renderer::new(group, &device, &shared(group, 2, 2), &transfer).unwrap();
+    let through_trait: &mut dyn VolumeRenderer = &mut together;
+    let views = views(&volume, size);
+    for settings in [Settings::default(), splatted()] {
+        let settings = Settings { early_termination: false, ..settings };
+        for (n, camera) in [1, 3, 5, 8].map(|n| (n, &views[n])) {
+            let what = format!("view {n} of {group:?}, {settings:?}");
+            through_trait.measure(true);
+            let (_, report) = through_trait.render(camera, size, &settings).unwrap();
+            let (measured, ranks) = (report.measured.expect("measuring"), report.processes.expect("several processes").ranks);
+            let expected = alone.render(camera, size, &settings).unwrap().1.measured.unwrap();
+            let of_ranks: Vec<_> = ranks.iter().map(|rank| rank.measured.clone().expect("measuring")).collect();
+            assert_eq!(of_ranks.len(), group.size());
+            assert_eq!(of_ranks.iter().map(|rank| rank.active_samples).sum::<u64>(), expected.active_samples, "{what}");
+            assert_eq!(measured.active_samples, expected.active_samples, "{what}");
+            // A count without the layers of one rank would differ.
+            assert!(of_ranks.iter().all(|rank| rank.active_samples > 0), "{what}: {of_ranks:?}");
+            let time = |stages: &[(String, f64)], name: &str| stages.iter().find(|(stage, _)| stage == name).map(|(_, ms)| *ms);
+            for (rank, own) in of_ranks.iter().enumerate() {
+                assert!(time(&own.stages, "lattice").is_some_and(|ms| ms > 0.0), "{what}: {own:?}");
+                assert_eq!(time(&own.stages, "warp").is_some(), rank == 0, "only rank 0 warps: {own:?}");
+            }
+            let own: Vec<_> = measured.stages.iter().map(|&(stage, ms)| (stage.to_owned(), ms)).collect();
+            assert_eq!(own, of_ranks[group.rank()].stages);
+            through_trait.measure(false);
+            let (_, report) = through_trait.render(camera, size, &settings).unwrap();
+            assert!(report.measured.is_none() && report.processes.unwrap().ranks.iter().all(|rank| rank.measured.is_none()));
+        }
+    }
+}
+
 pub fn are_the_same_again(group: &Group) {
     let (volume, size, transfer) = (whole(), viewport(64, 48), smooth_transfer());
     let once = || {

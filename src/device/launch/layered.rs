@@ -12,10 +12,6 @@ use crate::layers::Kernel;
 /// Permutation of kernels with pre-integrated segments. The default serves blend modes that gather values.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub(crate) struct Segments {
-    /// Values may lie outside the table of integrals.
-    pub cut: bool,
-    /// Segment ends have individual weights.
-    pub curved: bool,
     /// Attenuation within thick segments changes their colour.
     pub dimmed: bool,
     /// All segments extend from layer to layer.
@@ -23,16 +19,16 @@ pub(crate) struct Segments {
 }
 
 impl Segments {
-    /// A permutation that also works for other tables and numbers of segments per layer.
+    /// A permutation that also works for other numbers of segments per layer.
     fn general(self) -> Self {
-        Self { cut: true, whole: false, ..self }
+        Self { whole: false, ..self }
     }
 }
 
 impl Defines {
     pub(super) fn with_segments(self, segments: Segments) -> Self {
-        let Segments { cut, curved, dimmed, whole } = segments;
-        let options = [(cut, "TABLE_CUT"), (curved, "CURVED"), (dimmed, "DIMMED"), (whole, "WHOLE_LAYERS")];
+        let Segments { dimmed, whole } = segments;
+        let options = [(dimmed, "DIMMED"), (whole, "WHOLE_LAYERS")];
         options.into_iter().fold(self, |defines, (condition, name)| defines.with_if(condition, name))
     }
 

@@ -90,12 +90,11 @@ impl Launch for Raycast {
 }
 
 impl Launch for Slicing {
-    /// The flag: values may lie outside the table.
-    type Variant = (VoxelKind, bool, Rendering);
+    type Variant = (VoxelKind, Rendering);
     const ITEMS: Items = Items::Tiles;
 
-    fn defines(tuning: &Tuning, (voxels, cut, rendering): Self::Variant) -> String {
-        march_defines(tuning, voxels, rendering).with_kernel(Kernel::Linear).with_if(cut, "TABLE_CUT").0
+    fn defines(tuning: &Tuning, (voxels, rendering): Self::Variant) -> String {
+        march_defines(tuning, voxels, rendering).with_kernel(Kernel::Linear).0
     }
 
     fn items(a: &SlicingArguments, _: &Tuning) -> usize {

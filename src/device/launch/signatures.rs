@@ -39,7 +39,7 @@ fn launchers_match_their_kernels() {
     let kind = VoxelType::Int16;
     let voxels = VoxelKind { voxel_type: kind, far: false, unchecked: false };
     let far = VoxelKind { far: true, ..voxels };
-    let segments = layered::Segments { cut: true, curved: true, dimmed: true, whole: true };
+    let segments = layered::Segments { dimmed: true, whole: true };
     let rendering = Rendering::EVERYTHING;
     // Voxels of one type: the test cannot tell types of arguments apart that depend on the variant.
     let central = super::Gradients { estimate: super::defines::GradientEstimate::Central, voxels: Some(voxels) };
@@ -79,7 +79,7 @@ fn launchers_match_their_kernels() {
         compare_and_idle::<layered::FootprintSet>(d, ()),
         compare_and_idle::<layered::OpacityTable>(d, ()),
         compare_and_idle::<rays::Raycast>(d, (voxels, Kernel::Gaussian, rendering)),
-        compare_and_idle::<rays::Slicing>(d, (far, true, rendering)),
+        compare_and_idle::<rays::Slicing>(d, (far, rendering)),
         compare_and_idle::<rays::CastSegments>(d, (voxels, Kernel::Cubic, segments, rendering)),
         compare_and_idle::<rays::CastValues>(
             d,

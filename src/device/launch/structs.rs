@@ -54,6 +54,8 @@ kernel_struct! {
         shown as [shown_from, shown_to]: f32,
         /// Extinction of one unit in the table.
         table_unit: f32,
+        /// Values can lie beyond the table of integrals, where its first and last entries apply.
+        cut: i32,
         /// Extinction: 1 = min(1, alpha dt), 0 = 1 - exp(-tau dt).
         linear: i32,
         /// The background has opacity: what lies beside the field's support is masked.
@@ -351,6 +353,8 @@ kernel_struct! {
         table_per_value: f32,
         /// Entries per value.
         table_size: i32,
+        /// Values can lie beyond the table.
+        cut: i32,
         /// Values between which lies all opacity.
         visible as [visible_from, visible_to]: f32,
     }

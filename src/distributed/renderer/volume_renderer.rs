@@ -1,11 +1,12 @@
 //! The interface that all renderers of volumes share.
 
 use super::Renderer;
+use super::frames::MeasuredReport;
 use crate::camera::Camera;
 use crate::device::Cancel;
 use crate::error::Error;
 use crate::image::{Depths, Frame};
-use crate::renderer::{Accumulation, DistributedReport, FrameReport, LatticeView, StreamPlan, VolumeRenderer};
+use crate::renderer::{Accumulation, FrameReport, LatticeView, StreamPlan, VolumeRenderer};
 use crate::settings::Settings;
 use crate::transfer::TransferFunction;
 use crate::viewport::Viewport;
@@ -29,7 +30,9 @@ impl<'v> VolumeRenderer<'v> for Renderer<'v> {
         self.description().grid()
     }
 
-    fn measure(&mut self, _: bool) {}
+    fn measure(&mut self, measuring: bool) {
+        self.measure(measuring);
+    }
 
     fn limit(&mut self, longest: Option<Duration>) {
         self.limit(longest);
@@ -49,7 +52,7 @@ impl<'v> VolumeRenderer<'v> for Renderer<'v> {
         viewport: Viewport,
         settings: &Settings,
     ) -> Result<(Option<Frame>, FrameReport), Error> {
-        let (frame, report) = self.render(camera, viewport, settings)?;
+        let (frame, report) = self.render_jittered(camera, viewport, settings, None)?;
         Ok((frame, frame_report(report)))
     }
 
@@ -59,7 +62,7 @@ impl<'v> VolumeRenderer<'v> for Renderer<'v> {
         settings: &Settings,
         accumulation: &mut Accumulation,
     ) -> Result<FrameReport, Error> {
-        self.accumulate(camera, settings, accumulation).map(frame_report)
+        self.accumulate_measured(camera, settings, accumulation).map(frame_report)
     }
 
     fn depths(&mut self, _: &Camera, _: Viewport, _: &Settings) -> Result<Depths, Error> {
@@ -68,6 +71,6 @@ impl<'v> VolumeRenderer<'v> for Renderer<'v> {
     }
 }
 
-fn frame_report(report: DistributedReport) -> FrameReport {
-    FrameReport { lattice: Some(report.lattice), measured: None, general_program: false, processes: Some(report) }
+fn frame_report((report, measured): MeasuredReport) -> FrameReport {
+    FrameReport { lattice: Some(report.lattice), measured, general_program: false, processes: Some(report) }
 }

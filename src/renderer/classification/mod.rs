@@ -7,7 +7,7 @@ mod tables;
 mod visibility;
 
 pub(super) use splat_list::{SplatList, Splatted, read_total};
-pub(super) use tables::{Integrals, SLAB_VALUES, SegmentNeeds, Table, TableSizes};
+pub(super) use tables::{Integrals, SLAB_VALUES, Table, TableSizes};
 pub(super) use visibility::VisibleBlocks;
 
 use super::field::{Field, FieldKernels};
@@ -30,8 +30,8 @@ pub(super) struct Classification {
     transfer: TransferFunction,
     version: Version,
     store: Store,
-    /// In a rehearsal, replaces the segment needs of the transfer function.
-    segment_needs: Option<SegmentNeeds>,
+    /// In a rehearsal, replaces [`Integrals::dimmed`] of the transfer function.
+    dimmed: Option<bool>,
 }
 
 /// Kernels that derive data from a field and a transfer function.
@@ -54,14 +54,15 @@ impl Classification {
             transfer: transfer.for_stored_numbers(rescale),
             version: Version::new(),
             store: Store::new(BUDGET),
-            segment_needs: None,
+            dimmed: None,
         }
     }
 
-    /// A clone for rehearsals, with an empty cache. `needs` replaces the segment needs of the transfer function.
-    pub fn for_rehearsal(&self, needs: Option<SegmentNeeds>) -> Self {
+    /// A clone for rehearsals, with an empty cache. `dimmed` replaces [`Integrals::dimmed`] of the
+    /// transfer function.
+    pub fn for_rehearsal(&self, dimmed: Option<bool>) -> Self {
         let (given, transfer) = (self.given.clone(), self.transfer.clone());
-        Self { given, transfer, version: Version::new(), store: Store::new(BUDGET), segment_needs: needs }
+        Self { given, transfer, version: Version::new(), store: Store::new(BUDGET), dimmed }
     }
 
     /// Replaces the transfer function. Derived data are made again on demand.

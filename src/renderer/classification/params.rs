@@ -17,6 +17,7 @@ impl ClassificationParams {
             visible: [0, scale.last],
             shown: [f32::NEG_INFINITY, f32::INFINITY],
             table_unit,
+            cut: 0,
             linear: i32::from(scene.settings.extinction == Extinction::Linear),
             background_visible: i32::from(scene.background_shows()),
             iso: iso.map_or(0.0, |value| scene.field.stored_value(value) as f32),
@@ -31,7 +32,11 @@ impl ClassificationParams {
 
     /// Parameters of composited pre-integrated segments.
     pub(in crate::renderer) fn from_integrals(scene: &Scene, integrals: &Integrals) -> Self {
-        Self { shown: integrals.visible_values, ..Self::new(scene, integrals.scale, integrals.unit) }
+        Self {
+            shown: integrals.visible_values,
+            cut: i32::from(integrals.cut),
+            ..Self::new(scene, integrals.scale, integrals.unit)
+        }
     }
 
     /// Parameters of values that are reduced along segments or compared with the iso-value. Their colours come from the table.

@@ -8,7 +8,7 @@ use crate::device::launch::rays::PreintegratedTableArguments;
 use crate::device::launch::structs::Float4;
 use crate::device::{Buffer, Device, Produced};
 use crate::error::Error;
-use crate::layers::{Kernel, segment_ends};
+use crate::layers::Kernel;
 use crate::transfer::{EXTINCTION_CELLS, Extinction, IntegralTable, TransferFunction, TransferTable};
 use crate::volume::{Description, Stored as StoredNumbers};
 use std::borrow::Cow;
@@ -67,37 +67,16 @@ pub(in crate::renderer) struct Integrals {
     pub visible_values: [f32; 2],
     /// Extinction of one unit.
     pub unit: f32,
-    pub needs: SegmentNeeds,
-}
-
-/// Program features that segments of these integrals need.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(in crate::renderer) struct SegmentNeeds {
     /// Whether values can lie outside the nodes.
     pub cut: bool,
-    /// Whether absorption within a layer can change its colour noticeably.
+    /// Whether absorption within a layer can change its colour noticeably. Programs are built for it.
     pub dimmed: bool,
-}
-
-impl SegmentNeeds {
-    /// All combinations that transfer functions can need.
-    pub const ALL: [Self; 4] = [
-        Self { cut: false, dimmed: false },
-        Self { cut: true, dimmed: false },
-        Self { cut: false, dimmed: true },
-        Self { cut: true, dimmed: true },
-    ];
 }
 
 impl Integrals {
     /// Segment permutation for these integrals with `per_layer` samples per layer.
-    pub fn segments(&self, extinction: Extinction, kernel: Kernel, per_layer: u32) -> Segments {
-        Segments {
-            cut: self.needs.cut,
-            curved: segment_ends(kernel, per_layer, 0) != [0.0; 2],
-            dimmed: self.needs.dimmed && extinction == Extinction::Exponential,
-            whole: per_layer == 1,
-        }
+    pub fn segments(&self, extinction: Extinction, per_layer: u32) -> Segments {
+        Segments { dimmed: self.dimmed && extinction == Extinction::Exponential, whole: per_layer == 1 }
     }
 }
 
@@ -182,16 +161,13 @@ impl Classification {
         }
         let table = self.table(device, field, extinction, kernel)?;
         let on_host = table.on_host.integrals(thinnest);
-        let needs = self.segment_needs.unwrap_or_else(|| SegmentNeeds {
-            cut: field.range_is_declared() || !on_host.spans(field_range(&field.stored(), kernel)),
-            dimmed: table.on_host.dimming(thinnest * f64::from(per_layer)) > DIMMING,
-        });
         let integrals = Integrals {
             nodes: Buffer::from_slice(device, &for_kernels(&on_host, field.offset()), INTEGRALS)?,
             scale: Scale::new(field, on_host.first, on_host.per_value, on_host.nodes.len()),
             visible_values: on_host.visible_values().map(|v| (v - field.offset()) as f32),
             unit: on_host.unit as f32,
-            needs,
+            cut: field.range_is_declared() || !on_host.spans(field_range(&field.stored(), kernel)),
+            dimmed: self.dimmed.unwrap_or_else(|| table.on_host.dimming(thinnest * f64::from(per_layer)) > DIMMING),
         };
         Ok(self.store.keep(key, inputs, Produced::by_host(), integrals))
     }

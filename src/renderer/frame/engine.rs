@@ -1,6 +1,6 @@
 //! Runs frames: begin, steps, deliver, report. All render paths go through [`Engine::run`].
 
-use super::super::classification::{Classification, PreparationKernels, SegmentNeeds, TableSizes};
+use super::super::classification::{Classification, PreparationKernels, TableSizes};
 use super::super::field::{Field, UploadedVolume};
 use super::super::layered::{PointLayers, SplatLayers};
 use super::super::light::LightVolumes;
@@ -112,14 +112,14 @@ impl Engine {
         }
     }
 
-    /// An engine of the same field and transfer function that records the kernels its frames would launch. `needs` replaces the
-    /// segment needs of the transfer function.
-    pub fn for_rehearsal(&self, needs: Option<SegmentNeeds>) -> (Self, Arc<Rehearsal>) {
+    /// An engine of the same field and transfer function that records the kernels its frames would launch. `dimmed` replaces
+    /// that need of the transfer function's integrals.
+    pub fn for_rehearsal(&self, dimmed: Option<bool>) -> (Self, Arc<Rehearsal>) {
         let (device, rehearsal) = self.device.with_own_sequence().rehearsing();
         let engine = Self {
             device,
             field: self.field.for_rehearsal(),
-            classification: self.classification.for_rehearsal(needs),
+            classification: self.classification.for_rehearsal(dimmed),
             kernels: PreparationKernels::default(),
             light: LightVolumes::default(),
             passes: Passes::default(),

@@ -80,7 +80,7 @@ impl PointLayers {
         let layout = scene.weighted(axis, kernel)?;
         let gradients = scene.gradient_voxels(axis, kernel, &layout)?;
         let region = Region::new(scene, kernel, per_layer);
-        let segments = segments(scene, &integrals, kernel, per_layer);
+        let segments = segments(scene, &integrals, per_layer);
         let table = scene.table(kernel)?;
         let illumination = scene.illumination()?;
         let [light, sky] = illumination.arguments(&visible.flags);
@@ -129,7 +129,7 @@ impl PointLayers {
         }
         let integrals = scene.integrals(kernel, steps.shortest(), samples_per_layer)?;
         let region = Region::new(scene, kernel, samples_per_layer);
-        let segments = segments(scene, &integrals, kernel, samples_per_layer);
+        let segments = segments(scene, &integrals, samples_per_layer);
         let table = scene.table(kernel)?;
         let sample = point_params(scene, (&integrals, &table), steps, Axis::Z.frame(), (kernel, samples_per_layer));
         let layout = scene.weighted(Axis::Z, kernel)?;
@@ -164,9 +164,9 @@ impl PointLayers {
 }
 
 /// Segment permutation; integrals are needed only for compositing.
-fn segments(scene: &Scene, integrals: &Integrals, kernel: Kernel, per_layer: u32) -> Segments {
+fn segments(scene: &Scene, integrals: &Integrals, per_layer: u32) -> Segments {
     match scene.settings.blend {
-        Blend::Composite => integrals.segments(scene.settings.extinction, kernel, per_layer),
+        Blend::Composite => integrals.segments(scene.settings.extinction, per_layer),
         _ => Segments::default(),
     }
 }

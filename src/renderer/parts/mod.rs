@@ -14,6 +14,7 @@ use super::UploadedVolume;
 use super::frame::{Engine, Frame as Declared, Mode, Stage, Step};
 use super::picture::{Finished, Share};
 use super::range::LayerRange;
+use super::report::Measured;
 use super::tiles::read_samples;
 use crate::camera::Camera;
 use crate::device::{Cancel, Device};
@@ -86,6 +87,9 @@ pub struct CompositedLayers {
     /// Depending on the blend mode: premultiplied colour and transmittance, or a value.
     samples: Vec<[f32; 4]>,
 }
+
+/// Raw samples of layers, and the frame statistics if measured.
+type RawSamples = (Vec<[f32; 4]>, Option<Measured>);
 
 impl CompositedLayers {
     /// The range of layers, numbered as in the whole volume.
@@ -197,7 +201,7 @@ impl PartRenderer {
             view.check_joined(&before.layers, &layers)?;
             done = union(&before.layers, &layers);
         }
-        let samples = self.samples(&view, layers, before.map(|b| b.samples.as_slice()))?;
+        let (samples, _) = self.samples(&view, layers, before.map(|b| b.samples.as_slice()))?;
         Ok(CompositedLayers { view, layers: done, samples })
     }
 
@@ -205,7 +209,7 @@ impl PartRenderer {
     pub fn finish(&mut self, composited: &CompositedLayers) -> Result<Frame, Error> {
         let view = &composited.view;
         let read = |device: &Device, finished: &Finished| read_samples(finished.floats(), device, view.viewport.pixels());
-        let pixels = self.run(view, self.warped(view, &composited.samples, Share::WHOLE), None, read)?;
+        let (pixels, _) = self.run(view, self.warped(view, &composited.samples, Share::WHOLE), None, read)?;
         Ok(Frame::new(view.viewport, pixels))
     }
 
@@ -236,7 +240,7 @@ impl PartRenderer {
     }
 
     /// Composites layers behind the raw samples `before`, or from an empty state, and returns raw samples.
-    fn samples(&mut self, view: &LatticeView, voxels: Range<usize>, before: Option<&[[f32; 4]]>) -> Result<Vec<[f32; 4]>, Error> {
+    fn samples(&mut self, view: &LatticeView, voxels: Range<usize>, before: Option<&[[f32; 4]]>) -> Result<RawSamples, Error> {
         let range = LayerRange { voxels, continues: before.is_some(), raw: true };
         let layers = Step::Layers { lattice: &view.lattice, layered: view.layered, range };
         let steps = before.map(Step::Continue).into_iter().chain([layers]).collect();
@@ -250,18 +254,19 @@ impl PartRenderer {
         vec![Step::Continue(samples), end, Step::Warp { lattice, share }]
     }
 
-    /// Runs steps of a view; the last one writes to `into` if it is given.
+    /// Runs steps of a view; the last one writes to `into` if it is given. Also returns the frame statistics, if measured.
     fn run<T>(
         &mut self,
         view: &LatticeView,
         steps: Vec<Step>,
         into: Option<Finished>,
         deliver: impl FnOnce(&Device, &Finished) -> Result<T, Error>,
-    ) -> Result<T, Error> {
+    ) -> Result<(T, Option<Measured>), Error> {
         let LatticeView { rays, viewport, settings, .. } = view;
         let stage = self.engine.declaring(*viewport, settings, |declaring| Stage::new(steps, into.is_some(), declaring));
         let frame = Declared { rays, viewport: *viewport, settings, stages: vec![stage], volume: None, into, host_bytes: 0 };
-        Ok(self.engine.run(&frame, Mode::Waited, deliver)?.0)
+        let (delivered, statistics) = self.engine.run(&frame, Mode::Waited, deliver)?;
+        Ok((delivered, statistics.measured))
     }
 }
 

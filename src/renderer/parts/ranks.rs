@@ -1,7 +1,7 @@
 //! Interface of part renderers for distributed rendering.
 
-use super::PartRenderer;
 use super::view::LatticeView;
+use super::{PartRenderer, RawSamples};
 use crate::error::Error;
 use crate::renderer::LatticeReport;
 use crate::settings::Blend;
@@ -25,6 +25,11 @@ impl LatticeView {
 }
 
 impl PartRenderer {
+    /// Enables frame statistics, from the next call on.
+    pub(crate) fn measure(&mut self, measuring: bool) {
+        self.engine.measuring = measuring;
+    }
+
     /// Composites a range of layers of a view behind the raw samples `before`, or from an empty state, and returns raw samples.
     /// The range may be empty.
     pub(crate) fn raw(
@@ -32,7 +37,7 @@ impl PartRenderer {
         view: &LatticeView,
         layers: &Range<usize>,
         before: Option<&[[f32; 4]]>,
-    ) -> Result<Vec<[f32; 4]>, Error> {
+    ) -> Result<RawSamples, Error> {
         if !layers.is_empty() {
             self.check_held(view, layers)?;
         }

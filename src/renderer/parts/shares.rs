@@ -4,6 +4,7 @@ use super::super::picture::{Finished, Share};
 use super::super::tiles::read_samples;
 use super::PartRenderer;
 use super::view::LatticeView;
+use crate::device::StageTimes;
 use crate::error::Error;
 use crate::image::Frame;
 
@@ -22,23 +23,24 @@ impl Shares {
         self.picture = None;
     }
 
-    /// Adds a lattice with its share of the picture; `samples` are the raw samples of all its layers.
+    /// Adds a lattice with its share of the picture; `samples` are the raw samples of all its layers. Returns the stage times, if
+    /// measured.
     pub fn add(
         &mut self,
         renderer: &mut PartRenderer,
         view: &LatticeView,
         share: f64,
         samples: &[[f32; 4]],
-    ) -> Result<(), Error> {
+    ) -> Result<StageTimes, Error> {
         let pixels = view.viewport.pixels();
         let added = self.picture.is_some();
         let again = self.last.take().filter(|(size, _)| *size == pixels).map(|(_, picture)| picture);
         let into = self.picture.take().or(again);
         let steps = renderer.warped(view, samples, Share { share, added });
-        let picture = renderer.run(view, steps, into, |_, finished| Ok(finished.clone()))?;
+        let (picture, measured) = renderer.run(view, steps, into, |_, finished| Ok(finished.clone()))?;
         self.last = Some((pixels, picture.clone()));
         self.picture = Some(picture);
-        Ok(())
+        Ok(measured.unwrap_or_default().stages)
     }
 
     /// The finished picture as premultiplied floats, without a background.
