@@ -236,8 +236,14 @@ __kernel void light_sweep(__global const VOXEL *voxels, VolumeView view, __globa
 #endif
             }
         }
-        if (!lit && (BLEND == ISO || !sampled))
+#if BLEND == COMPOSITE
+        // Otherwise the rays in the plane are known.
+        if (!sampled && !lit)
             copy_rays(behind, in_plane);
+#else
+        if (!lit)
+            copy_rays(behind, in_plane);
+#endif
         store_layer(&p, &layer, in_plane, lit, light, sums);
         // With a limited reach, light comes back with the distance from what absorbed it.
         for (int r = 0; p.recovered < 1.0f && !lit && r < SWEEP_ROWS; r++)

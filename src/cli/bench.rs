@@ -76,13 +76,16 @@ pub(super) fn run(arguments: &Arguments, processes: &Processes) -> Result<ExitCo
     let options = &arguments.scene.camera;
     let (teams, volume) = (&arguments.scene.teams, &arguments.scene.volume);
     processes.make_teams(teams, volume, options.size, arguments.frames as usize)?;
-    let scene = Scene::open(&arguments.scene, processes)?;
+    let mut scene = Scene::open(&arguments.scene, processes)?;
     let background = options.background.unwrap_or(Background::BLACK);
     let frames = arguments.frames;
     // The same views of all volumes, unless --up is given.
     let orientation = Orientation::with_up(options.up.unwrap_or_default(), scene.volume.grid());
+    let first = Cameras::new(options, &scene, Fit::Volume, orientation);
+    let start = first.angles().or_each_of(START);
+    let first = first.still(start);
+    scene.fix_lights(&arguments.scene, &first)?;
     let fitting = Cameras::new(options, &scene, Fit::Volume, orientation);
-    let start = fitting.angles().or_each_of(START);
     let orbits = (0..frames).map(|n| turn(start, n, frames));
     let cameras = fitting.sequence(orbits);
     scene.require_checked(&arguments.scene, options.size, &cameras)?;

@@ -85,13 +85,15 @@ pub(super) fn run(arguments: &Arguments, processes: &Processes) -> Result<ExitCo
     let encoding = arguments.pictures.encoding.encoding();
     let film = || Film::create(&arguments.output, options, encoding, frames, arguments.rate);
     let mut film = if processes.leads() { Some(film()?) } else { None };
-    let scene = Scene::open(&arguments.scene, processes)?;
+    let mut scene = Scene::open(&arguments.scene, processes)?;
     let fitting = arguments.pictures.cameras(options, &scene);
     let start = fitting.angles().or_each_of(START);
     let cameras = match &keys {
         Some(keys) => keys.cameras(&fitting, START, frames)?,
         None => fitting.sequence((0..frames).map(|n| turn(start, n, frames))),
     };
+    let up = UpReport::new(fitting.orientation());
+    scene.fix_lights(&arguments.scene, &cameras[0])?;
     let inner = arguments.pictures.rendered(arguments.pictures.inner(options.size, &scene))?;
     scene.require_checked(&arguments.scene, inner, &cameras)?;
     let mut studio = Studio::new(&scene, &arguments.pictures, options.background)?;
@@ -108,7 +110,6 @@ pub(super) fn run(arguments: &Arguments, processes: &Processes) -> Result<ExitCo
     film.finish()?;
     bar.finish_and_clear();
     let output = arguments.output.display().to_string();
-    let up = UpReport::new(fitting.orientation());
     let rotated = Rotated { output, frames, volume: scene.volume.name(), device: &scene.device.info().name, up };
     super::report(arguments.json, &rotated, || format!("{} pictures in {}", rotated.frames, rotated.output))?;
     Ok(ExitCode::SUCCESS)

@@ -95,6 +95,15 @@ impl Scene {
         Ok(Self { volume, transfer, settings, device, processes: processes.clone(), time_limit, opened_at, first_pass })
     }
 
+    /// Fixes lights in the world where the first camera of a turn sees them, so that shadows stay in place and no light is swept again. With
+    /// `--light-space camera` they move with the camera.
+    pub fn fix_lights(&mut self, options: &SceneOptions, first: &Camera) -> Result<(), Error> {
+        if let Some(shading) = self.settings.shading.as_mut().filter(|_| !options.quality.light.moves_with_camera()) {
+            shading.lights = shading.lights.in_world(first)?;
+        }
+        Ok(())
+    }
+
     /// Bounds of the visible part.
     fn framing(&self) -> Framing {
         let framing = match self.settings.blend {

@@ -3,6 +3,8 @@
 use super::super::classification::{Classification, PreparationKernels, TableSizes};
 use super::super::field::{Field, UploadedVolume};
 use super::super::layered::{PointLayers, SplatLayers};
+#[cfg(test)]
+use super::super::light::Illumination;
 use super::super::light::LightVolumes;
 use super::super::picture::{Finished, Picture, WarpInputs, bind};
 use super::super::plan::Plan;
@@ -335,6 +337,19 @@ impl Engine {
             Plan::ViewSheets(distance) => passes.view_sheets.draw(scene, distance, target),
             Plan::Lattice(..) | Plan::Shared(..) => unreachable!("lattices are rendered as layers"),
         }
+    }
+
+    /// The light volumes of a view.
+    #[cfg(test)]
+    pub fn illumination(&mut self, rays: &Rays, viewport: Viewport, settings: &Settings) -> Result<Illumination, Error> {
+        let Self { device, field, classification, kernels, light, .. } = self;
+        Scene::new(View { device, rays, viewport, settings }, field, classification, kernels, light).illumination()
+    }
+
+    /// Number of light volumes made so far.
+    #[cfg(test)]
+    pub fn light_volumes_made(&self) -> usize {
+        self.light.made()
     }
 
     /// Drops all cached data and buffers on the device except the voxels.

@@ -5,6 +5,8 @@ mod coarse;
 mod grid;
 mod sources;
 mod sweeps;
+#[cfg(test)]
+mod tests;
 
 pub(super) use sources::LightSources;
 
