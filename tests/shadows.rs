@@ -42,7 +42,9 @@ fn light_volumes_are_near_marched_light() {
         let lights = Lights::BESIDE_CAMERA.in_world(&camera).unwrap();
         let direct = Settings::from(Layered { evaluation: Evaluation::Direct, ..Layered::default() });
         let lit = Settings { shading: Some(Shading { lights, ..Shading::default() }), ..direct };
-        let psnr = |settings: Settings| psnr_of_light(&volume, &transfer, &camera, &settings, 97);
+        let psnr = |settings: Settings| {
+            psnr_of_light(&volume, &transfer, &camera, &settings, std::env::var("EVERY").map_or(97, |e| e.parse().unwrap()))
+        };
         print!("{name}: none {:.1}", psnr(lit));
         for forgiveness in [1.0, 4.0] {
             let shadows = Some(Shadows { forgiveness, ..Shadows::default() });

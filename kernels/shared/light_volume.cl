@@ -29,6 +29,15 @@ static inline intv words_at(__global const uchar *volume, intv bytes) {
 #define WORDS_AT(p, bytes) words_at(p, bytes)
 #endif
 
+// Interpolates linearly between the values at four neighbouring bytes.
+static inline realv interpolate_plane(__global const uchar *volume, intv at, int stride, realv s, realv t) {
+    const intv low = WORDS_AT(volume, at), high = WORDS_AT(volume, at + stride);
+    const realv left = CONVERT_REALV(low & 255), to_left = CONVERT_REALV(high & 255);
+    const realv one = left + s * (CONVERT_REALV((low >> 8) & 255) - left);
+    const realv other = to_left + s * (CONVERT_REALV((high >> 8) & 255) - to_left);
+    return one + t * (other - one);
+}
+
 // Interpolates linearly between eight values of a volume, in steps of 1/255. The values along one axis are neighbouring bytes, of which one
 // word holds two.
 static inline realv interpolate_light(__global const uchar *volume, float scale, const float *origin, const int *stride,
@@ -43,16 +52,11 @@ static inline realv interpolate_light(__global const uchar *volume, float scale,
     const intv i = CONVERT_INTV(x), j = CONVERT_INTV(y), k = CONVERT_INTV(z);
     const realv s = x - CONVERT_REALV(i), t = y - CONVERT_REALV(j), r = z - CONVERT_REALV(k);
     const intv at = i + j * stride[1] + k * stride_far;
-    realv planes[2];
-#pragma unroll
-    for (int n = 0; n < 2; n++) {
-        const intv low = WORDS_AT(volume, at + n * stride_far), high = WORDS_AT(volume, at + n * stride_far + stride[1]);
-        const realv left = CONVERT_REALV(low & 255), to_left = CONVERT_REALV(high & 255);
-        const realv one = left + s * (CONVERT_REALV((low >> 8) & 255) - left);
-        const realv other = to_left + s * (CONVERT_REALV((high >> 8) & 255) - to_left);
-        planes[n] = one + t * (other - one);
-    }
-    return planes[0] + r * (planes[1] - planes[0]);
+    const realv near = interpolate_plane(volume, at, stride[1], s, t);
+    // Samples in the planes of voxels need one plane of values.
+    if (!ANY(r > 0.0f))
+        return near;
+    return near + r * (interpolate_plane(volume, at + stride_far, stride[1], s, t) - near);
 }
 
 // Where the light of a sample is looked up: at its point or, for an iso-surface with this unit normal, off the surface, on the side of the
