@@ -30,12 +30,17 @@ pub(in crate::renderer) struct PointLayers {
 /// Layer thicknesses in pixels from which a layer gets one and two additional samples.
 const MAGNIFIED: [f64; 2] = [6.0, 12.0];
 
-/// Samples per layer for layers of this thickness in pixels. Lattices that adapt to the screen also adapt the sampling along
-/// rays: at high magnification few voxels are in view, and what happens between layers becomes visible.
-fn magnified(samples_per_layer: u32, evaluation: Evaluation, pixels: f64) -> u32 {
+/// Most additional samples of layers that are thicker than the smallest spacing.
+const MOST_FOR_THICKNESS: u32 = 3;
+
+/// Samples per layer for layers of this thickness, in pixels and in smallest spacings. Lattices that adapt to the screen also adapt the
+/// sampling along rays. At high magnification few voxels are in view, and what happens between layers becomes visible. Thick layers get a
+/// sample per smallest spacing, rounded: otherwise pictures along two layer axes differ in brightness (docs/fidelity.md).
+fn adapted(samples_per_layer: u32, evaluation: Evaluation, pixels: f64, smallest_spacings: f64) -> u32 {
     let Evaluation::Lattice(Density::Relaxed | Density::Fine) = evaluation else { return samples_per_layer };
-    let more = MAGNIFIED.iter().filter(|&&limit| pixels >= limit).count() as u32;
-    (samples_per_layer + more).min(Classification::MAX_POINTS)
+    let for_magnification = MAGNIFIED.iter().filter(|&&limit| pixels >= limit).count() as u32;
+    let for_thickness = (smallest_spacings.round() as u32 - 1).min(MOST_FOR_THICKNESS);
+    (samples_per_layer + for_magnification.max(for_thickness)).min(Classification::MAX_POINTS)
 }
 
 /// Declares the resources of [`PointLayers::draw_lattice`].
@@ -68,7 +73,9 @@ impl PointLayers {
         let Scene { device, settings, .. } = *scene;
         let frame = lattice.frame;
         let axis = frame.layer_axis();
-        let per_layer = magnified(samples_per_layer, evaluation, scene.rays.pixels_along(frame.a));
+        let spacing = scene.field.grid().spacing();
+        let thickness = spacing[frame.a] / spacing.min_element();
+        let per_layer = adapted(samples_per_layer, evaluation, scene.rays.pixels_along(frame.a), thickness);
         let steps = scene.steps(per_layer);
         let tiles = Tiles::for_points(lattice, device.tuning());
         let Drawn { samples, active_samples, .. } = &target.prepare(tiles);
