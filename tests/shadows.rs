@@ -296,7 +296,7 @@ fn settings_without_effect_are_refused() {
     ];
     let mut renderer = Renderer::new(&device(), &volume, &transfer).unwrap();
     for settings in refused {
-        let error = renderer.render(&camera, viewport(20, 20), &settings).err().expect("refused");
+        let error = renderer.render(&camera, viewport(20, 20), &settings).expect_err("refused");
         assert!(matches!(error, Error::Settings { .. } | Error::OutOfRange { .. }), "{error}");
     }
     assert!(Lights::new(&[Light { angle: 46.0, ..side() }]).is_err() && Lights::new(&[Light { angle: -1.0, ..side() }]).is_err());

@@ -54,11 +54,13 @@ pub enum Family {
     AxisSheets,
     /// Image-aligned sheets.
     ViewSheets,
+    /// Point-sampled layers on a lattice with shadows or ambient occlusion.
+    Light,
 }
 
 impl Family {
     /// All families.
-    pub const ALL: [Family; 16] = [
+    pub const ALL: [Family; 17] = [
         Family::PointLattice,
         Family::Spline,
         Family::PointValues,
@@ -75,6 +77,7 @@ impl Family {
         Family::Slicing,
         Family::AxisSheets,
         Family::ViewSheets,
+        Family::Light,
     ];
 
     /// Name in reports.
@@ -96,13 +99,17 @@ impl Family {
             Family::Slicing => "slicing",
             Family::AxisSheets => "axis-sheets",
             Family::ViewSheets => "view-sheets",
+            Family::Light => "light",
         }
     }
 
     /// The family that renders a plan; `parallel`: whether the projection is parallel.
     pub fn from_plan(plan: &Plan, settings: &Settings, parallel: bool) -> Self {
         match plan {
-            Plan::Lattice(_, layered) | Plan::Shared(_, layered) => Self::on_lattice(layered, settings.blend, parallel),
+            Plan::Lattice(_, layered) | Plan::Shared(_, layered) => {
+                let family = Self::on_lattice(layered, settings.blend, parallel);
+                if family == Family::PointLattice && settings.sweeps_light() { Family::Light } else { family }
+            }
             Plan::Direct(_, Layered { classification: Classification::Preintegrated { .. }, .. }) => Family::PointPixels,
             Plan::Direct(_, Layered { footprints: crate::settings::Footprints::Set, .. }) => Family::FootprintSet,
             Plan::Direct(..) => Family::SplatPixels,

@@ -3,7 +3,9 @@
 use super::Family;
 use crate::camera::{Camera, Orbit, Projection};
 use crate::layers::{Correction, Density, Kernel};
-use crate::settings::{Algorithm, Blend, Classification, Evaluation, Footprints, Layered, Settings, Shading};
+use crate::settings::{
+    Algorithm, Blend, Classification, Evaluation, Footprints, Layered, Light, Lights, Settings, Shading, Shadows,
+};
 use crate::transfer::TransferFunction;
 use crate::viewport::Viewport;
 use crate::volume::{Grid, Volume, Voxels};
@@ -63,6 +65,8 @@ pub(super) fn views(family: Family) -> [Picture; VIEWS] {
         Family::FootprintSet => [picture(lit, view(0.0, 0.0, ROLL)), picture(lit, view(90.0, 0.0, ROLL))],
         // Separate programs exist for these unlit, or splatted in a perspective; keep to the lit parallel ones.
         Family::ViewSheets | Family::AxisSheets | Family::SplatLattice => [picture(lit, along_z), picture(lit, along_x)],
+        // A light that takes several sweeps, and one that takes one.
+        Family::Light => [picture(lit, along_z), picture(with_light(unlit, 0.0), perspective(along_x, 30.0))],
         // A lattice aligned with pixels, and an interpolated one.
         Family::PointLattice => [picture(lit, view(25.0, 15.0, 0.0)), picture(unlit, perspective(along_x, 30.0))],
         _ => [picture(lit, along_z), picture(unlit, perspective(along_x, 30.0))],
@@ -83,7 +87,7 @@ fn settings(family: Family) -> Settings {
         ..Layered::default()
     };
     let (algorithm, blend): (Algorithm, Blend) = match family {
-        Family::PointLattice => (points(Kernel::Cubic, 1).into(), Blend::Composite),
+        Family::PointLattice | Family::Light => (points(Kernel::Cubic, 1).into(), Blend::Composite),
         // 8 samples per layer in steps of 1/32, like the reference integral.
         Family::CastSegments => (points(Kernel::Cubic, 8).into(), Blend::Composite),
         Family::Spline => (points(Kernel::BSpline, 2).into(), Blend::Composite),
@@ -102,7 +106,16 @@ fn settings(family: Family) -> Settings {
         Family::AxisSheets => (Algorithm::AxisSheets { layer_axis: Default::default() }, Blend::Composite),
         Family::ViewSheets => (Algorithm::ViewSheets { sheet_distance: Algorithm::SHEET_DISTANCE }, Blend::Composite),
     };
-    Settings { algorithm, blend, shading: Some(Shading::default()), early_termination: false, ..Settings::default() }
+    let lit = Settings { algorithm, blend, shading: Some(Shading::default()), early_termination: false, ..Settings::default() };
+    if family == Family::Light { with_light(lit, 8.0) } else { lit }
+}
+
+/// Adds the shadow of a light of this angular diameter in degrees. Light volumes interpolate between few voxels here: at full strength one
+/// pixel is off by 2.5 steps of 255.
+fn with_light(settings: Settings, angle: f64) -> Settings {
+    let light = Light { angle, ..Light::towards(DVec3::new(-0.8, 1.0, 0.7)) };
+    let shading = Shading { lights: Lights::new(&[light]).expect("the light is valid"), ..Shading::default() };
+    Settings { shading: Some(shading), shadows: Some(Shadows { strength: 0.6, forgiveness: 1.0 }), ..settings }
 }
 
 /// Roll of most views: no lattice axis is aligned with pixels.

@@ -335,10 +335,11 @@ mod tests {
         ] {
             assert_eq!(bytes(text), Ok(expected), "{text}");
         }
-        for bad in ["", ":", "1,0", "1,0,0:", "1,0,0:x", "1,0,0:1:2", ":2", "sun", "1,0,0:inf"] {
+        for bad in ["", ":", "1,0", "1,0,0:", "1,0,0:x", "1,0,0:1:2:3", "camera:1:2", ":2", "sun", "1,0,0:inf"] {
             assert!(light(bad).is_err(), "{bad}");
         }
         assert_eq!(light("-1,0.5,2:0.25"), Ok(Light { strength: 0.25, ..Light::towards(DVec3::new(-1.0, 0.5, 2.0)) }));
+        assert_eq!(light("0,0,1:0.5:10"), Ok(Light { strength: 0.5, angle: 10.0, ..Light::towards(DVec3::Z) }));
         assert_eq!((light("camera"), light("0,0,1")), (Ok(Light::AT_CAMERA), Ok(Light::towards(DVec3::Z))));
         assert!(samples("0").is_err() && samples("17").is_err() && samples("x").is_err() && samples("16") == Ok(16));
         assert!(sub_layers("0").is_err() && sub_layers("17").is_err());

@@ -40,7 +40,7 @@ fn launchers_match_their_kernels() {
     let voxels = VoxelKind { voxel_type: kind, far: false, unchecked: false };
     let far = VoxelKind { far: true, ..voxels };
     let segments = layered::Segments { dimmed: true, whole: true };
-    let rendering = Rendering::EVERYTHING;
+    let rendering = Rendering { light_volume: true, ..Rendering::EVERYTHING };
     // Voxels of one type: the test cannot tell types of arguments apart that depend on the variant.
     let central = super::Gradients { estimate: super::defines::GradientEstimate::Central, voxels: Some(voxels) };
     let separate = Rendering { gradients: central, ..rendering };
@@ -92,6 +92,10 @@ fn launchers_match_their_kernels() {
         compare_and_idle::<sheets::TiledSplats>(d, ()),
         compare_and_idle::<sheets::AxisSheets>(d, rendering),
         compare_and_idle::<sheets::ViewSheets>(d, (5, true, rendering)),
+        compare_and_idle::<light::LightTable>(d, ()),
+        compare_and_idle::<light::LightSweep>(d, (voxels, false, rendering)),
+        compare_and_idle::<light::FinishLight>(d, ()),
+        compare_and_idle::<light::CoarseTransmittance>(d, (voxels, rendering, 2)),
         compare_and_idle::<picture::Warp>(d, ()),
         compare_and_idle::<picture::Present>(d, ()),
     ];
