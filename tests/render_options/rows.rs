@@ -6,8 +6,8 @@ use glam::DVec3;
 use layersplat::camera::Up;
 use layersplat::layers::{Axis, Kernel};
 use layersplat::settings::{
-    Algorithm, Blend, Classification, ClipPlane, Clipping, CropBox, DepthCue, Evaluation, Footprints, GradientOpacity, LayerAxis,
-    Light, Lights, Quality, Shading,
+    Algorithm, AmbientOcclusion, Blend, Classification, ClipPlane, Clipping, CropBox, DepthCue, Evaluation, Footprints,
+    GradientOpacity, LayerAxis, Light, LightGrid, Lights, Quality, Shading, Shadows,
 };
 use layersplat::transfer::Extinction;
 use layersplat::volume::{Endian, Grid, ScalarType};
@@ -21,6 +21,12 @@ pub struct Row {
     pub beside: (&'static str, fn(&mut Scene)),
     /// The option with its value, and its effect.
     pub given: (&'static str, fn(&mut Scene)),
+}
+
+/// Enables shadows of the light that stands beside the camera.
+fn cast_shadows(scene: &mut Scene, shadows: Shadows) {
+    scene.settings.shading = Some(Shading { lights: Lights::BESIDE_CAMERA, ..Shading::default() });
+    scene.settings.shadows = Some(shadows);
 }
 
 /// A row without other arguments.
@@ -220,6 +226,53 @@ pub const QUALITIES: &[Row] = &[
             let lights = [Light::towards(DVec3::new(-1.0, 0.5, 0.25)), Light { strength: 0.4, ..Light::AT_CAMERA }];
             s.settings.shading = Some(Shading { lights: Lights::new(&lights).unwrap(), ..Shading::default() });
         },
+    ),
+    beside(
+        "--light -1,0.5,0.25",
+        |s| s.settings.shading = Some(Shading { lights: one_light(DVec3::new(-1.0, 0.5, 0.25)), ..Shading::default() }),
+        "--light-space",
+        "--light-space camera",
+        |s| {
+            let lights = Lights::new(&[Light::from_camera(DVec3::new(-1.0, 0.5, 0.25))]).unwrap();
+            s.settings.shading = Some(Shading { lights, ..Shading::default() });
+        },
+    ),
+    row("--shadows", "--shadows on", |s| cast_shadows(s, Shadows::default())),
+    beside(
+        "--shadows on",
+        |s| cast_shadows(s, Shadows::default()),
+        "--shadow-strength",
+        "--shadow-strength 0.5",
+        |s| {
+            cast_shadows(s, Shadows { strength: 0.5, ..Shadows::default() });
+        },
+    ),
+    beside(
+        "--shadows on",
+        |s| cast_shadows(s, Shadows::default()),
+        "--shadow-forgiveness",
+        "--shadow-forgiveness 1",
+        |s| {
+            cast_shadows(s, Shadows { forgiveness: 1.0, ..Shadows::default() });
+        },
+    ),
+    beside(
+        "--shadows on",
+        |s| cast_shadows(s, Shadows::default()),
+        "--light-grid",
+        "--light-grid half",
+        |s| {
+            cast_shadows(s, Shadows::default());
+            s.settings.light_grid = LightGrid::Half;
+        },
+    ),
+    row("--ambient-occlusion", "--ambient-occlusion on", |s| s.settings.ambient_occlusion = Some(AmbientOcclusion::default())),
+    beside(
+        "--ambient-occlusion on",
+        |s| s.settings.ambient_occlusion = Some(AmbientOcclusion::default()),
+        "--ao-reach",
+        "--ao-reach 3",
+        |s| s.settings.ambient_occlusion = Some(AmbientOcclusion { reach: Some(3.0), ..AmbientOcclusion::default() }),
     ),
     row("--gradient", "--gradient central", |s| s.settings.gradient = Some(GradientEstimator::Central)),
     row("--gradient-opacity", "--gradient-opacity 2:0,9:0.75", |s| {
