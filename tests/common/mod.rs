@@ -4,6 +4,7 @@
 pub mod blends;
 #[cfg(feature = "cli")]
 pub mod command;
+pub mod generated;
 pub mod reference;
 
 use glam::DVec3;
