@@ -117,7 +117,7 @@ pub struct Settings {
 /// Size in bytes of the first version of the struct, which ends before `shadows`.
 const FIRST_VERSION: usize = offset_of!(Settings, shadows);
 
-/// Sizes of all versions of the struct. A version with more fields appends its size.
+/// Sizes of all versions of the struct, all of which are accepted. Before fields are appended, the present size becomes a constant here.
 const VERSIONS: [usize; 2] = [FIRST_VERSION, size_of::<Settings>()];
 
 fn from_quality(quality: QualityChoice) -> Settings {
