@@ -261,6 +261,24 @@ typedef enum layersplat_blend {
 } layersplat_blend;
 
 /**
+ * Resolution of shadows and ambient occlusion. Below full resolution, surfaces that are nearly parallel to the light show contour rings.
+ */
+typedef enum layersplat_light_grid {
+  /**
+   * One value per voxel.
+   */
+  LAYERSPLAT_LIGHT_GRID_FULL = 0,
+  /**
+   * One value per 2 x 2 x 2 voxels.
+   */
+  LAYERSPLAT_LIGHT_GRID_HALF = 1,
+  /**
+   * One value per 4 x 4 x 4 voxels for ambient occlusion; shadows have half the resolution.
+   */
+  LAYERSPLAT_LIGHT_GRID_QUARTER = 2,
+} layersplat_light_grid;
+
+/**
  * Projection of a camera.
  */
 typedef enum layersplat_projection {
@@ -408,11 +426,11 @@ typedef struct layersplat_grid {
 } layersplat_grid;
 
 /**
- * A white directional light.
+ * A white directional light. Its angular diameter is in `light_angles` of layersplat_settings.
  */
 typedef struct layersplat_light {
   /**
-   * World direction towards the light; (0, 0, 0) is a light at the camera.
+   * Direction towards the light, in world axes unless `lights_in_camera_space` is 1; (0, 0, 0) is a light at the camera.
    */
   double direction[3];
   /**
@@ -468,7 +486,8 @@ typedef struct layersplat_settings {
    */
   int32_t lit;
   /**
-   * Number of `lights` in use; 0: one light of strength 1 at the camera.
+   * Number of `lights` in use; 0: one light of strength 1 at the camera. With shadows it is beside the camera, where they are visible:
+   * at (-1, 1, 1) in camera space.
    */
   int32_t light_count;
   /**
@@ -553,6 +572,39 @@ typedef struct layersplat_settings {
    * Colour that samples fade to, from 0 to 1: that of the picture's background.
    */
   double depth_cue_color[3];
+  /**
+   * Shadows of the lights: 1 or 0. They need shading, LAYERSPLAT_BLEND_COMPOSITE or _ISO, and layers or ray casting.
+   */
+  int32_t shadows;
+  /**
+   * Ambient occlusion, which dims the ambient light where little of the surroundings is open: 1 or 0. It needs what shadows need.
+   */
+  int32_t ambient_occlusion;
+  /**
+   * A layersplat_light_grid, for shadows and ambient occlusion.
+   */
+  int32_t light_grid;
+  /**
+   * Axes of the lights' directions. 1: right, up, towards the viewer: the lights move with the camera, and shadows are computed
+   * again for each view. 0: world axes.
+   */
+  int32_t lights_in_camera_space;
+  /**
+   * Share of the shadows, from 0 to 1.
+   */
+  double shadow_strength;
+  /**
+   * Factor of the light in shadows, at most full light, from 1 to 1000. 1 is physically exact, and dark.
+   */
+  double shadow_forgiveness;
+  /**
+   * World distance over which ambient occlusion decreases to 1/e; 0 or infinity: no limit.
+   */
+  double ao_reach;
+  /**
+   * Angular diameters of `lights` in degrees, from 0 to 45: how soft the edges of their shadows are.
+   */
+  double light_angles[4];
 } layersplat_settings;
 
 /**
@@ -996,7 +1048,7 @@ void layersplat_renderer_free(struct layersplat_renderer *renderer);
 
 /**
  * Default settings of a layersplat_quality: composited, lit from the camera, without clipping. Pass sizeof(layersplat_settings) as
- * `size`: a program compiled with a newer header than this library gets an error.
+ * `size`: a program compiled with an older header gets the fields of that header, and one with a newer header than this library an error.
  */
 enum layersplat_status layersplat_settings_default(int32_t quality,
                                                    struct layersplat_settings *settings,

@@ -121,6 +121,16 @@ impl<T> Out<T> {
         // SAFETY: upheld by the caller: it is valid for writes. It may be uninitialised.
         unsafe { self.0.write(value) }
     }
+
+    /// Writes the first `size` bytes: those of an older version of a struct.
+    pub fn set_first(self, value: T, size: usize)
+    where
+        T: Copy,
+    {
+        assert!(size <= size_of::<T>());
+        // SAFETY: upheld by the caller: `size` bytes are valid for writes. They may be uninitialised.
+        unsafe { (&raw const value).cast::<u8>().copy_to_nonoverlapping(self.0.cast(), size) }
+    }
 }
 
 impl<T> Out<*mut T> {

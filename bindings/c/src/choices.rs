@@ -1,6 +1,7 @@
 //! Enums of the C API. C passes them as integers of any value; unknown values are rejected.
 
 use crate::boundary::Failure;
+use layersplat::settings::LightGrid;
 use layersplat::{GradientEstimator, Kernel, Quality, volume};
 
 /// Type of a voxel.
@@ -100,6 +101,18 @@ pub enum BlendChoice {
     Iso = 4,
 }
 
+/// Resolution of shadows and ambient occlusion. Below full resolution, surfaces that are nearly parallel to the light show contour rings.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub enum LightGridChoice {
+    /// One value per voxel.
+    Full = 0,
+    /// One value per 2 x 2 x 2 voxels.
+    Half = 1,
+    /// One value per 4 x 4 x 4 voxels for ambient occlusion; shadows have half the resolution.
+    Quarter = 2,
+}
+
 /// Projection of a camera.
 #[repr(C)]
 #[derive(Clone, Copy)]
@@ -139,6 +152,7 @@ from_number!(AlgorithmChoice, "algorithm", Layered AxisSheets ViewSheets Slicing
 from_number!(KernelChoice, "kernel", Automatic Cubic Linear CatmullRom Bspline Gaussian);
 from_number!(GradientChoice, "gradient", Automatic Central Sobel Own Gaussian);
 from_number!(BlendChoice, "blend mode", Composite Maximum Minimum Average Iso);
+from_number!(LightGridChoice, "light grid", Full Half Quarter);
 from_number!(ProjectionChoice, "projection", Parallel Perspective);
 from_number!(PixelFormat, "pixel format", Rgba8 Floats);
 
@@ -161,6 +175,16 @@ impl From<QualityChoice> for Quality {
             QualityChoice::Standard => Self::Standard,
             QualityChoice::High => Self::High,
             QualityChoice::Paper => Self::Paper,
+        }
+    }
+}
+
+impl From<LightGridChoice> for LightGrid {
+    fn from(chosen: LightGridChoice) -> Self {
+        match chosen {
+            LightGridChoice::Full => Self::Full,
+            LightGridChoice::Half => Self::Half,
+            LightGridChoice::Quarter => Self::Quarter,
         }
     }
 }

@@ -1,18 +1,22 @@
 //! Render settings.
 
+mod light;
+#[cfg(test)]
+mod tests;
+
 use crate::boundary::{Failure, Out, guard};
-use crate::{AlgorithmChoice, BlendChoice, GradientChoice, KernelChoice, QualityChoice, Status};
-use layersplat::glam::DVec3;
+use crate::{AlgorithmChoice, BlendChoice, GradientChoice, KernelChoice, LightGridChoice, QualityChoice, Status};
 use layersplat::settings::{
-    self, Algorithm, Blend, ClipPlane, Clipping, CropBox, DepthCue, GradientOpacity, Layered, Lights, Shading,
+    self, Algorithm, Blend, ClipPlane, Clipping, CropBox, DepthCue, GradientOpacity, Layered, Shading, Shadows,
 };
 use layersplat::{Kernel, Quality};
+use std::mem::offset_of;
 
-/// A white directional light.
+/// A white directional light. Its angular diameter is in `light_angles` of layersplat_settings.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Light {
-    /// World direction towards the light; (0, 0, 0) is a light at the camera.
+    /// Direction towards the light, in world axes unless `lights_in_camera_space` is 1; (0, 0, 0) is a light at the camera.
     pub direction: [f64; 3],
     /// Factor of its diffuse and specular terms, from 0 to 100.
     pub strength: f64,
@@ -46,7 +50,8 @@ pub struct Settings {
     pub blend: i32,
     /// Shading: 1 or 0.
     pub lit: i32,
-    /// Number of `lights` in use; 0: one light of strength 1 at the camera.
+    /// Number of `lights` in use; 0: one light of strength 1 at the camera. With shadows it is beside the camera, where they are visible:
+    /// at (-1, 1, 1) in camera space.
     pub light_count: i32,
     /// Early ray termination, at a transmittance below 1/4096: 1 or 0.
     pub early_termination: i32,
@@ -90,13 +95,34 @@ pub struct Settings {
     pub depth_cue: f64,
     /// Colour that samples fade to, from 0 to 1: that of the picture's background.
     pub depth_cue_color: [f64; 3],
+    /// Shadows of the lights: 1 or 0. They need shading, LAYERSPLAT_BLEND_COMPOSITE or _ISO, and layers or ray casting.
+    pub shadows: i32,
+    /// Ambient occlusion, which dims the ambient light where little of the surroundings is open: 1 or 0. It needs what shadows need.
+    pub ambient_occlusion: i32,
+    /// A layersplat_light_grid, for shadows and ambient occlusion.
+    pub light_grid: i32,
+    /// Axes of the lights' directions. 1: right, up, towards the viewer: the lights move with the camera, and shadows are computed
+    /// again for each view. 0: world axes.
+    pub lights_in_camera_space: i32,
+    /// Share of the shadows, from 0 to 1.
+    pub shadow_strength: f64,
+    /// Factor of the light in shadows, at most full light, from 1 to 1000. 1 is physically exact, and dark.
+    pub shadow_forgiveness: f64,
+    /// World distance over which ambient occlusion decreases to 1/e; 0 or infinity: no limit.
+    pub ao_reach: f64,
+    /// Angular diameters of `lights` in degrees, from 0 to 45: how soft the edges of their shadows are.
+    pub light_angles: [f64; 4],
 }
 
-/// Size in bytes of the first version of the struct, which is this one. Later versions append fields and still accept this size.
-const FIRST_VERSION: usize = size_of::<Settings>();
+/// Size in bytes of the first version of the struct, which ends before `shadows`.
+const FIRST_VERSION: usize = offset_of!(Settings, shadows);
+
+/// Sizes of all versions of the struct, all of which are accepted. Before fields are appended, the present size becomes a constant here.
+const VERSIONS: [usize; 2] = [FIRST_VERSION, size_of::<Settings>()];
 
 fn from_quality(quality: QualityChoice) -> Settings {
     let Shading { ambient, diffuse, specular, power, .. } = Shading::default();
+    let Shadows { strength, forgiveness } = Shadows::default();
     Settings {
         size: size_of::<Settings>(),
         quality: quality as i32,
@@ -126,29 +152,38 @@ fn from_quality(quality: QualityChoice) -> Settings {
         gradient_sigma: 1.0,
         depth_cue: 0.0,
         depth_cue_color: [0.0; 3],
+        shadows: 0,
+        ambient_occlusion: 0,
+        light_grid: LightGridChoice::Full as i32,
+        lights_in_camera_space: 0,
+        shadow_strength: strength,
+        shadow_forgiveness: forgiveness,
+        ao_reach: 0.0,
+        light_angles: [0.0; 4],
     }
 }
 
 /// Default settings of a layersplat_quality: composited, lit from the camera, without clipping. Pass sizeof(layersplat_settings) as
-/// `size`: a program compiled with a newer header than this library gets an error.
+/// `size`: a program compiled with an older header gets the fields of that header, and one with a newer header than this library an error.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn layersplat_settings_default(quality: i32, settings: *mut Settings, size: usize) -> Status {
     guard(|| {
         let quality = QualityChoice::from_number(quality)?;
         check_size(size)?;
-        // SAFETY: upheld by the caller: a struct of `size` bytes, which is this version's.
-        unsafe { Out::new(settings, "settings") }?.set(from_quality(quality));
+        // SAFETY: upheld by the caller: a struct of `size` bytes, which is that of a version.
+        unsafe { Out::new(settings, "settings") }?.set_first(Settings { size, ..from_quality(quality) }, size);
         Ok(())
     })
 }
 
 fn check_size(size: usize) -> Result<(), Failure> {
-    if size == FIRST_VERSION {
+    if VERSIONS.contains(&size) {
         return Ok(());
     }
     Err(Failure::invalid(format!(
-        "settings have {size} bytes, and this version of layersplat expects {FIRST_VERSION}: initialise them with \
-         layersplat_settings_default(), and use the library that matches the header"
+        "settings have {size} bytes, and this version of layersplat expects {}: initialise them with \
+         layersplat_settings_default(), and use the library that matches the header",
+        VERSIONS.map(|size| size.to_string()).join(" or ")
     )))
 }
 
@@ -158,9 +193,13 @@ pub(crate) unsafe fn checked(settings: *const Settings) -> Result<settings::Sett
         return Ok(settings::Settings::default());
     }
     // SAFETY: upheld by the caller: the struct begins with its size. Nothing else is read before the size is checked.
-    check_size(unsafe { (&raw const (*settings).size).read() })?;
-    // SAFETY: upheld by the caller.
-    unsafe { *settings }.checked()
+    let size = unsafe { (&raw const (*settings).size).read() };
+    check_size(size)?;
+    // Fields that an older version lacks keep their defaults, which no quality changes.
+    let mut complete = from_quality(QualityChoice::Standard);
+    // SAFETY: upheld by the caller: the struct has `size` bytes, which is at most the size of this version.
+    unsafe { settings.cast::<u8>().copy_to_nonoverlapping((&raw mut complete).cast(), size) };
+    complete.checked()
 }
 
 impl Settings {
@@ -183,6 +222,9 @@ impl Settings {
             },
             clipping: Clipping { crop, ..Clipping::default() }.with_planes(planes.iter().map(plane)),
             shading: self.shading()?,
+            shadows: self.shadows()?,
+            ambient_occlusion: self.ambient_occlusion()?,
+            light_grid: LightGridChoice::from_number(self.light_grid)?.into(),
             gradient: GradientChoice::from_number(self.gradient)?.estimator(self.gradient_sigma),
             gradient_opacity: self.gradient_opacity()?,
             depth_cue: (self.depth_cue != 0.0).then_some(DepthCue { strength: self.depth_cue, color: self.depth_cue_color }),
@@ -230,24 +272,6 @@ impl Settings {
             None => layered,
         })
     }
-
-    fn shading(&self) -> Result<Option<Shading>, Failure> {
-        let Self { ambient, diffuse, specular, power, .. } = *self;
-        let lights = self.lights()?;
-        Ok(flag("lit", self.lit)?.then_some(Shading { ambient, diffuse, specular, power, lights }))
-    }
-
-    fn lights(&self) -> Result<Lights, Failure> {
-        let Some(lights) = usize::try_from(self.light_count).ok().and_then(|count| self.lights.get(..count)) else {
-            return Err(Failure::invalid(format!("light_count is {}: expected 0 to {}", self.light_count, self.lights.len())));
-        };
-        let light = |light: &Light| settings::Light {
-            direction: Some(DVec3::from_array(light.direction)).filter(|&direction| direction != DVec3::ZERO),
-            strength: light.strength,
-        };
-        let lights: Vec<_> = lights.iter().map(light).collect();
-        Ok(if lights.is_empty() { Lights::AT_CAMERA } else { Lights::new(&lights)? })
-    }
 }
 
 fn flag(name: &str, number: i32) -> Result<bool, Failure> {
@@ -255,71 +279,5 @@ fn flag(name: &str, number: i32) -> Result<bool, Failure> {
         0 => Ok(false),
         1 => Ok(true),
         _ => Err(Failure::invalid(format!("{name} is {number}: expected 0 or 1"))),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn refused(change: impl FnOnce(&mut Settings)) -> String {
-        let mut settings = from_quality(QualityChoice::Standard);
-        change(&mut settings);
-        settings.checked().unwrap_err().message
-    }
-
-    #[test]
-    fn defaults_are_those_of_the_library() {
-        let all = [QualityChoice::Draft, QualityChoice::Standard, QualityChoice::High, QualityChoice::Paper];
-        for quality in all {
-            assert_eq!(from_quality(quality).checked().unwrap(), Quality::from(quality).settings());
-        }
-        // SAFETY: null is accepted.
-        assert_eq!(unsafe { checked(std::ptr::null()) }.unwrap(), settings::Settings::default());
-    }
-
-    #[test]
-    fn fields_reach_the_library() {
-        let standard = from_quality(QualityChoice::Standard);
-        let slicing = Settings { algorithm: AlgorithmChoice::Slicing as i32, step: 0.7, lit: 0, ..standard };
-        let expected = settings::Settings { shading: None, ..Algorithm::Slicing { step: 0.7 }.into() };
-        assert_eq!(slicing.checked().unwrap(), expected);
-        let plane = Plane { point: [1.0; 3], normal: [0.0, 0.0, 2.0] };
-        let cut = Settings { plane_count: 1, planes: [plane; 6], blend: BlendChoice::Iso as i32, iso_value: 3.0, ..standard };
-        let cut = cut.checked().unwrap();
-        assert_eq!((cut.clipping.planes.iter().flatten().count(), cut.blend), (1, Blend::Iso(3.0)));
-        let splatted = Settings { splatted: 1, ..standard }.checked().unwrap();
-        assert_eq!(splatted.layered().unwrap().classification, Quality::Standard.splatted());
-        let side = Light { direction: [1.0, 0.0, 0.0], strength: 0.5 };
-        let lit =
-            Settings { light_count: 2, lights: [side, Light { strength: 2.0, ..Light::default() }, side, side], ..standard };
-        let lights = lit.checked().unwrap().shading.unwrap().lights;
-        let expected = [
-            settings::Light { strength: 0.5, ..settings::Light::towards(DVec3::X) },
-            settings::Light { direction: None, strength: 2.0 },
-        ];
-        assert_eq!(lights.as_slice(), expected);
-        let kernel = Settings { kernel: KernelChoice::CatmullRom as i32, ..standard }.checked().unwrap();
-        assert_eq!(
-            kernel.layered().unwrap().classification,
-            Quality::Standard.layered().classification.with_kernel(Kernel::CatmullRom)
-        );
-    }
-
-    #[test]
-    fn invalid_numbers_are_rejected() {
-        assert_eq!(refused(|s| s.quality = 9), "9 is not a valid quality");
-        assert_eq!(refused(|s| s.algorithm = -1), "-1 is not a valid algorithm");
-        assert_eq!(refused(|s| s.blend = 5), "5 is not a valid blend mode");
-        assert!(refused(|s| s.lit = 2).contains("lit is 2"));
-        assert!(refused(|s| s.plane_count = 7).contains("0 to 6"));
-        assert!(refused(|s| s.plane_count = -1).contains("-1"));
-        assert!(refused(|s| s.light_count = 5).contains("0 to 4"));
-        assert!(refused(|s| (s.light_count, s.lights[0].strength) = (1, -1.0)).contains("0 to 100"));
-        let sheets = |s: &mut Settings| (s.kernel, s.algorithm) = (1, AlgorithmChoice::ViewSheets as i32);
-        assert!(refused(sheets).contains("has a fixed kernel"));
-        let wrong = Settings { size: 8, ..from_quality(QualityChoice::Draft) };
-        // SAFETY: it is alive.
-        assert!(unsafe { checked(&wrong) }.unwrap_err().message.contains("8 bytes"));
     }
 }

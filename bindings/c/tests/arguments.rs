@@ -149,6 +149,17 @@ fn invalid_numbers_are_reported() {
         refused(draw(view, WIDTH, FLOATS, &Settings { step: -1.0, algorithm: 3, ..settings(1) }), Status::InvalidArgument);
         refused(draw(view, WIDTH, FLOATS, &Settings { unit_distance: f64::NAN, ..settings(1) }), Status::InvalidArgument);
         refused(draw(view, WIDTH, FLOATS, &Settings { gradient_point_count: 9, ..settings(1) }), Status::InvalidArgument);
+        let shadowed = Settings { shadows: 1, ..settings(1) };
+        let invalid = [
+            Settings { shadow_strength: 1.5, ..shadowed },
+            Settings { shadow_forgiveness: 0.5, ..shadowed },
+            Settings { lit: 0, ..shadowed },
+            Settings { algorithm: 3, ..shadowed },
+            Settings { ambient_occlusion: 1, ao_reach: -1.0, ..settings(1) },
+        ];
+        for invalid in &invalid {
+            refused(draw(view, WIDTH, FLOATS, invalid), Status::InvalidArgument);
+        }
         let unsorted = [[1.0, 0.5]; 8];
         let unsorted = Settings { gradient_point_count: 2, gradient_opacity: unsorted, ..settings(1) };
         refused(draw(view, WIDTH, FLOATS, &unsorted), Status::InvalidArgument);

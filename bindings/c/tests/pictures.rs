@@ -4,7 +4,7 @@ mod common;
 
 use common::{EMPTY, FLOATS, FROM, HEIGHT, SOURCE, Scene, WIDTH, last_error, made, ok, refused, settings};
 use layersplat::glam::DVec3;
-use layersplat::settings::Algorithm;
+use layersplat::settings::{Algorithm, AmbientOcclusion, LightGrid, Lights, Shading, Shadows};
 use layersplat::volume::Grid as LibraryGrid;
 use layersplat::{Background, DeviceChoice, OpenOptions, Orbit, TransferFunction, Viewport};
 use layersplat_c::*;
@@ -75,6 +75,19 @@ fn pictures_have_the_bits_of_the_library() {
     }
     let slicing = Settings { algorithm: AlgorithmChoice::Slicing as i32, step: 0.8, ..settings(0) };
     assert!(scene.floats(&slicing) == expected(Algorithm::Slicing { step: 0.8 }.into()).pixels().as_flattened());
+}
+
+#[test]
+fn shadows_have_the_bits_of_the_library() {
+    let scene = Scene::new();
+    let given = Settings { shadows: 1, ambient_occlusion: 1, light_grid: LightGridChoice::Half as i32, ..settings(1) };
+    let lit = Shading { lights: Lights::BESIDE_CAMERA, ..Shading::default() };
+    let shadowed = layersplat::Settings { shading: Some(lit), shadows: Some(Shadows::default()), ..Default::default() };
+    let both =
+        layersplat::Settings { ambient_occlusion: Some(AmbientOcclusion::default()), light_grid: LightGrid::Half, ..shadowed };
+    let floats = scene.floats(&given);
+    assert!(floats == expected(both).pixels().as_flattened());
+    assert!(floats != expected(shadowed).pixels().as_flattened());
 }
 
 #[test]

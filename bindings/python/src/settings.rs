@@ -1,18 +1,18 @@
 //! Render settings.
 
 mod arguments;
+mod light;
 
-use crate::argument::{Argument, accepted, either, extract, extracted, refused};
+use crate::argument::{Argument, accepted, either, extract};
 use crate::errors::{Failure, Result, conflict, unknown};
 use crate::pickled::{Reduced, reduced};
 use layersplat::settings::{
     Algorithm, Blend, Classification, ClipPlane, Clipping, CropBox, DepthCue, Evaluation, GradientOpacity, LayerAxis, Layered,
-    Light, Lights, Shading,
 };
 use layersplat::{Axis, Density, GradientEstimator, Kernel, Quality, Settings as Ours, transfer::Extinction};
+use light::{Lighting, Occluding, Shadowing};
 use pyo3::Borrowed;
 use pyo3::prelude::*;
-use std::collections::BTreeMap;
 
 /// Render settings.
 ///
@@ -22,14 +22,20 @@ use std::collections::BTreeMap;
 /// catmull-rom or bspline; raycast also supports gaussian. Only for layered: samples_per_layer, 1 to 8; density, samples per voxel, 1 to
 /// 16; layer_axis, auto, x, y or z. step: for slicing and raycast, in units of the smallest spacing. sheet_distance: for view-sheets, 0.125
 /// to 4 voxels. blend: composite, maximum, minimum, average or ('iso', value). shading: True, False, or a dict of ambient, diffuse,
-/// specular, power and light. A light is a direction (x, y, z) towards it, None for a light at the camera, or (direction, strength); light
-/// is one of these, or a list of up to four. gradient: central, sobel, gaussian:SIGMA (0.3 to 2 voxels) or own, for layered and raycast; by
-/// default sobel for layered, central for quality paper, and for raycast the one that fits the kernel most closely. gradient_opacity: up to
-/// eight points (magnitude, factor): the opacity factor at a gradient magnitude in values per world unit. depth_cue: the share, 0 to 1, of
-/// black that colours fade to at the back of the volume's bounding box, or (share, (red, green, blue)) for another background. crop: ((x,
-/// y, z), (x, y, z)), the lowest and the highest visible voxel. planes: up to six clipping planes (point, normal) in world coordinates; the
-/// side that the normal points to is shown. unit_distance: thickness in world units at which the opacities apply, by default the smallest
-/// spacing. extinction: exponential or linear. early_termination: whether rays stop at a transmittance below 1/4096.
+/// specular, power and light. A light is a direction (x, y, z) towards it, None for a light at the camera, (direction, strength), or
+/// (direction, strength, angle) with an angular diameter of 0 to 45 degrees, which softens shadows; light is one of these, or a list of up
+/// to four. light_space: world, or camera, where directions of lights are (right, up, towards the viewer). shadows: True, False, their
+/// share, 0 to 1, or a dict of strength, which is that share, and forgiveness, 1 to 1000: the factor of the light in shadows, by default 4.
+/// With shadows and without a light, the light is (-1, 1, 1) in camera space. ambient_occlusion: True, False, or a dict of reach, the world
+/// distance over which it decreases to 1/e, by default without limit, and gain, 1 to 1000: the factor of the ambient light, by default 3.
+/// light_grid: full, half or quarter, the resolution of shadows and ambient occlusion; shadows have at least half. gradient: central,
+/// sobel, gaussian:SIGMA (0.3 to 2 voxels) or own, for layered and raycast; by default sobel for layered, central for quality paper, and
+/// for raycast the one that fits the kernel most closely. gradient_opacity: up to eight points (magnitude, factor): the opacity factor at a
+/// gradient magnitude in values per world unit. depth_cue: the share, 0 to 1, of black that colours fade to at the back of the volume's
+/// bounding box, or (share, (red, green, blue)) for another background. crop: ((x, y, z), (x, y, z)), the lowest and the highest visible
+/// voxel. planes: up to six clipping planes (point, normal) in world coordinates; the side that the normal points to is shown.
+/// unit_distance: thickness in world units at which the opacities apply, by default the smallest spacing. extinction: exponential or
+/// linear. early_termination: whether rays stop at a transmittance below 1/4096.
 #[pyclass(frozen, module = "layersplat")]
 pub struct Settings(Ours);
 
@@ -45,16 +51,9 @@ enum BlendName {
     Iso((String, f64)),
 }
 
-/// Shading on or off, or its coefficients.
-enum Lighting<'py> {
-    Switch(bool),
-    Coefficients(BTreeMap<String, Bound<'py, PyAny>>),
-}
-
 accepted! {
     BlendName: "composite, maximum, minimum, average or ('iso', value)";
     Cue: "a strength from 0 to 1, or (strength, (red, green, blue))";
-    Lighting<'py>: "True, False, or a dict of ambient, diffuse, specular, power and light";
 }
 
 impl<'a, 'py> FromPyObject<'a, 'py> for BlendName {
@@ -73,14 +72,6 @@ impl<'a, 'py> FromPyObject<'a, 'py> for Cue {
 
     fn extract(object: Borrowed<'a, 'py, PyAny>) -> PyResult<Self> {
         either(object, Cue::Strength, Cue::Colored)
-    }
-}
-
-impl<'a, 'py> FromPyObject<'a, 'py> for Lighting<'py> {
-    type Error = PyErr;
-
-    fn extract(object: Borrowed<'a, 'py, PyAny>) -> PyResult<Self> {
-        either(object, Lighting::Switch, Lighting::Coefficients)
     }
 }
 
@@ -116,12 +107,16 @@ impl Settings {
     #[pyo3(
         signature = (
             quality = None, *, algorithm = Argument::Default("layered".into()), kernel = None, samples_per_layer = None, density = None,
-            layer_axis = None, step = None, sheet_distance = None, blend = None, shading = None, gradient = None, gradient_opacity = None, depth_cue = None, crop = None,
+            layer_axis = None, step = None, sheet_distance = None, blend = None, shading = None,
+            light_space = Argument::Default("world".into()), shadows = Argument::Default(Shadowing::Switch(false)),
+            ambient_occlusion = Argument::Default(Occluding::Switch(false)),
+            light_grid = Argument::Default("full".into()), gradient = None, gradient_opacity = None, depth_cue = None, crop = None,
             planes = None, unit_distance = None, extinction = Argument::Default("exponential".into()),
             early_termination = Argument::Default(true),
         ),
         text_signature = "(quality=None, *, algorithm='layered', kernel=None, samples_per_layer=None, density=None, layer_axis=None, \
-            step=None, sheet_distance=None, blend=None, shading=None, gradient=None, gradient_opacity=None, depth_cue=None, crop=None, planes=None, unit_distance=None, \
+            step=None, sheet_distance=None, blend=None, shading=None, light_space='world', shadows=False, ambient_occlusion=False, \
+            light_grid='full', gradient=None, gradient_opacity=None, depth_cue=None, crop=None, planes=None, unit_distance=None, \
             extinction='exponential', early_termination=True)"
     )]
     #[allow(clippy::too_many_arguments)] // Python passes them by keyword.
@@ -136,6 +131,10 @@ impl Settings {
         sheet_distance: Option<Argument<f64>>,
         blend: Option<Argument<BlendName>>,
         shading: Option<Argument<Lighting<'_>>>,
+        light_space: Argument<String>,
+        shadows: Argument<Shadowing<'_>>,
+        ambient_occlusion: Argument<Occluding<'_>>,
+        light_grid: Argument<String>,
         gradient: Option<Argument<String>>,
         gradient_opacity: Option<Argument<Vec<(f64, f64)>>>,
         depth_cue: Option<Argument<Cue>>,
@@ -149,6 +148,10 @@ impl Settings {
         extract!(
             blend,
             shading,
+            light_space,
+            shadows,
+            ambient_occlusion,
+            light_grid,
             gradient,
             gradient_opacity,
             depth_cue,
@@ -160,6 +163,9 @@ impl Settings {
         );
         let (quality, kernel, layer_axis) = (quality.as_deref(), kernel.as_deref(), layer_axis.as_deref());
         let options = AlgorithmOptions { quality, kernel, samples_per_layer, density, layer_axis, step, sheet_distance };
+        let shadows = shadows.shadows()?;
+        let lights = light::default_lights(shadows.is_some());
+        let shading = shading.unwrap_or(Lighting::Switch(true)).shading(lights, light::space(&light_space)?)?;
         Ok(Self(Ours {
             blend: blend.map_or(Ok(Blend::Composite), |blend| blend.blend())?,
             clipping: clipping(crop, planes.unwrap_or_default())?,
@@ -168,7 +174,10 @@ impl Settings {
                 "linear" => Extinction::Linear,
                 other => return Err(unknown("extinction", other, "exponential or linear")),
             },
-            shading: shading.map_or(Ok(Some(Shading::default())), Lighting::shading)?,
+            shading,
+            shadows,
+            ambient_occlusion: ambient_occlusion.occlusion()?,
+            light_grid: light::grid(&light_grid)?,
             gradient: gradient.as_deref().map(estimator).transpose()?,
             gradient_opacity: gradient_opacity.map(|points| GradientOpacity::new(&points)).transpose()?,
             depth_cue: depth_cue.map(Cue::depth_cue),
@@ -217,48 +226,6 @@ impl BlendName {
             },
         }
     }
-}
-
-impl Lighting<'_> {
-    /// Missing coefficients keep their defaults.
-    fn shading(self) -> Result<Option<Shading>> {
-        let numbers = match self {
-            Lighting::Switch(on) => return Ok(on.then(Shading::default)),
-            Lighting::Coefficients(numbers) => numbers,
-        };
-        let mut shading = Shading::default();
-        for (name, value) in numbers {
-            match name.as_str() {
-                "ambient" => shading.ambient = extracted("shading['ambient']", &value)?,
-                "diffuse" => shading.diffuse = extracted("shading['diffuse']", &value)?,
-                "specular" => shading.specular = extracted("shading['specular']", &value)?,
-                "power" => shading.power = extracted("shading['power']", &value)?,
-                "light" => shading.lights = lights(&value)?,
-                other => return Err(unknown("shading", other, "ambient, diffuse, specular, power or light")),
-            }
-        }
-        Ok(Some(shading))
-    }
-}
-
-/// A light: a direction or None, optionally with a strength.
-fn light(value: &Bound<'_, PyAny>) -> PyResult<Light> {
-    let (direction, strength) = match value.extract::<(Option<[f64; 3]>, f64)>() {
-        Ok(both) => both,
-        Err(_) => (value.extract()?, Light::AT_CAMERA.strength),
-    };
-    Ok(Light { direction: direction.map(Into::into), strength })
-}
-
-/// One light, or a list of lights.
-fn lights(value: &Bound<'_, PyAny>) -> Result<Lights> {
-    let several = |error: PyErr| match value.extract::<Vec<Bound<'_, PyAny>>>() {
-        Ok(several) => several.iter().map(light).collect(),
-        Err(_) => Err(error),
-    };
-    let lights = light(value).map(|one| vec![one]).or_else(several);
-    let accepted = "a direction (x, y, z), None, (direction, strength), or a list of up to four of these";
-    Ok(Lights::new(&lights.map_err(|error| refused("shading['light']", value, error, accepted))?)?)
 }
 
 fn clipping(crop: Option<[[f64; 3]; 2]>, planes: Vec<[[f64; 3]; 2]>) -> Result<Clipping> {

@@ -20,6 +20,13 @@ SETTINGS = [settings for settings, _, _ in CASES] + [
     {"blend": "minimum"},
     {"blend": "average", "extinction": "linear", "early_termination": False},
     {"shading": {"ambient": 0.1, "diffuse": 0.3, "specular": 0.7, "power": 3.5, "light": [(1 / 3, 2, 3), (None, 0.1)]}},
+    {"shading": {"light": [((1 / 3, 2, 3), 1 / 7, 1 / 3), None]}, "light_space": "camera"},
+    {"shading": {"light": [((1 / 3, 2, 3), 1 / 7, 1 / 3), None]}, "light_grid": "quarter"},
+    {"shading": {"light": None}, "shadows": 1 / 3},
+    {"shadows": {"forgiveness": 7 / 3}},
+    {"shadows": True, "shading": {"power": 3, "light": (1, 2, 3)}, "light_space": "camera"},
+    {"shadows": True, "shading": False, "light_grid": "half"},
+    {"ambient_occlusion": {"reach": 1 / 3, "gain": 7 / 3}},
     {"kernel": "linear", "gradient": "sobel"},
     {"kernel": "bspline", "gradient": "gaussian:0.7"},
     {"depth_cue": 0.25},
@@ -58,6 +65,27 @@ def test_repr_of_settings_omits_defaults():
     shown = repr(layersplat.Settings("high", shading=False, blend=("iso", 3)))
     assert shown.startswith("layersplat.Settings(") and "blend=('iso', 3.0)" in shown and "quality='high'" in shown
     assert eval(shown) == layersplat.Settings("high", shading=False, blend=("iso", 3))
+    for arguments in SETTINGS:
+        settings = layersplat.Settings(**arguments)
+        assert eval(repr(settings)) == settings
+    assert "shadows={'strength': 0.5, 'forgiveness': 4.0}" in repr(layersplat.Settings(shadows=0.5))
+
+
+def test_equal_settings_of_lights():
+    """Forms of the same light, and the light that shadows have by default."""
+    beside = {"light": [((-1, 1, 1), 1, 0)]}
+    equal = [
+        ({}, {"shadows": False, "ambient_occlusion": False, "light_space": "camera"}),
+        ({"shadows": True}, {"shadows": {}, "shading": True}),
+        ({"shadows": True}, {"shadows": 1.0, "shading": beside, "light_space": "camera"}),
+        ({"shadows": 0}, {"shadows": {"strength": 0}}),
+        ({"ambient_occlusion": True}, {"ambient_occlusion": {"reach": float("inf"), "gain": 3}}),
+        ({"shading": {"light": (1, 2, 3)}}, {"shading": {"light": ((1, 2, 3), 1, 0)}}),
+    ]
+    for one, other in equal:
+        assert layersplat.Settings(**one) == layersplat.Settings(**other)
+    shadowed = [{"shadows": True}, {"shadows": True, "shading": {"light": None}}, {"shadows": True, "shading": beside}]
+    assert all(layersplat.Settings(**one) != layersplat.Settings(**other) for one in shadowed for other in shadowed if one is not other)
 
 
 def test_a_copy_draws_the_same_picture(array, transfer):

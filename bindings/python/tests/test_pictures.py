@@ -24,6 +24,20 @@ CASES = [
     ({"shading": {"light": (1, 2, 0.5)}}, {}, ["--light", "1,2,0.5"]),
     ({"shading": {"light": (None, 0.5)}}, {}, ["--light", "camera:0.5"]),
     ({"shading": {"light": [((-1, 0.5, 2), 0.75), None, (1, 0, 0)]}}, {}, ["--light", "-1,0.5,2:0.75", "--light", "camera", "--light", "1,0,0"]),
+    ({"shading": {"light": [(1, 2, 0.5), None]}, "light_space": "camera"}, {}, ["--light", "1,2,0.5", "--light", "camera", "--light-space", "camera"]),
+    ({"shadows": True}, {}, ["--shadows", "on"]),
+    ({"shadows": 0.5, "shading": {"light": ((1, 2, 0.5), 0.75, 10)}}, {}, ["--shadows", "on", "--shadow-strength", "0.5", "--light", "1,2,0.5:0.75:10"]),
+    (
+        {"shadows": {"strength": 0.75, "forgiveness": 2}, "blend": ("iso", 90.0), "light_grid": "half"},
+        {},
+        ["--shadows", "on", "--shadow-strength", "0.75", "--shadow-forgiveness", "2", "--blend", "iso", "--iso", "90", "--light-grid", "half"],
+    ),
+    ({"ambient_occlusion": True}, {}, ["--ambient-occlusion", "on"]),
+    (
+        {"ambient_occlusion": {"reach": 20}, "shadows": True, "light_grid": "quarter"},
+        {},
+        ["--ambient-occlusion", "on", "--ao-reach", "20", "--shadows", "on", "--light-grid", "quarter"],
+    ),
     ({"kernel": "linear", "gradient": "sobel"}, {}, ["--kernel", "linear", "--gradient", "sobel"]),
     ({"kernel": "bspline", "gradient": "gaussian:0.7"}, {}, ["--kernel", "bspline", "--gradient", "gaussian:0.7"]),
     ({"depth_cue": 0.75}, {}, ["--depth-cue", "0.75"]),
@@ -53,6 +67,25 @@ def test_the_commands_pictures(array, command, tmp_path, settings, place, option
     assert np.array_equal(view.render(), expected)
     floats = view._renderer.render_float(view._camera(), SIZE, view.settings)
     assert floats.dtype == np.float32 and np.array_equal(floats, np.load(tmp_path / "picture.npy"))
+
+
+def test_every_light_option_changes_the_picture(array, picture):
+    light = {"light": ((1, 2, 0.5), 1, 0)}
+    options = [
+        {"shading": light},
+        {"shading": light, "light_space": "camera"},
+        {"shading": light, "shadows": True},
+        {"shading": {"light": ((1, 2, 0.5), 1, 45)}, "shadows": True},
+        {"shading": light, "shadows": 0.5},
+        {"shading": light, "shadows": {"forgiveness": 1}},
+        {"shading": light, "shadows": True, "light_grid": "half"},
+        {"shading": light, "ambient_occlusion": True},
+        {"shading": light, "ambient_occlusion": {"gain": 1}},
+        {"shading": light, "ambient_occlusion": {"gain": 1, "reach": 20}},
+    ]
+    pictures = [picture(array, settings=layersplat.Settings(**option)) for option in options]
+    for i, one in enumerate(pictures):
+        assert all(not np.array_equal(one, other) for other in pictures[:i]), options[i]
 
 
 def test_the_automatic_transfer_function_and_the_default_background_are_the_commands(array, command, tmp_path):

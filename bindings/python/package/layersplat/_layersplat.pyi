@@ -5,7 +5,7 @@ from typing import Any, Dict, Literal, Optional, Sequence, Tuple, Union, final
 import numpy as np
 from numpy.typing import NDArray
 
-from ._types import Background, Blend, Handle, Path, Point, Quality, Shading, Size, Vector
+from ._types import AmbientOcclusion, Background, Blend, Handle, Path, Point, Quality, Shading, Shadows, Size, Vector
 
 __all__ = [
     "Camera",
@@ -114,6 +114,10 @@ class Settings:
         sheet_distance: Optional[float] = None,
         blend: Optional[Blend] = None,
         shading: Optional[Union[bool, Shading]] = None,
+        light_space: Literal["world", "camera"] = "world",
+        shadows: Union[bool, float, Shadows] = False,
+        ambient_occlusion: Union[bool, AmbientOcclusion] = False,
+        light_grid: Literal["full", "half", "quarter"] = "full",
         gradient: Optional[str] = None,
         gradient_opacity: Optional[Sequence[Tuple[float, float]]] = None,
         depth_cue: Optional[Union[float, Tuple[float, Tuple[float, float, float]]]] = None,

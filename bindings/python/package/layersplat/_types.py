@@ -30,8 +30,9 @@ class HasHandle(Protocol):
 Handle = Union[HasHandle, int]
 
 
-Light = Union[None, Vector, Tuple[Optional[Vector], float]]
-"""A white light: the world direction towards it, or None for a light at the camera; optionally with its strength, by default 1."""
+Light = Union[None, Vector, Tuple[Optional[Vector], float], Tuple[Optional[Vector], float, float]]
+"""A white light: the direction towards it, or None for a light at the camera; optionally with its strength, by default 1, and its angular
+diameter in degrees, by default 0."""
 
 
 class Shading(TypedDict, total=False):
@@ -42,3 +43,17 @@ class Shading(TypedDict, total=False):
     specular: float
     power: float
     light: Union[Light, Sequence[Light]]
+
+
+class Shadows(TypedDict, total=False):
+    """Coefficients of shadows. Missing ones keep their defaults."""
+
+    strength: float
+    forgiveness: float
+
+
+class AmbientOcclusion(TypedDict, total=False):
+    """Coefficients of ambient occlusion. Missing ones keep their defaults."""
+
+    reach: float
+    gain: float

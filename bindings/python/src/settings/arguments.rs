@@ -1,7 +1,10 @@
 //! Arguments that reproduce settings, for pickling and `repr`.
 
+use super::light::default_lights;
 use crate::errors::conflict;
-use layersplat::settings::{Algorithm, Blend, Classification, CropBox, Evaluation, LayerAxis, Layered, Light, Shading};
+use layersplat::settings::{
+    Algorithm, Blend, Classification, CropBox, Evaluation, LayerAxis, Layered, Light, LightSpace, Lights, Shading,
+};
 use layersplat::{Axis, Density, Settings, transfer::Extinction};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -19,9 +22,24 @@ pub fn arguments<'py>(py: Python<'py>, settings: &Settings) -> PyResult<Bound<'p
         other => return Err(conflict("blend", format!("{other:?} has no name in Python")).into()),
     }
     match settings.shading {
-        Some(numbers) => arguments.set_item("shading", shading(py, &numbers)?)?,
+        Some(numbers) => shading(&arguments, &numbers, default_lights(settings.shadows.is_some()))?,
         None => arguments.set_item("shading", false)?,
     }
+    if let Some(shadows) = settings.shadows {
+        let numbers = PyDict::new(py);
+        numbers.set_item("strength", shadows.strength)?;
+        numbers.set_item("forgiveness", shadows.forgiveness)?;
+        arguments.set_item("shadows", numbers)?;
+    }
+    if let Some(occlusion) = settings.ambient_occlusion {
+        let numbers = PyDict::new(py);
+        if let Some(reach) = occlusion.reach {
+            numbers.set_item("reach", reach)?;
+        }
+        numbers.set_item("gain", occlusion.gain)?;
+        arguments.set_item("ambient_occlusion", numbers)?;
+    }
+    arguments.set_item("light_grid", settings.light_grid.name())?;
     if let Some(gradient) = settings.gradient {
         arguments.set_item("gradient", gradient.to_string())?;
     }
@@ -86,13 +104,21 @@ fn layer_axis(axis: LayerAxis) -> &'static str {
     }
 }
 
-fn shading<'py>(py: Python<'py>, shading: &Shading) -> PyResult<Bound<'py, PyDict>> {
-    let numbers = PyDict::new(py);
+/// The coefficients, and the lights where they are not the default ones.
+fn shading(arguments: &Bound<PyDict>, shading: &Shading, default_lights: Lights) -> PyResult<()> {
+    let numbers = PyDict::new(arguments.py());
     numbers.set_item("ambient", shading.ambient)?;
     numbers.set_item("diffuse", shading.diffuse)?;
     numbers.set_item("specular", shading.specular)?;
     numbers.set_item("power", shading.power)?;
-    let light = |light: &Light| (light.direction.map(|direction| direction.to_array()), light.strength);
-    numbers.set_item("light", shading.lights.as_slice().iter().map(light).collect::<Vec<_>>())?;
-    Ok(numbers)
+    if shading.lights != default_lights {
+        let lights = shading.lights.as_slice();
+        let light = |light: &Light| (light.direction.map(|direction| direction.to_array()), light.strength, light.angle);
+        numbers.set_item("light", lights.iter().map(light).collect::<Vec<_>>())?;
+        // The constructor gives all directions the same axes.
+        if lights.iter().any(|light| light.space == LightSpace::Camera) {
+            arguments.set_item("light_space", "camera")?;
+        }
+    }
+    arguments.set_item("shading", numbers)
 }

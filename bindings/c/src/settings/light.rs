@@ -1,0 +1,48 @@
+//! Shading, lights, shadows and ambient occlusion.
+
+use super::{Light, Settings, flag};
+use crate::boundary::Failure;
+use layersplat::glam::DVec3;
+use layersplat::settings::{self, AmbientOcclusion, LightSpace, Lights, Shading, Shadows};
+
+impl Settings {
+    pub(super) fn shading(&self) -> Result<Option<Shading>, Failure> {
+        let Self { ambient, diffuse, specular, power, .. } = *self;
+        let lights = self.lights()?;
+        Ok(flag("lit", self.lit)?.then_some(Shading { ambient, diffuse, specular, power, lights }))
+    }
+
+    pub(super) fn shadows(&self) -> Result<Option<Shadows>, Failure> {
+        let Self { shadow_strength: strength, shadow_forgiveness: forgiveness, .. } = *self;
+        Ok(flag("shadows", self.shadows)?.then_some(Shadows { strength, forgiveness }))
+    }
+
+    pub(super) fn ambient_occlusion(&self) -> Result<Option<AmbientOcclusion>, Failure> {
+        let reach = Some(self.ao_reach).filter(|&reach| reach != 0.0 && reach != f64::INFINITY);
+        let occlusion = AmbientOcclusion { reach, ..AmbientOcclusion::default() };
+        Ok(flag("ambient_occlusion", self.ambient_occlusion)?.then_some(occlusion))
+    }
+
+    fn lights(&self) -> Result<Lights, Failure> {
+        let Some(lights) = usize::try_from(self.light_count).ok().and_then(|count| self.lights.get(..count)) else {
+            return Err(Failure::invalid(format!("light_count is {}: expected 0 to {}", self.light_count, self.lights.len())));
+        };
+        let space = match flag("lights_in_camera_space", self.lights_in_camera_space)? {
+            true => LightSpace::Camera,
+            false => LightSpace::World,
+        };
+        let light = |(&Light { direction, strength }, &angle): (&Light, &f64)| {
+            let direction = Some(DVec3::from_array(direction)).filter(|&direction| direction != DVec3::ZERO);
+            // A light at the camera has no direction whose axes could matter.
+            let space = direction.map_or(LightSpace::World, |_| space);
+            settings::Light { direction, space, strength, angle }
+        };
+        let lights: Vec<_> = lights.iter().zip(&self.light_angles).map(light).collect();
+        Ok(match (&lights[..], self.shadows) {
+            // A light at the camera casts no visible shadow.
+            ([], 1) => Lights::BESIDE_CAMERA,
+            ([], _) => Lights::AT_CAMERA,
+            (lights, _) => Lights::new(lights)?,
+        })
+    }
+}

@@ -1,0 +1,150 @@
+//! Settings: defaults, values that arrive, values that are refused, older versions.
+
+use super::*;
+use layersplat::glam::DVec3;
+use layersplat::settings::{AmbientOcclusion, LightGrid, LightSpace, Lights};
+use std::mem::MaybeUninit;
+
+fn refused(change: impl FnOnce(&mut Settings)) -> String {
+    let mut settings = from_quality(QualityChoice::Standard);
+    change(&mut settings);
+    settings.checked().unwrap_err().message
+}
+
+#[test]
+fn defaults_are_those_of_the_library() {
+    let all = [QualityChoice::Draft, QualityChoice::Standard, QualityChoice::High, QualityChoice::Paper];
+    for quality in all {
+        assert_eq!(from_quality(quality).checked().unwrap(), Quality::from(quality).settings());
+    }
+    // SAFETY: null is accepted.
+    assert_eq!(unsafe { checked(std::ptr::null()) }.unwrap(), settings::Settings::default());
+}
+
+#[test]
+fn fields_reach_the_library() {
+    let standard = from_quality(QualityChoice::Standard);
+    let slicing = Settings { algorithm: AlgorithmChoice::Slicing as i32, step: 0.7, lit: 0, ..standard };
+    let expected = settings::Settings { shading: None, ..Algorithm::Slicing { step: 0.7 }.into() };
+    assert_eq!(slicing.checked().unwrap(), expected);
+    let plane = Plane { point: [1.0; 3], normal: [0.0, 0.0, 2.0] };
+    let cut = Settings { plane_count: 1, planes: [plane; 6], blend: BlendChoice::Iso as i32, iso_value: 3.0, ..standard };
+    let cut = cut.checked().unwrap();
+    assert_eq!((cut.clipping.planes.iter().flatten().count(), cut.blend), (1, Blend::Iso(3.0)));
+    let splatted = Settings { splatted: 1, ..standard }.checked().unwrap();
+    assert_eq!(splatted.layered().unwrap().classification, Quality::Standard.splatted());
+    let side = Light { direction: [1.0, 0.0, 0.0], strength: 0.5 };
+    let lit = Settings { light_count: 2, lights: [side, Light { strength: 2.0, ..Light::default() }, side, side], ..standard };
+    let lights = lit.checked().unwrap().shading.unwrap().lights;
+    let expected = [
+        settings::Light { strength: 0.5, ..settings::Light::towards(DVec3::X) },
+        settings::Light { strength: 2.0, ..settings::Light::AT_CAMERA },
+    ];
+    assert_eq!(lights.as_slice(), expected);
+    let kernel = Settings { kernel: KernelChoice::CatmullRom as i32, ..standard }.checked().unwrap();
+    assert_eq!(
+        kernel.layered().unwrap().classification,
+        Quality::Standard.layered().classification.with_kernel(Kernel::CatmullRom)
+    );
+}
+
+#[test]
+fn shadows_and_ambient_occlusion_reach_the_library() {
+    let standard = from_quality(QualityChoice::Standard);
+    let shadowed = Settings { shadows: 1, shadow_strength: 0.5, shadow_forgiveness: 2.0, light_grid: 1, ..standard };
+    let found = shadowed.checked().unwrap();
+    assert_eq!(found.shadows, Some(Shadows { strength: 0.5, forgiveness: 2.0 }));
+    assert_eq!((found.light_grid, found.ambient_occlusion), (LightGrid::Half, None));
+    assert_eq!(found.shading.unwrap().lights, Lights::BESIDE_CAMERA);
+    // A given light at the camera stays there.
+    let headlight = Settings { light_count: 1, lights: [Light { strength: 1.0, ..Light::default() }; 4], ..shadowed };
+    assert_eq!(headlight.checked().unwrap().shading.unwrap().lights, Lights::AT_CAMERA);
+
+    let occluded = |ao_reach| Settings { ambient_occlusion: 1, ao_reach, light_grid: 2, ..standard }.checked().unwrap();
+    for (given, reach) in [(0.0, None), (f64::INFINITY, None), (7.5, Some(7.5)), (-1.0, Some(-1.0))] {
+        assert_eq!(occluded(given).ambient_occlusion, Some(AmbientOcclusion { reach, ..AmbientOcclusion::default() }));
+    }
+    assert_eq!((occluded(0.0).light_grid, occluded(0.0).shadows), (LightGrid::Quarter, None));
+    assert_eq!(occluded(0.0).shading.unwrap().lights, Lights::AT_CAMERA);
+}
+
+#[test]
+fn axes_and_angles_of_lights_reach_the_library() {
+    let side = Light { direction: [1.0, 2.0, 3.0], strength: 0.5 };
+    let lights = [side, Light { strength: 2.0, ..Light::default() }, side, side];
+    let standard =
+        Settings { light_count: 2, lights, light_angles: [5.0, 7.0, 99.0, 0.0], ..from_quality(QualityChoice::Standard) };
+    for (lights_in_camera_space, space) in [(0, LightSpace::World), (1, LightSpace::Camera)] {
+        let found = Settings { lights_in_camera_space, ..standard }.checked().unwrap().shading.unwrap().lights;
+        let direction = Some(DVec3::new(1.0, 2.0, 3.0));
+        let expected = [
+            settings::Light { direction, space, strength: 0.5, angle: 5.0 },
+            settings::Light { direction: None, space: LightSpace::World, strength: 2.0, angle: 7.0 },
+        ];
+        assert_eq!(found.as_slice(), expected);
+    }
+}
+
+/// Words after the settings of an older version, which must stay unchanged.
+const BEHIND: u64 = 0x5a5a_5a5a_5a5a_5a5a;
+
+#[test]
+fn the_first_version_is_still_accepted() {
+    // Programs compiled with its header pass this size.
+    #[cfg(target_pointer_width = "64")]
+    assert_eq!(FIRST_VERSION, 752);
+    let words = FIRST_VERSION / size_of::<u64>();
+    let mut memory = vec![BEHIND; size_of::<Settings>() / size_of::<u64>()];
+    let settings: *mut Settings = memory.as_mut_ptr().cast();
+    // SAFETY: there is memory of `FIRST_VERSION` bytes, and of a whole struct.
+    unsafe {
+        assert_eq!(layersplat_settings_default(QualityChoice::High as i32, settings, FIRST_VERSION), Status::Ok);
+        assert_eq!((&raw const (*settings).size).read(), FIRST_VERSION);
+        (&raw mut (*settings).power).write(7.0);
+        let found = checked(settings).unwrap();
+        let mut expected = Quality::High.settings();
+        expected.shading.as_mut().unwrap().power = 7.0;
+        assert_eq!(found, expected);
+        // With the size of this version, what is behind the settings counts.
+        (&raw mut (*settings).size).write(size_of::<Settings>());
+        assert!(checked(settings).unwrap_err().message.contains("expected 0 or 1"));
+    }
+    assert!(words < memory.len() && memory[words..].iter().all(|&word| word == BEHIND));
+}
+
+#[test]
+fn other_sizes_are_rejected() {
+    let complete = size_of::<Settings>();
+    for size in [0, size_of::<usize>(), FIRST_VERSION - 8, FIRST_VERSION + 8, complete - 8, complete + 8] {
+        let mut settings = MaybeUninit::<Settings>::uninit();
+        // SAFETY: nothing but the size is read, and nothing is written.
+        unsafe {
+            assert_eq!(layersplat_settings_default(1, settings.as_mut_ptr(), size), Status::InvalidArgument);
+            (&raw mut (*settings.as_mut_ptr()).size).write(size);
+            let message = checked(settings.as_ptr()).unwrap_err().message;
+            assert!(
+                message.contains(&format!("{size} bytes, and this version of layersplat expects {FIRST_VERSION} or {complete}"))
+            );
+        }
+    }
+}
+
+#[test]
+fn invalid_numbers_are_rejected() {
+    assert_eq!(refused(|s| s.quality = 9), "9 is not a valid quality");
+    assert_eq!(refused(|s| s.algorithm = -1), "-1 is not a valid algorithm");
+    assert_eq!(refused(|s| s.blend = 5), "5 is not a valid blend mode");
+    assert!(refused(|s| s.lit = 2).contains("lit is 2"));
+    assert!(refused(|s| s.plane_count = 7).contains("0 to 6"));
+    assert!(refused(|s| s.plane_count = -1).contains("-1"));
+    assert!(refused(|s| s.light_count = 5).contains("0 to 4"));
+    assert!(refused(|s| (s.light_count, s.lights[0].strength) = (1, -1.0)).contains("0 to 100"));
+    let sheets = |s: &mut Settings| (s.kernel, s.algorithm) = (1, AlgorithmChoice::ViewSheets as i32);
+    assert!(refused(sheets).contains("has a fixed kernel"));
+    assert_eq!(refused(|s| s.light_grid = 3), "3 is not a valid light grid");
+    assert!(refused(|s| s.shadows = 2).contains("shadows is 2"));
+    assert!(refused(|s| s.ambient_occlusion = -1).contains("ambient_occlusion is -1"));
+    assert!(refused(|s| s.lights_in_camera_space = 2).contains("lights_in_camera_space is 2"));
+    let one = |s: &mut Settings| (s.light_count, s.lights[0].strength, s.light_angles[0]) = (1, 1.0, 46.0);
+    assert!(refused(one).contains("0 to 45 degrees"));
+}
