@@ -12,6 +12,7 @@
 // segments.
 
 #include "shared/accumulator.cl"
+#include "shared/integral_nodes.cl"
 #include "shared/reconstruction.cl"
 #include "shared/span_lighting.cl"
 
@@ -28,17 +29,6 @@ typedef struct {
     realv at_r, at_g, at_b;
 #endif
 } Node;
-
-// The nearest even or odd node, one of the two around the value.
-static inline intv node_index(const SampleParams *p, realv value, int odd) {
-    const realv x = (value - p->classification.table_first) * (0.5f * p->classification.table_per_value) + (odd ? 0.0f : 0.5f);
-    return 2 * CONVERT_INTV(CLAMP(x, (realv)(0.0f), (realv)((p->classification.table_last - odd) / 2))) + odd;
-}
-
-// Layout of the cells of EXTINCTION_CELLS in src/transfer/integrals.rs: extinctions, differences to the next cell, scale and offset of
-// cells. The nodes follow.
-#define EXTINCTION_CELLS 32
-#define NODES(integrals) ((integrals) + (2 * EXTINCTION_CELLS / 4 + 1))
 
 // The extinction at the value of a node.
 static inline realv extinction_at(__global const int4 *integrals, intv index) {

@@ -65,6 +65,7 @@ kernel_files!(
     "shared/elementary.cl",
     "shared/field.cl",
     "shared/gradient_voxels.cl",
+    "shared/integral_nodes.cl",
     "shared/light_volume.cl",
     "shared/point.cl",
     "shared/preintegration.cl",

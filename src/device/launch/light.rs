@@ -9,14 +9,14 @@ use crate::layers::Kernel;
 pub(crate) const WHOLE_SUM: f32 = 65000.0;
 
 kernel! {
-    /// Computes the transmittance of half a layer for each table entry.
+    /// Computes the transmittance of a length for each table entry.
     LightTable = "light/light_table.cl", light_table, "light";
     LightTableArguments<'a> {
         /// (r, g, b, τ) per value, or α with linear extinction.
         table: &'a Buffer<Float4>,
         count: i32,
-        /// Length of half a layer in unit distances.
-        half_layer: f32,
+        /// In unit distances.
+        length: f32,
         linear: i32,
         transmittance: &'a Buffer<f32>,
     }
@@ -46,8 +46,8 @@ kernel! {
         gradient_view: VolumeView,
         /// One bit per block and slab.
         visible: &'a Buffer<u8>,
-        /// Result of [`LightTable`].
-        transmittance: &'a Buffer<f32>,
+        /// Table of integrals, for compositing at full resolution.
+        integrals: &'a Buffer<[i32; 4]>,
         /// Of layers -1 … n along u, then along v.
         offsets: &'a Buffer<LayerOffset>,
         p: LightSweepParams,

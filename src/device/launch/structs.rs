@@ -125,8 +125,10 @@ kernel_struct! {
         /// Factor of the light before it is clamped, and the value stored for a light of 1.
         gain: f32,
         steps: f32,
-        /// Share of the shadow that is left behind a layer: 1 without a limit of reach.
+        /// Share of the shadow that is left after half a step from layer to layer: 1 without a limit of reach.
         recovered: f32,
+        /// Length of a step from layer to layer, in units of the table.
+        layer_length: f32,
         /// Of coarse transmittances: half a layer, in the lengths that they are for.
         half_layer: f32,
     }

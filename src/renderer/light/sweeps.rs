@@ -8,7 +8,7 @@ use super::sources::Source;
 use super::{KERNEL, SUMS, gradient_estimator};
 use crate::device::Buffer;
 use crate::device::launch::light::{FinishLightArguments, LightSweep, LightSweepArguments, LightTableArguments, WHOLE_SUM};
-use crate::device::launch::structs::{LayerOffset, LightSweepParams};
+use crate::device::launch::structs::{ClassificationParams, LayerOffset, LightSweepParams, SegmentParams};
 use crate::error::Error;
 use crate::layers::{Axis, LightRays, disc_directions, sky_directions};
 use crate::transfer::Extinction;
@@ -105,11 +105,10 @@ impl Scene<'_> {
         let world = (DVec3::new(rays.shear[0], rays.shear[1], 1.0) * frame.local(spacing)).length();
         let unit = self.settings.unit_distance.unwrap_or(self.field.grid().spacing().min_element());
         let step = world / unit;
-        let table = self.table(KERNEL)?;
+        let integrals = self.integrals(KERNEL, self.steps(1).shortest(), 1)?;
         let visible = self.visible_blocks(sweep.axis, KERNEL)?;
         let offsets: Vec<_> = rays.offsets.iter().flatten().map(|o| LayerOffset { base: o.base, fraction: o.fraction }).collect();
         let offsets = Buffer::from_slice(self.device, &offsets, OFFSETS)?;
-        let transmittance = self.transmittances(if coarse.is_some() { 0.0 } else { 0.5 * step })?;
         let region = Region::for_light(self);
         let layout = match coarse {
             Some(coarse) => coarse.layout(sweep.axis),
@@ -132,19 +131,21 @@ impl Scene<'_> {
             sum: stored.sum as i32,
             gain: stored.gain as f32,
             steps: stored.steps as f32,
-            recovered: reach.map_or(1.0, |reach| (-world / reach).exp() as f32),
+            recovered: reach.map_or(1.0, |reach| (-0.5 * world / reach).exp() as f32),
+            layer_length: step as f32 * integrals.unit,
             half_layer: coarse.map_or(0.0, |coarse| (0.5 * step / coarse.length) as f32),
         };
+        let segments = SegmentParams::single(self, self.steps(1), frame);
         let arguments = LightSweepArguments {
             voxels: &layout.voxels,
             view: layout.view,
             gradient_voxels: &gradients.layout.voxels,
             gradient_view: gradients.layout.view,
             visible: &visible.flags,
-            transmittance: &transmittance,
+            integrals: &integrals.nodes,
             offsets: &offsets,
             p,
-            sample: self.table_samples(&table, self.steps(1), frame),
+            sample: self.sample(frame, ClassificationParams::from_integrals(self, &integrals), segments),
             clip: region.for_kernels(frame),
             light: stored.volume,
             sums: stored.sums,
@@ -161,7 +162,7 @@ impl Scene<'_> {
         let arguments = LightTableArguments {
             table: &table.entries,
             count: count as i32,
-            half_layer: length as f32,
+            length: length as f32,
             linear: i32::from(self.settings.extinction == Extinction::Linear),
             transmittance: &transmittance,
         };
