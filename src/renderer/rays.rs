@@ -53,7 +53,7 @@ pub(super) fn declare_slicing(declaring: &Declaring, resources: &mut Resources) 
 /// Declares the resources of [`MarchedRays::cast_segments`].
 pub(super) fn declare_segments(declaring: &Declaring, kernel: Kernel, resources: &mut Resources) {
     declare_casting(declaring, kernel, resources);
-    declaring.integrals(kernel, resources);
+    declaring.integrals(None, kernel, resources);
 }
 
 fn declare_rays(declaring: &Declaring, resources: &mut Resources) {

@@ -4,18 +4,25 @@ use super::layouts::Weighted;
 use crate::device::launch::volume::BlockNumbers;
 use crate::layers::{Axis, GradientEstimator, Kernel, PREFILTER_RADIUS};
 use crate::volume::{Description, VoxelType};
+use glam::DVec3;
 
 /// Voxels on a device: type, and dimensions along x, y, z.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(in crate::renderer) struct FieldShape {
     pub voxel_type: VoxelType,
     pub dims: [usize; 3],
+    spacing: DVec3,
 }
 
 impl FieldShape {
     /// The shape of `dims` voxels of a volume.
     pub fn new(description: &Description, dims: [usize; 3]) -> Self {
-        Self { voxel_type: description.voxel_type(), dims }
+        Self { voxel_type: description.voxel_type(), dims, spacing: description.grid().spacing() }
+    }
+
+    /// Thickness of the layers along an axis, in smallest spacings.
+    pub fn thickness(&self, axis: Axis) -> f64 {
+        self.spacing[axis.index()] / self.spacing.min_element()
     }
 
     /// Number of voxels.

@@ -65,9 +65,9 @@ impl Declaring<'_> {
         resources.kept(("table", None, Some(kernel)), TableSizes::table(self.tables.entries(kernel)));
     }
 
-    /// The segment integrals of a kernel's field, and its transfer table.
-    pub fn integrals(&self, kernel: Kernel, resources: &mut Resources) {
+    /// The segment integrals of a kernel's field, and its transfer table. `axis`: the layer axis that they are for, unless they serve all.
+    pub fn integrals(&self, axis: Option<Axis>, kernel: Kernel, resources: &mut Resources) {
         self.table(kernel, resources);
-        resources.kept(("integrals", None, Some(kernel)), [TableSizes::integrals(self.tables.entries(kernel))]);
+        resources.kept(("integrals", axis, Some(kernel)), [TableSizes::integrals(self.tables.entries(kernel))]);
     }
 }

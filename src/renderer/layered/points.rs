@@ -39,8 +39,12 @@ const MOST_FOR_THICKNESS: u32 = 3;
 fn adapted(samples_per_layer: u32, evaluation: Evaluation, pixels: f64, smallest_spacings: f64) -> u32 {
     let Evaluation::Lattice(Density::Relaxed | Density::Fine) = evaluation else { return samples_per_layer };
     let for_magnification = MAGNIFIED.iter().filter(|&&limit| pixels >= limit).count() as u32;
-    let for_thickness = (smallest_spacings.round() as u32 - 1).min(MOST_FOR_THICKNESS);
-    (samples_per_layer + for_magnification.max(for_thickness)).min(Classification::MAX_POINTS)
+    (samples_per_layer + for_magnification.max(for_thickness(smallest_spacings))).min(Classification::MAX_POINTS)
+}
+
+/// Additional samples of layers of this thickness in smallest spacings.
+fn for_thickness(smallest_spacings: f64) -> u32 {
+    (smallest_spacings.round() as u32 - 1).min(MOST_FOR_THICKNESS)
 }
 
 /// Declares the resources of [`PointLayers::draw_lattice`].
@@ -48,7 +52,9 @@ pub(in crate::renderer) fn declare_lattice(declaring: &Declaring, lattice: &Latt
     declare_target(lattice.samples(), Tiles::for_points(lattice, declaring.tuning), resources);
     declaring.visibility(lattice.frame.layer_axis(), kernel, resources);
     declaring.gradients(lattice.frame.layer_axis(), kernel, resources);
-    declaring.integrals(kernel, resources);
+    // Lattices that share a frame have tables of their own if they differ in samples per layer.
+    let axis = lattice.frame.layer_axis();
+    declaring.integrals(Some(axis).filter(|&axis| for_thickness(declaring.shape.thickness(axis)) > 0), kernel, resources);
 }
 
 /// Declares the resources of [`PointLayers::draw_pixels`].
@@ -56,7 +62,7 @@ pub(in crate::renderer) fn declare_pixels(declaring: &Declaring, axis: Option<Ax
     declare_target(declaring.viewport.pixels(), Tiles::for_pixels(declaring.viewport), resources);
     layer_axes(axis).into_iter().for_each(|axis| declaring.visibility(axis, kernel, resources));
     declaring.gradients(Axis::Z, kernel, resources);
-    declaring.integrals(kernel, resources);
+    declaring.integrals(None, kernel, resources);
 }
 
 impl PointLayers {
@@ -73,8 +79,7 @@ impl PointLayers {
         let Scene { device, settings, .. } = *scene;
         let frame = lattice.frame;
         let axis = frame.layer_axis();
-        let spacing = scene.field.grid().spacing();
-        let thickness = spacing[frame.a] / spacing.min_element();
+        let thickness = scene.field.shape().thickness(axis);
         let per_layer = adapted(samples_per_layer, evaluation, scene.rays.pixels_along(frame.a), thickness);
         let steps = scene.steps(per_layer);
         let tiles = Tiles::for_points(lattice, device.tuning());

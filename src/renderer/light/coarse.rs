@@ -5,16 +5,19 @@ use super::super::region::Region;
 use super::super::scene::Scene;
 use super::KERNEL;
 use super::grid::ValueGrid;
-use crate::device::launch::light::CoarseTransmittanceArguments;
+use crate::device::Buffer;
+use crate::device::launch::light::{CoarseTransmittanceArguments, LightTableArguments};
 use crate::device::launch::structs::VolumeView;
 use crate::device::launch::volume::TransposeArguments;
 use crate::device::launch::{Floats, VoxelBuffer};
 use crate::error::Error;
 use crate::layers::Axis;
+use crate::transfer::Extinction;
 use crate::volume::VoxelType;
 use std::sync::Arc;
 
 pub(super) const COARSE: &str = "the coarse transmittances";
+const TRANSMITTANCE: &str = "the transmittance of table entries";
 
 /// Mean transmittances of blocks of voxels.
 pub(super) struct Coarse {
@@ -42,6 +45,12 @@ impl Coarse {
         let view = VolumeView { stride, first: 0, dims, background: 1.0, offset: 0.0, first_a: 0 };
         Layout { voxels: voxels.clone(), view }
     }
+}
+
+/// Bytes of the buffers behind coarse transmittances: two layouts, and a table of this many entries.
+pub(super) fn buffers(values: ValueGrid, entries: usize) -> [(&'static str, usize); 3] {
+    let bytes = size_of::<f32>() * values.inner().iter().product::<usize>();
+    [(COARSE, bytes), (COARSE, bytes), (TRANSMITTANCE, size_of::<f32>() * entries)]
 }
 
 impl Scene<'_> {
@@ -83,5 +92,21 @@ impl Scene<'_> {
             TransposeArguments { voxels: &upright, first: 0, pitch_y, pitch_z, dims_x, dims_y, dims_z, transposed: &transposed };
         self.light.transpose.launch(self.device, upright.kind(), &arguments)?;
         Ok(Some(Coarse { upright: Arc::new(upright), transposed: Arc::new(transposed), dims, length }))
+    }
+
+    /// The transmittance of a length in unit distances, for each table entry.
+    fn transmittances(&mut self, length: f64) -> Result<Buffer<f32>, Error> {
+        let table = self.table(KERNEL)?;
+        let count = table.entries.len();
+        let transmittance = Buffer::new(self.device, count, TRANSMITTANCE)?;
+        let arguments = LightTableArguments {
+            table: &table.entries,
+            count: count as i32,
+            length: length as f32,
+            linear: i32::from(self.settings.extinction == Extinction::Linear),
+            transmittance: &transmittance,
+        };
+        self.light.table.launch(self.device, (), &arguments)?;
+        Ok(transmittance)
     }
 }

@@ -10,6 +10,7 @@ mod tests;
 
 pub(super) use sources::LightSources;
 
+use super::classification::TableSizes;
 use super::frame::{Declaring, Resources};
 use super::scene::Scene;
 use super::store::{Key, Store};
@@ -33,7 +34,6 @@ const KERNEL: Kernel = Kernel::Cubic;
 
 const SHADOWS: &str = "the light of the lights";
 const SKY: &str = "the ambient light";
-const SUMS: &str = "the sums of light";
 
 /// Bytes behind the last value, since look-ups read words.
 const PADDING: usize = 4;
@@ -203,28 +203,22 @@ fn check_addressable(values: ValueGrid) -> Result<(), Error> {
 /// Declares the light volumes of a frame, and what they are made from.
 pub(super) fn declare(declaring: &Declaring, resources: &mut Resources) {
     let Some(light) = &declaring.light else { return };
-    let dims = declaring.shape.dims;
-    let table = (declaring.tables.entries(KERNEL) * size_of::<f32>(), "the transmittance of table entries");
     for axis in Axis::ALL {
         declaring.visibility(axis, KERNEL, resources);
+        declaring.gradients(axis, KERNEL, resources);
     }
-    for (name, volumes, voxels) in
-        [(SHADOWS, light.volumes, light.grid.voxels().min(2)), (SKY, usize::from(light.sky), light.grid.voxels())]
-    {
-        if volumes == 0 {
-            continue;
-        }
+    // Those of the frame may be for shorter segments.
+    resources.kept(("integrals of light", None, Some(KERNEL)), [TableSizes::integrals(declaring.tables.entries(KERNEL))]);
+    declaring.table(KERNEL, resources);
+    let dims = declaring.shape.dims;
+    let volumes = [(SHADOWS, light.volumes, light.grid.voxels().min(2)), (SKY, usize::from(light.sky), light.grid.voxels())];
+    for (name, count, voxels) in volumes.into_iter().filter(|(_, count, _)| *count > 0) {
         let values = ValueGrid::new(dims, voxels);
-        let coarse = if voxels > 1 { 2 * size_of::<f32>() * values.inner().iter().product::<usize>() } else { 0 };
-        let sums = size_of::<u16>() * values.values();
-        let offsets = 2 * size_of::<crate::layers::LayerOffset>() * (dims.iter().max().unwrap_or(&0) + 2);
-        let buffers = [
-            (name, volumes * values.values() + PADDING),
-            (SUMS, sums),
-            (coarse::COARSE, coarse),
-            (table.1, table.0),
-            (SUMS, offsets),
-        ];
-        resources.kept((name, None, None), buffers);
+        resources
+            .kept((name, None, None), [(name, count * values.values() + PADDING), sweeps::sums(values), sweeps::offsets(dims)]);
+        if voxels > 1 {
+            let entries = declaring.tables.entries(KERNEL);
+            resources.kept((coarse::COARSE, None, None), coarse::buffers(values, entries));
+        }
     }
 }

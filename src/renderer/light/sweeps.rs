@@ -1,21 +1,21 @@
 //! Sweeps of light through the layers.
 
+use super::super::field::Layout;
 use super::super::region::Region;
 use super::super::scene::{GradientVoxels, Scene};
 use super::coarse::Coarse;
 use super::grid::ValueGrid;
 use super::sources::Source;
-use super::{KERNEL, SUMS, gradient_estimator};
+use super::{KERNEL, gradient_estimator};
 use crate::device::Buffer;
-use crate::device::launch::light::{FinishLightArguments, LightSweep, LightSweepArguments, LightTableArguments, WHOLE_SUM};
+use crate::device::launch::light::{FinishLightArguments, LightSweep, LightSweepArguments, WHOLE_SUM};
 use crate::device::launch::structs::{ClassificationParams, LayerOffset, LightSweepParams, SegmentParams};
 use crate::error::Error;
 use crate::layers::{Axis, LightRays, disc_directions, sky_directions};
-use crate::transfer::Extinction;
 use glam::DVec3;
 
 const OFFSETS: &str = "the offsets of rays from a light";
-const TRANSMITTANCE: &str = "the transmittance of table entries";
+const SUMS: &str = "the sums of light";
 
 /// One sweep, and its share of the light.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -50,6 +50,16 @@ pub(super) fn of_light(source: &Source, spacing: DVec3) -> Vec<Sweep> {
 pub(super) fn of_sky(spacing: DVec3) -> Vec<Sweep> {
     let sweep = |(to_light, share): (DVec3, f64)| Sweep { to_light, axis: Axis::most_parallel(to_light / spacing), share };
     sky_directions().into_iter().map(sweep).collect()
+}
+
+/// Bytes of the sums of several sweeps.
+pub(super) fn sums(values: ValueGrid) -> (&'static str, usize) {
+    (SUMS, size_of::<u16>() * values.values())
+}
+
+/// Upper limit of the bytes of the offsets of rays, for a volume of `dims` voxels.
+pub(super) fn offsets(dims: [usize; 3]) -> (&'static str, usize) {
+    (OFFSETS, 2 * size_of::<LayerOffset>() * (dims.into_iter().max().unwrap_or(0) + 2))
 }
 
 impl Scene<'_> {
@@ -154,28 +164,8 @@ impl Scene<'_> {
         self.light.sweep.launch(self.device, variant, &arguments)
     }
 
-    /// The transmittance of a length in unit distances, for each table entry.
-    pub(super) fn transmittances(&mut self, length: f64) -> Result<Buffer<f32>, Error> {
-        let table = self.table(KERNEL)?;
-        let count = table.entries.len();
-        let transmittance = Buffer::new(self.device, count, TRANSMITTANCE)?;
-        let arguments = LightTableArguments {
-            table: &table.entries,
-            count: count as i32,
-            length: length as f32,
-            linear: i32::from(self.settings.extinction == Extinction::Linear),
-            transmittance: &transmittance,
-        };
-        self.light.table.launch(self.device, (), &arguments)?;
-        Ok(transmittance)
-    }
-
     /// The voxels from which gradients are estimated that change the opacity along rays from a light.
-    pub(super) fn extinction_gradients(
-        &mut self,
-        axis: Axis,
-        input: &super::super::field::Layout,
-    ) -> Result<GradientVoxels, Error> {
+    pub(super) fn extinction_gradients(&mut self, axis: Axis, input: &Layout) -> Result<GradientVoxels, Error> {
         let estimator = self.settings.gradient_opacity.map(|_| gradient_estimator(self.settings));
         let separate = match estimator {
             Some(estimator) => self.field.gradient_layout(&mut self.kernels.field, self.device, axis, (KERNEL, estimator))?,

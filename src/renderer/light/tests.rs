@@ -2,8 +2,12 @@
 
 use crate::camera::{Camera, Orbit};
 use crate::device::{Device, DeviceChoice};
+use crate::layers::GradientEstimator;
 use crate::renderer::Renderer;
-use crate::settings::{AmbientOcclusion, Blend, Clipping, CropBox, Light, LightGrid, Lights, Settings, Shading, Shadows};
+use crate::renderer::frame::{Declaring, Output, Stage};
+use crate::settings::{
+    AmbientOcclusion, Blend, Clipping, CropBox, GradientOpacity, Light, LightGrid, Lights, Settings, Shading, Shadows,
+};
 use crate::transfer::TransferFunction;
 use crate::viewport::Viewport;
 use crate::volume::{Grid, Volume, Voxels};
@@ -264,4 +268,33 @@ fn changes_of_light_free_their_memory() {
         renderer.render(&camera, SIZE, &shadow_of(light)).unwrap();
     }
     assert_eq!(renderer.engine.light_volumes_made(), 100);
+}
+
+/// Every buffer that light takes is declared.
+#[test]
+fn light_takes_what_it_declares() {
+    let volume = volume([40, 36, 30], DVec3::new(1.0, 1.2, 1.5), |p| p.distance(DVec3::splat(17.0)) < 10.0);
+    let grid = volume.grid();
+    let camera = Camera::fit_parallel(grid.centre(), grid.diagonal(), SIZE, Orbit { azimuth: 33.0, elevation: 5.0, roll: 0.0 });
+    let shadows = shadow_of(Light { angle: 10.0, ..Light::towards(DVec3::new(-1.0, 1.0, 1.0)) });
+    let high = Settings { shading: shadows.shading, shadows: shadows.shadows, ..crate::Quality::High.settings() };
+    let occluded = Settings { ambient_occlusion: Some(AmbientOcclusion::default()), ..high };
+    let thinned = GradientOpacity::new(&[(1.0, 0.2), (30.0, 1.0)]).unwrap();
+    let gaussian = Some(GradientEstimator::Gaussian(1.0));
+    let cases = [
+        shadows,
+        occluded,
+        Settings { light_grid: LightGrid::Quarter, ..occluded },
+        Settings { gradient_opacity: Some(thinned), gradient: gaussian, ..shadows },
+        Settings { blend: Blend::Iso(100.0), ..shadows },
+    ];
+    for settings in cases {
+        let device = device().with_memory(u64::MAX - 1);
+        let mut renderer = Renderer::new(&device, &volume, &transfer(0.4)).unwrap();
+        renderer.render(&camera, SIZE, &settings).unwrap();
+        let planned = renderer.planned(&camera, SIZE, &settings).unwrap();
+        let declare = |declaring: &Declaring| Stage::from_plan(&planned.plan, Output::Floats, false, declaring).resources.bytes();
+        let (declared, peak) = (renderer.engine.declaring(SIZE, &planned.settings, declare).sum, device.peak_bytes());
+        assert!(peak <= declared, "{settings:?}: {peak} bytes are more than the {declared} declared");
+    }
 }
