@@ -165,7 +165,7 @@ mod tests {
     use crate::device::{LatticeSchedule, Tuning};
 
     /// These kernels render nothing for a frame at full resolution; tests/shadows and tests/embedding check their results.
-    const NOT_CHECKED: [&str; 2] = ["light/coarse_transmittance.cl", "volume/value_range.cl"];
+    const NOT_CHECKED: [&str; 3] = ["light/coarse_transmittance.cl", "light/light_table.cl", "volume/value_range.cl"];
 
     /// Other families have no schedules.
     fn is_lattice(family: Family) -> bool {
