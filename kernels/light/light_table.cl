@@ -1,11 +1,11 @@
-// Transmittance of a distance for each table entry.
+// Transmittance of a thickness for each table entry.
 //
-// One work-item per entry. `distance`: in unit distances. With linear extinction entries hold alpha, else tau.
+// One work-item per entry. `thickness`: in unit distances. With linear extinction entries hold alpha, else tau.
 
-__kernel void light_table(__global const float4 *table, int count, float distance, int linear, __global float *transmittance) {
+__kernel void light_table(__global const float4 *table, int count, float thickness, int linear, __global float *transmittance) {
     const int id = get_global_id(0);
     if (id >= count)
         return;
-    const float depth = table[id].w * distance;
+    const float depth = table[id].w * thickness;
     transmittance[id] = linear ? fmax(1.0f - depth, 0.0f) : exp(-depth);
 }

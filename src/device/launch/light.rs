@@ -9,14 +9,14 @@ use crate::layers::Kernel;
 pub(crate) const WHOLE_SUM: f32 = 65000.0;
 
 kernel! {
-    /// Computes the transmittance of a distance for each table entry.
+    /// Computes the transmittance of a thickness for each table entry.
     LightTable = "light/light_table.cl", light_table, "light";
     LightTableArguments<'a> {
         /// (r, g, b, τ) per value, or α with linear extinction.
         table: &'a Buffer<Float4>,
         count: i32,
         /// In unit distances.
-        distance: f32,
+        thickness: f32,
         linear: i32,
         transmittance: &'a Buffer<f32>,
     }

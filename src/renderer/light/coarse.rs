@@ -102,7 +102,7 @@ impl Scene<'_> {
         let arguments = LightTableArguments {
             table: &table.entries,
             count: count as i32,
-            distance: length as f32,
+            thickness: length as f32,
             linear: i32::from(self.settings.extinction == Extinction::Linear),
             transmittance: &transmittance,
         };
