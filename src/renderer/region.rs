@@ -1,6 +1,7 @@
 //! Ray clip region.
 
 use super::field::Field;
+use super::light::extinction_estimator;
 use super::scene::{GradientVoxels, Scene};
 use crate::device::launch::structs::Clipping;
 use crate::device::launch::{BlendMode, Gradients, Rendering};
@@ -53,7 +54,9 @@ impl Region {
         let margin = if background_shows { 1.0 } else { f64::INFINITY };
         let blend = if settings.blend == Blend::Composite { BlendMode::Composite } else { BlendMode::Iso { refined: false } };
         let rendering = rendering(scene, Kernel::Cubic, blend, clipped);
-        let rendering = Rendering { several_lights: false, depth_cue: false, light_volume: false, ..rendering };
+        let estimator = extinction_estimator(settings).unwrap_or(GradientEstimator::Central);
+        let gradients = Gradients { estimate: estimator.into(), voxels: None };
+        let rendering = Rendering { several_lights: false, depth_cue: false, light_volume: false, gradients, ..rendering };
         Self::cropped(scene, (DVec3::splat(-margin), last + margin), rendering)
     }
 

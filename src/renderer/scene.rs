@@ -8,7 +8,7 @@ use super::sampling::Steps;
 use crate::device::launch::structs::{ClassificationParams, Float4, SampleParams, SegmentParams};
 use crate::device::{Buffer, Device};
 use crate::error::Error;
-use crate::layers::{Axis, AxisFrame, Kernel, Rays};
+use crate::layers::{Axis, AxisFrame, GradientEstimator, Kernel, Rays};
 use crate::settings::Settings;
 use crate::viewport::Viewport;
 use std::sync::Arc;
@@ -67,7 +67,17 @@ impl Scene<'_> {
 
     /// The voxels that gradients of a kernel's field are estimated from, for a layer axis. `input`: that of the kernel.
     pub fn gradient_voxels(&mut self, axis: Axis, kernel: Kernel, input: &Layout) -> Result<GradientVoxels, Error> {
-        let separate = match self.settings.needed_gradient() {
+        self.estimated_voxels(axis, (kernel, self.settings.needed_gradient()), input)
+    }
+
+    /// The voxels that this estimator needs, if gradients are needed.
+    pub fn estimated_voxels(
+        &mut self,
+        axis: Axis,
+        (kernel, estimator): (Kernel, Option<GradientEstimator>),
+        input: &Layout,
+    ) -> Result<GradientVoxels, Error> {
+        let separate = match estimator {
             Some(estimator) => self.field.gradient_layout(&mut self.kernels.field, self.device, axis, (kernel, estimator))?,
             None => None,
         };

@@ -128,6 +128,11 @@ impl Settings {
         self.shadows.is_some() || self.ambient_occlusion.is_some()
     }
 
+    /// The resolution at which light is swept and looked up. Surfaces have full resolution: a coarse volume would lose thin ones.
+    pub(crate) fn swept_grid(&self) -> LightGrid {
+        if self.blend == Blend::Composite { self.light_grid } else { LightGrid::Full }
+    }
+
     /// The depth cueing, unless its strength is 0.
     pub(crate) fn fading(&self) -> Option<DepthCue> {
         self.depth_cue.filter(|cue| cue.strength > 0.0)

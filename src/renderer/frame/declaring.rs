@@ -37,7 +37,7 @@ impl DeclaredLight {
         let lights = settings.shading.map_or(0, |shading| shading.lights.as_slice().len());
         let volumes = settings.shadows.map_or(0, |_| lights);
         let sky = settings.ambient_occlusion.is_some();
-        (volumes > 0 || sky).then_some(Self { volumes, sky, grid: settings.light_grid })
+        (volumes > 0 || sky).then_some(Self { volumes, sky, grid: settings.swept_grid() })
     }
 }
 

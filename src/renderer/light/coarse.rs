@@ -7,7 +7,7 @@ use super::KERNEL;
 use super::grid::ValueGrid;
 use crate::device::Buffer;
 use crate::device::launch::light::{CoarseTransmittanceArguments, LightTableArguments};
-use crate::device::launch::structs::VolumeView;
+use crate::device::launch::structs::{ClassificationParams, VolumeView};
 use crate::device::launch::volume::TransposeArguments;
 use crate::device::launch::{Floats, VoxelBuffer};
 use crate::error::Error;
@@ -77,7 +77,7 @@ impl Scene<'_> {
             gradient_voxels: &gradients.layout.voxels,
             gradient_view: gradients.layout.view,
             transmittance: &transmittance,
-            sample: self.table_samples(&table, self.steps(1), frame),
+            sample: self.light_samples(frame, ClassificationParams::from_table(self, &table)),
             clip: region.for_kernels(frame),
             dims_x,
             dims_y,

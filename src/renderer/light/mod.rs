@@ -84,22 +84,23 @@ struct Medium {
 impl Medium {
     fn new(settings: &Settings) -> Self {
         Self {
-            // A surface that is thinner than a coarse value would be lost.
-            grid: if settings.blend == Blend::Composite { settings.light_grid } else { LightGrid::Full },
+            grid: settings.swept_grid(),
             extinction: settings.extinction,
             unit_distance: settings.unit_distance,
             clipping: settings.clipping,
-            gradient_opacity: settings.gradient_opacity.map(|opacity| (opacity, gradient_estimator(settings))),
+            gradient_opacity: settings.gradient_opacity.zip(extinction_estimator(settings)),
             blend: settings.blend,
             culling: settings.culling,
         }
     }
 }
 
-/// The estimator of the gradients that change the opacity along rays from a light: the frame's, if the kernel of the light supports it.
-fn gradient_estimator(settings: &Settings) -> GradientEstimator {
+/// The estimator of the gradients that change the opacity along rays from a light, with gradient opacity: the frame's, if the kernel of the
+/// light supports it.
+pub(super) fn extinction_estimator(settings: &Settings) -> Option<GradientEstimator> {
     let own = settings.gradient_estimator();
-    if own.supports(KERNEL) { own } else { GradientEstimator::Sobel }
+    let estimator = if own.supports(KERNEL) { own } else { GradientEstimator::Sobel };
+    settings.gradient_opacity.map(|_| estimator)
 }
 
 #[derive(PartialEq)]

@@ -65,7 +65,7 @@ impl LightSources {
             }))
         });
         let volumes = volumes.collect();
-        let (dims, grid) = (field.grid().dims(), settings.light_grid);
+        let (dims, grid) = (field.grid().dims(), settings.swept_grid());
         Some(Self {
             swept,
             volumes,

@@ -6,12 +6,12 @@ use super::super::scene::{GradientVoxels, Scene};
 use super::coarse::Coarse;
 use super::grid::ValueGrid;
 use super::sources::Source;
-use super::{KERNEL, gradient_estimator};
+use super::{KERNEL, extinction_estimator};
 use crate::device::Buffer;
 use crate::device::launch::light::{FinishLightArguments, LightSweep, LightSweepArguments, WHOLE_SUM};
-use crate::device::launch::structs::{ClassificationParams, LayerOffset, LightSweepParams, SegmentParams};
+use crate::device::launch::structs::{ClassificationParams, LayerOffset, LightSweepParams, SampleParams, SegmentParams};
 use crate::error::Error;
-use crate::layers::{Axis, LightRays, disc_directions, sky_directions};
+use crate::layers::{Axis, AxisFrame, LightRays, disc_directions, sky_directions};
 use glam::DVec3;
 
 const OFFSETS: &str = "the offsets of rays from a light";
@@ -116,7 +116,8 @@ impl Scene<'_> {
         let unit = self.settings.unit_distance.unwrap_or(self.field.grid().spacing().min_element());
         let step = world / unit;
         let integrals = self.integrals(KERNEL, self.steps(1).shortest(), 1)?;
-        let visible = self.visible_blocks(sweep.axis, KERNEL)?;
+        // Coarse media are small and are not culled.
+        let visible = if coarse.is_none() { Some(self.visible_blocks(sweep.axis, KERNEL)?) } else { None };
         let offsets: Vec<_> = rays.offsets.iter().flatten().map(|o| LayerOffset { base: o.base, fraction: o.fraction }).collect();
         let offsets = Buffer::from_slice(self.device, &offsets, OFFSETS)?;
         let region = Region::for_light(self);
@@ -129,10 +130,10 @@ impl Scene<'_> {
         let toward = f64::from(rays.layer_step);
         let p = LightSweepParams {
             tiles: LightSweep::tiles(rays.size, self.device.tuning()),
-            blocks: visible.blocks,
+            blocks: visible.as_ref().map_or([0; 2], |visible| visible.blocks),
             dims: [frame.u, frame.v, frame.a].map(local),
             layer_step: rays.layer_step,
-            culling: i32::from(self.settings.culling && coarse.is_none()),
+            culling: i32::from(self.settings.culling && visible.is_some()),
             centre_layer: (dims[frame.a] as f32 - 1.0) / 2.0,
             along: rays.shear.map(|shear| (shear * toward) as f32),
             stride: values.strides(frame),
@@ -145,17 +146,16 @@ impl Scene<'_> {
             layer_length: step as f32 * integrals.unit,
             half_layer: coarse.map_or(0.0, |coarse| (0.5 * step / coarse.length) as f32),
         };
-        let segments = SegmentParams::single(self, self.steps(1), frame);
         let arguments = LightSweepArguments {
             voxels: &layout.voxels,
             view: layout.view,
             gradient_voxels: &gradients.layout.voxels,
             gradient_view: gradients.layout.view,
-            visible: &visible.flags,
+            visible: visible.as_ref().map_or(stored.volume, |visible| &visible.flags),
             integrals: &integrals.nodes,
             offsets: &offsets,
             p,
-            sample: self.sample(frame, ClassificationParams::from_integrals(self, &integrals), segments),
+            sample: self.light_samples(frame, ClassificationParams::from_integrals(self, &integrals)),
             clip: region.for_kernels(frame),
             light: stored.volume,
             sums: stored.sums,
@@ -166,13 +166,14 @@ impl Scene<'_> {
 
     /// The voxels from which gradients are estimated that change the opacity along rays from a light.
     pub(super) fn extinction_gradients(&mut self, axis: Axis, input: &Layout) -> Result<GradientVoxels, Error> {
-        let estimator = self.settings.gradient_opacity.map(|_| gradient_estimator(self.settings));
-        let separate = match estimator {
-            Some(estimator) => self.field.gradient_layout(&mut self.kernels.field, self.device, axis, (KERNEL, estimator))?,
-            None => None,
-        };
-        let are_separate = separate.is_some();
-        Ok(GradientVoxels { layout: separate.unwrap_or_else(|| input.clone()), are_separate })
+        self.estimated_voxels(axis, (KERNEL, extinction_estimator(self.settings)), input)
+    }
+
+    /// Sample parameters of rays from a light.
+    pub(super) fn light_samples(&self, frame: AxisFrame, classification: ClassificationParams) -> SampleParams {
+        let segments = SegmentParams::single(self, self.steps(1), frame);
+        let sample = self.sample(frame, classification, segments);
+        SampleParams { field: self.field.params(extinction_estimator(self.settings), frame), ..sample }
     }
 }
 

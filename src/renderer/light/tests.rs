@@ -2,11 +2,11 @@
 
 use crate::camera::{Camera, Orbit};
 use crate::device::{Device, DeviceChoice};
-use crate::layers::GradientEstimator;
+use crate::layers::{GradientEstimator, Kernel};
 use crate::renderer::Renderer;
 use crate::renderer::frame::{Declaring, Output, Stage};
 use crate::settings::{
-    AmbientOcclusion, Blend, Clipping, CropBox, GradientOpacity, Light, LightGrid, Lights, Settings, Shading, Shadows,
+    Algorithm, AmbientOcclusion, Blend, Clipping, CropBox, GradientOpacity, Light, LightGrid, Lights, Settings, Shading, Shadows,
 };
 use crate::transfer::TransferFunction;
 use crate::viewport::Viewport;
@@ -297,4 +297,40 @@ fn light_takes_what_it_declares() {
         let (declared, peak) = (renderer.engine.declaring(SIZE, &planned.settings, declare).sum, device.peak_bytes());
         assert!(peak <= declared, "{settings:?}: {peak} bytes are more than the {declared} declared");
     }
+}
+
+/// Rays from a light have gradients of their own where the frame's are those of another kernel.
+#[test]
+fn gradient_opacity_does_not_depend_on_the_kernel_of_the_frame() {
+    let ball = volume([30; 3], DVec3::ONE, |p| p.distance(DVec3::splat(14.5)) < 9.0);
+    let gradient_opacity = Some(GradientOpacity::new(&[(1.0, 0.1), (60.0, 1.0)]).unwrap());
+    let base = Settings { gradient_opacity, ..shadow_of(Light::towards(DVec3::new(0.3, 0.4, 1.0))) };
+    for light_grid in [LightGrid::Full, LightGrid::Half] {
+        let of = |kernel, gradient| {
+            let algorithm = Algorithm::Raycast { kernel, step: 0.5 };
+            light_of(&ball, &transfer(0.1), &Settings { algorithm, gradient: Some(gradient), light_grid, ..base }).bytes
+        };
+        let own = of(Kernel::BSpline, GradientEstimator::Own);
+        let values = own.len() - super::PADDING;
+        assert!(own[..values] == of(Kernel::Cubic, GradientEstimator::Sobel)[..values], "{light_grid:?}");
+        assert!(own[..values] != of(Kernel::Cubic, GradientEstimator::Central)[..values], "{light_grid:?}: estimators differ");
+    }
+}
+
+/// Surfaces are swept and looked up at full resolution.
+#[test]
+fn surfaces_have_full_resolution() {
+    let ball = volume([30; 3], DVec3::ONE, |p| p.distance(DVec3::splat(14.5)) < 6.0 || p.y < 4.0);
+    let size = Viewport { width: 48, height: 48 };
+    let grid = ball.grid();
+    let camera = Camera::fit_parallel(grid.centre(), grid.diagonal(), size, Orbit { azimuth: 33.0, elevation: 30.0, roll: 0.0 });
+    let mut renderer = Renderer::new(&device(), &ball, &transfer(0.5)).unwrap();
+    let base = Settings { blend: Blend::Iso(100.0), ..shadow_of(Light::towards(DVec3::new(0.4, 1.0, 0.2))) };
+    let occluded = Settings { ambient_occlusion: Some(AmbientOcclusion::default()), ..base };
+    let mut picture = |settings: &Settings| renderer.render(&camera, size, settings).unwrap().0.pixels().to_vec();
+    let full = picture(&occluded);
+    for light_grid in [LightGrid::Half, LightGrid::Quarter] {
+        assert!(picture(&Settings { light_grid, ..occluded }) == full, "{light_grid:?}");
+    }
+    assert!(picture(&Settings { shadows: None, ..occluded }) != full, "shadows are seen");
 }
