@@ -209,7 +209,7 @@ __kernel void light_sweep(__global const VOXEL *voxels, VolumeView view, __globa
         if (crossed || crosses_next) {
             const int odd = n & 1;
             if (sampled_last != n - 1) {
-                // The layer before lies beside the volume.
+                // The layer before lies beside the volume, or nothing is visible between the two.
                 for (int r = 0; r < SWEEP_ROWS; r++) {
                     for (int c = 0; c < COLUMNS; c += VW) {
 #if BLEND == ISO

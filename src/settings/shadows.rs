@@ -20,7 +20,7 @@ use crate::error::Error;
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shadows {
-    /// Share of the shadows, 0 … 1. It applies to look-ups: changing it sweeps no light again.
+    /// Share of the shadows, 0 … 1. It applies to look-ups: changing it needs no new sweep.
     pub strength: f64,
     /// Factor of the transmittance, 1 … 1000. 1 is exact single scattering.
     pub forgiveness: f64,
