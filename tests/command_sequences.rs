@@ -272,6 +272,37 @@ fn many_views_are_those_that_render_makes() {
     }
 }
 
+/// A line's fields of light replace the options of the command; the next line has those of the command again.
+#[test]
+fn each_line_may_have_its_own_light() {
+    let folder = folder();
+    let f = folder.path();
+    let views = r#"{"output": "a.npy", "shadows": true, "shadow_strength": 0.5, "light": "-1,1,0.5:0.8", "light_space": "camera"}
+        {"output": "b.npy"}
+        {"output": "c.npy", "ambient_occlusion": false, "light": ["1,0,0", "camera:0.3"]}
+        {"output": "d.npy", "shading": "off", "ambient_occlusion": "off"}
+    "#;
+    std::fs::write(f.join("views.ndjson"), views).unwrap();
+    let common = "--transfer fire --size 24x20";
+    done(f, &format!("render {NAME} {common} --ambient-occlusion on --ao-reach 3 --cameras views.ndjson"));
+    let singles = [
+        ("a", "--ambient-occlusion on --ao-reach 3 --shadows on --shadow-strength 0.5 --light=-1,1,0.5:0.8 --light-space camera"),
+        ("b", "--ambient-occlusion on --ao-reach 3"),
+        ("c", "--light 1,0,0 --light camera:0.3"),
+        ("d", "--shading off"),
+    ];
+    let mut found = Vec::new();
+    for (name, options) in singles {
+        let single = picture(f, &format!("{common} {options}"));
+        found.push(read_image(&f.join(format!("{name}.npy"))).unwrap());
+        let comparison = found.last().unwrap().compare(&single).unwrap();
+        assert!(comparison.max_difference < 1e-6, "{name}: {comparison:?}");
+    }
+    for other in &found[1..] {
+        assert!(found[0].compare(other).unwrap().max_difference > 0.01, "the lines must differ");
+    }
+}
+
 /// The whole file is validated before rendering; errors name the line.
 #[test]
 fn lines_that_are_wrong_are_named() {
@@ -288,6 +319,8 @@ fn lines_that_are_wrong_are_named() {
         (r#"{"output": "a.png", "size": 3}"#, "WxH"),
         (r#"{"output": "a.png", "azimut": 3}"#, "azimut"),
         (r#"{"output": "a.png", "parallel_scale": -3}"#, "above 0"),
+        (r#"{"output": "a.png", "shadows": 3}"#, "shadows: use on or off"),
+        (r#"{"output": "a.png", "shadow_strength": 0.5}"#, "shadows are off"),
         (&long, "longer than 65536 bytes"),
     ] {
         std::fs::write(f.join("views.ndjson"), format!("{good}\n\n{line}\n{good}\n")).unwrap();

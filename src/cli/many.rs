@@ -1,5 +1,6 @@
 //! `layersplat render --cameras`: many pictures of one volume, one line of JSON each.
 
+use super::options::LightOptions;
 use super::orientation::OBLIQUE;
 use super::processes::Processes;
 use super::render::Arguments;
@@ -11,6 +12,7 @@ use crate::camera::Camera;
 use crate::check::Family;
 use crate::error::Error;
 use crate::image::{Depths, Frame};
+use crate::settings::Settings;
 use crate::viewport::Viewport;
 use indicatif::ProgressBar;
 use serde::Serialize;
@@ -35,6 +37,8 @@ struct Line {
     view: View,
     output: PathBuf,
     size: Option<Viewport>,
+    /// Options of light that the line gives.
+    light: LightOptions,
 }
 
 /// A rendered picture.
@@ -112,10 +116,11 @@ fn render_all(
         let inner = arguments.pictures.inner(size, studio.scene());
         let sized = cameras.with_options(super::options::CameraOptions { size: inner, ..options.clone() });
         let camera = line.view.camera(&sized, OBLIQUE).map_err(|problem| line.invalid(problem).into_error(&source))?;
-        arguments.require_shared(studio.scene(), camera, inner)?;
-        require_checked(arguments, &studio, camera, inner, &mut checked)?;
+        let settings = studio.scene().settings_with_light(&arguments.scene, &line.light(arguments))?;
+        arguments.require_shared(studio.scene(), camera, inner, &settings)?;
+        require_checked(arguments, &studio, (camera, &settings), inner, &mut checked)?;
         let started = Instant::now();
-        let (Some(frame), _) = studio.picture(&camera, size)? else { continue };
+        let (Some(frame), _) = studio.picture_with(&camera, size, &settings)? else { continue };
         let depths = if arguments.depth { Some(studio.depths(&camera, size)?) } else { None };
         let render_ms = started.elapsed().as_secs_f64() * 1e3;
         if writer.send(Rendered { line: line.number, output: line.output, frame, depths, render_ms }).is_err() {
@@ -129,12 +134,12 @@ fn render_all(
 fn require_checked(
     arguments: &Arguments,
     studio: &Studio,
-    camera: Camera,
+    (camera, settings): (Camera, &Settings),
     size: Viewport,
     checked: &mut BTreeSet<Family>,
 ) -> Result<(), Error> {
     let scene = studio.scene();
-    let families = arguments.families(scene, camera, size)?;
+    let families = arguments.families(scene, camera, size, settings)?;
     let new: BTreeSet<Family> = families.difference(checked).copied().collect();
     if !new.is_empty() {
         scene.processes.in_turn(|| check::require(&scene.device, &new, &arguments.scene.device))?;
@@ -180,18 +185,25 @@ impl Line {
             _ => return Err(invalid(r#"it names no picture: add "output": "NAME.png""#.into())),
         };
         let size = fields.remove("size").map(|size| parse_size(&size)).transpose().map_err(invalid)?;
+        let light = LightOptions::from_fields(&mut fields).map_err(invalid)?;
         let view = View::from_fields(fields).map_err(invalid)?;
-        Ok(Self { number, view, output, size })
+        Ok(Self { number, view, output, size, light })
     }
 
     fn invalid(&self, problem: String) -> InvalidLine {
         InvalidLine { line: self.number, problem }
     }
 
-    /// Checks file name and size, which would otherwise fail only after rendering.
+    /// The line's options of light, completed by those of the command.
+    fn light(&self, arguments: &Arguments) -> LightOptions {
+        self.light.clone().or(&arguments.scene.quality.light)
+    }
+
+    /// Checks file name, size and light, which would otherwise fail only when the line is rendered.
     fn check(&self, arguments: &Arguments) -> Result<(), InvalidLine> {
         let size = arguments.pictures.rendered(self.size.unwrap_or(arguments.scene.camera.size));
-        arguments.check_output(&self.output).and(size).map(|_| ()).map_err(|e| self.invalid(e.to_string()))
+        let light = arguments.scene.quality.settings_with_light(&self.light(arguments), None);
+        arguments.check_output(&self.output).and(size).and(light).map(|_| ()).map_err(|e| self.invalid(e.to_string()))
     }
 }
 

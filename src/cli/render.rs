@@ -13,6 +13,7 @@ use crate::check::Family;
 use crate::error::Error;
 use crate::image::{Depths, Frame, ImageFormat};
 use crate::renderer::{LatticeReport, StreamPlan, depth_settings};
+use crate::settings::Settings;
 use crate::viewport::Viewport;
 use serde::Serialize;
 use std::collections::BTreeSet;
@@ -93,8 +94,8 @@ pub(super) fn run(arguments: &Arguments, processes: &Processes) -> Result<ExitCo
     let cameras = arguments.pictures.cameras(options, &scene);
     let camera = cameras.still(cameras.angles().or_all_of(OBLIQUE));
     let inner = arguments.pictures.inner(options.size, &scene);
-    arguments.require_shared(&scene, camera, inner)?;
-    let families = arguments.families(&scene, camera, inner)?;
+    arguments.require_shared(&scene, camera, inner, &scene.settings)?;
+    let families = arguments.families(&scene, camera, inner, &scene.settings)?;
     processes.in_turn(|| check::require(&scene.device, &families, &arguments.scene.device))?;
     let started = Instant::now();
     let mut studio = Studio::new(&scene, &arguments.pictures, options.background)?;
@@ -150,17 +151,23 @@ impl Arguments {
     }
 
     /// Fails if processes that share the volume cannot render a view, or its depths if requested.
-    pub fn require_shared(&self, scene: &Scene, camera: Camera, size: Viewport) -> Result<(), Error> {
-        scene.require_shared(size, &[camera], &scene.settings)?;
-        if self.depth { scene.require_shared(size, &[camera], &depth_settings(&scene.settings)) } else { Ok(()) }
+    pub fn require_shared(&self, scene: &Scene, camera: Camera, size: Viewport, settings: &Settings) -> Result<(), Error> {
+        scene.require_shared(size, &[camera], settings)?;
+        if self.depth { scene.require_shared(size, &[camera], &depth_settings(settings)) } else { Ok(()) }
     }
 
     /// Kernel families that render a frame of this size, and its depths if requested.
-    pub fn families(&self, scene: &Scene, camera: Camera, size: Viewport) -> Result<BTreeSet<Family>, Error> {
+    pub fn families(
+        &self,
+        scene: &Scene,
+        camera: Camera,
+        size: Viewport,
+        settings: &Settings,
+    ) -> Result<BTreeSet<Family>, Error> {
         let grid = scene.volume.grid();
-        let mut families = check::families(&[camera], self.pictures.rendered(size)?, grid, &scene.settings);
+        let mut families = check::families(&[camera], self.pictures.rendered(size)?, grid, settings);
         if self.depth {
-            families.extend(check::families(&[camera], size, grid, &depth_settings(&scene.settings)));
+            families.extend(check::families(&[camera], size, grid, &depth_settings(settings)));
         }
         Ok(families)
     }

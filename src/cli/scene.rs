@@ -3,7 +3,7 @@
 use super::blending::BlendOptions;
 use super::check;
 use super::notice;
-use super::options::{CameraOptions, DeviceOptions, Fit, QualityOptions, Tent, TransferOptions, VolumeOptions};
+use super::options::{CameraOptions, DeviceOptions, Fit, LightOptions, QualityOptions, Tent, TransferOptions, VolumeOptions};
 use super::orientation::Angles;
 use super::processes::{Processes, TeamOptions};
 use super::viewer::BoundOptions;
@@ -93,6 +93,12 @@ impl Scene {
         let device = memory.map_or(device.clone(), |bytes| device.with_memory(bytes));
         let time_limit = options.bounds.time_limit;
         Ok(Self { volume, transfer, settings, device, processes: processes.clone(), time_limit, opened_at, first_pass })
+    }
+
+    /// The settings with other options of light.
+    pub fn settings_with_light(&self, options: &SceneOptions, light: &LightOptions) -> Result<Settings, Error> {
+        let settings = options.quality.settings_with_light(light, options.camera.background)?;
+        Ok(options.blend.apply(settings, Value::finder(&self.volume)))
     }
 
     /// Fixes lights in the world where the first camera of a turn sees them, so that shadows stay in place and no light is swept again. With

@@ -12,6 +12,7 @@ use crate::camera::Camera;
 use crate::error::Error;
 use crate::image::{Background, Depths, Frame};
 use crate::renderer::{FrameReport, StreamPlan};
+use crate::settings::Settings;
 use crate::viewport::Viewport;
 use clap::{Args, ValueEnum};
 
@@ -99,10 +100,20 @@ impl<'a> Studio<'a> {
     /// Renders a finished picture without a background. If the first one is empty, prints a hint to standard error. If processes
     /// share the volume, only the leader of the team receives the picture.
     pub fn picture(&mut self, camera: &Camera, size: Viewport) -> Result<(Option<Frame>, FrameReport), Error> {
+        self.picture_with(camera, size, &self.scene.settings)
+    }
+
+    /// As [`picture`](Self::picture), with other settings than the scene's.
+    pub fn picture_with(
+        &mut self,
+        camera: &Camera,
+        size: Viewport,
+        settings: &Settings,
+    ) -> Result<(Option<Frame>, FrameReport), Error> {
         let rendered = self.options.rendered(self.inner(size))?;
         let (frame, report) = {
-            let Self { viewer, scene, .. } = self;
-            compiling::while_rendering(|| viewer.renderer().render(camera, rendered, &scene.settings))?
+            let Self { viewer, .. } = self;
+            compiling::while_rendering(|| viewer.renderer().render(camera, rendered, settings))?
         };
         let Some(frame) = frame else { return Ok((None, report)) };
         if !std::mem::replace(&mut self.first_checked, true)
@@ -111,7 +122,7 @@ impl<'a> Studio<'a> {
             eprintln!("layersplat: {notice}");
         }
         let frame = if self.options.samples > 1 { frame.averaged(self.options.samples)? } else { frame };
-        let Scene { volume, transfer, settings, .. } = self.scene;
+        let Scene { volume, transfer, .. } = self.scene;
         let shown = Shown { camera, grid: volume.grid(), transfer, blend: settings.blend, background: self.background };
         Ok((Some(self.annotations.drawn_beside(frame, size, shown)?), report))
     }

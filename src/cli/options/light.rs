@@ -4,37 +4,37 @@ use crate::cli::parse;
 use crate::settings::{AmbientOcclusion, Light, LightGrid, LightSpace, Lights, Settings, Shading, Shadows};
 use clap::{Args, ValueEnum};
 
-#[derive(Args)]
+#[derive(Args, Clone)]
 #[command(next_help_heading = "Light")]
 pub(in crate::cli) struct LightOptions {
     /// Gradient shading
     #[arg(long, value_parser = parse::switch, value_name = "on|off")]
-    shading: Option<bool>,
+    pub(super) shading: Option<bool>,
     /// White light from a direction, or from the camera, with strength S (1) and angular diameter (0). Repeatable, up to 4 [default: camera;
     /// with shadows -1,1,1 in camera space]
     #[arg(long, value_parser = parse::light, value_name = "X,Y,Z[:S[:DEGREES]]", allow_hyphen_values = true)]
-    light: Vec<Light>,
+    pub(super) light: Vec<Light>,
     /// Axes of --light: world, or camera (right, up, towards the viewer), in which lights move with the camera [default: world]
     #[arg(long, value_name = "NAME")]
-    light_space: Option<LightSpaceName>,
+    pub(super) light_space: Option<LightSpaceName>,
     /// Shadows of the lights
     #[arg(long, value_parser = parse::switch, value_name = "on|off")]
-    shadows: Option<bool>,
+    pub(super) shadows: Option<bool>,
     /// Share of the shadows, 0 to 1 [default: 1]
     #[arg(long, value_parser = parse::share, value_name = "SHARE", allow_hyphen_values = true)]
-    shadow_strength: Option<f64>,
+    pub(super) shadow_strength: Option<f64>,
     /// Factor of the light in shadows, at most full light; 1 is physically exact, and dark [default: 4]
     #[arg(long, value_parser = parse::positive, value_name = "F", allow_hyphen_values = true)]
-    shadow_forgiveness: Option<f64>,
+    pub(super) shadow_forgiveness: Option<f64>,
     /// Dim the ambient light where little of the surroundings is open
     #[arg(long, value_parser = parse::switch, value_name = "on|off")]
-    ambient_occlusion: Option<bool>,
+    pub(super) ambient_occlusion: Option<bool>,
     /// World distance over which ambient occlusion decreases to 1/e [default: inf]
     #[arg(long, value_parser = parse::reach, value_name = "inf|LENGTH", allow_hyphen_values = true)]
-    ao_reach: Option<Reach>,
+    pub(super) ao_reach: Option<Reach>,
     /// Resolution of shadows and ambient occlusion; quarter applies to ambient occlusion, and is half for shadows [default: full]
     #[arg(long, value_name = "NAME")]
-    light_grid: Option<LightGridName>,
+    pub(super) light_grid: Option<LightGridName>,
 }
 
 /// A distance, or no limit.
@@ -42,13 +42,13 @@ pub(in crate::cli) struct LightOptions {
 pub(in crate::cli) struct Reach(pub Option<f64>);
 
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
-enum LightSpaceName {
+pub(super) enum LightSpaceName {
     World,
     Camera,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
-enum LightGridName {
+pub(super) enum LightGridName {
     Full,
     Half,
     Quarter,

@@ -2,6 +2,7 @@
 
 mod encoding;
 mod light;
+mod light_fields;
 mod quality;
 mod volume;
 

@@ -101,13 +101,18 @@ impl QualityOptions {
     /// # Errors
     /// [`crate::Error::Settings`] for conflicting options.
     pub fn settings(&self, background: Option<Background>) -> Result<Settings, crate::Error> {
+        self.settings_with_light(&self.light, background)
+    }
+
+    /// As [`settings`](Self::settings), with other options of light.
+    pub fn settings_with_light(&self, light: &LightOptions, background: Option<Background>) -> Result<Settings, crate::Error> {
         let algorithm = self.algorithm.algorithm(self.quality().layered(), self.layer_axis)?;
         self.check_support(algorithm)?;
         let algorithm = match algorithm {
             Algorithm::Layered(own) => self.layered(own)?.into(),
             other => other,
         };
-        let settings = self.light.apply(Settings::from(algorithm))?;
+        let settings = light.apply(Settings::from(algorithm))?;
         Ok(Settings {
             unit_distance: self.unit_distance,
             extinction: match self.extinction {
