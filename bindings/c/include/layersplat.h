@@ -602,6 +602,11 @@ typedef struct layersplat_settings {
    */
   double ao_reach;
   /**
+   * Factor of the share of the sky that reaches a point, at most all of it, from 1 to 1000. 3 shows open surfaces at full light: a point of
+   * an opaque plane sees half of the sky at most.
+   */
+  double ao_gain;
+  /**
    * Angular diameters of `lights` in degrees, from 0 to 45: how soft the edges of their shadows are.
    */
   double light_angles[4];

@@ -7,7 +7,7 @@ mod tests;
 use crate::boundary::{Failure, Out, guard};
 use crate::{AlgorithmChoice, BlendChoice, GradientChoice, KernelChoice, LightGridChoice, QualityChoice, Status};
 use layersplat::settings::{
-    self, Algorithm, Blend, ClipPlane, Clipping, CropBox, DepthCue, GradientOpacity, Layered, Shading, Shadows,
+    self, Algorithm, AmbientOcclusion, Blend, ClipPlane, Clipping, CropBox, DepthCue, GradientOpacity, Layered, Shading, Shadows,
 };
 use layersplat::{Kernel, Quality};
 use std::mem::offset_of;
@@ -110,6 +110,9 @@ pub struct Settings {
     pub shadow_forgiveness: f64,
     /// World distance over which ambient occlusion decreases to 1/e; 0 or infinity: no limit.
     pub ao_reach: f64,
+    /// Factor of the share of the sky that reaches a point, at most all of it, from 1 to 1000. 3 shows open surfaces at full light: a point of
+    /// an opaque plane sees half of the sky at most.
+    pub ao_gain: f64,
     /// Angular diameters of `lights` in degrees, from 0 to 45: how soft the edges of their shadows are.
     pub light_angles: [f64; 4],
 }
@@ -159,6 +162,7 @@ fn from_quality(quality: QualityChoice) -> Settings {
         shadow_strength: strength,
         shadow_forgiveness: forgiveness,
         ao_reach: 0.0,
+        ao_gain: AmbientOcclusion::default().gain,
         light_angles: [0.0; 4],
     }
 }

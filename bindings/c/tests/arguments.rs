@@ -156,6 +156,7 @@ fn invalid_numbers_are_reported() {
             Settings { lit: 0, ..shadowed },
             Settings { algorithm: 3, ..shadowed },
             Settings { ambient_occlusion: 1, ao_reach: -1.0, ..settings(1) },
+            Settings { ambient_occlusion: 1, ao_gain: 0.5, ..settings(1) },
         ];
         for invalid in &invalid {
             refused(draw(view, WIDTH, FLOATS, invalid), Status::InvalidArgument);

@@ -19,7 +19,7 @@ impl Settings {
 
     pub(super) fn ambient_occlusion(&self) -> Result<Option<AmbientOcclusion>, Failure> {
         let reach = Some(self.ao_reach).filter(|&reach| reach != 0.0 && reach != f64::INFINITY);
-        let occlusion = AmbientOcclusion { reach, ..AmbientOcclusion::default() };
+        let occlusion = AmbientOcclusion { reach, gain: self.ao_gain };
         Ok(flag("ambient_occlusion", self.ambient_occlusion)?.then_some(occlusion))
     }
 

@@ -64,6 +64,8 @@ fn shadows_and_ambient_occlusion_reach_the_library() {
     for (given, reach) in [(0.0, None), (f64::INFINITY, None), (7.5, Some(7.5)), (-1.0, Some(-1.0))] {
         assert_eq!(occluded(given).ambient_occlusion, Some(AmbientOcclusion { reach, ..AmbientOcclusion::default() }));
     }
+    let brighter = Settings { ambient_occlusion: 1, ao_gain: 5.0, ..standard }.checked().unwrap();
+    assert_eq!(brighter.ambient_occlusion, Some(AmbientOcclusion { reach: None, gain: 5.0 }));
     assert_eq!((occluded(0.0).light_grid, occluded(0.0).shadows), (LightGrid::Quarter, None));
     assert_eq!(occluded(0.0).shading.unwrap().lights, Lights::AT_CAMERA);
 }
