@@ -85,10 +85,15 @@ impl Framing {
         Self::from_voxels(volume.grid(), corners([0; 3], volume.grid().dims().map(|n| n as i64 - 1)))
     }
 
-    /// Clips the bounds to a box in voxel coordinates.
+    /// Clips the bounds to a box in voxel coordinates. Where the two have nothing in common, the bounds stay, so that a camera exists.
     pub fn cropped(self, grid: &Grid, lowest: DVec3, highest: DVec3) -> Self {
-        let points = self.points.into_iter().map(|p| grid.world_to_voxel(p).max(lowest).min(highest)).collect();
-        Self::from_voxels(grid, points)
+        let voxels: Vec<DVec3> = self.points.iter().map(|&p| grid.world_to_voxel(p)).collect();
+        let least = voxels.iter().copied().fold(DVec3::INFINITY, DVec3::min);
+        let most = voxels.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max);
+        if least.cmpgt(highest).any() || most.cmplt(lowest).any() {
+            return self;
+        }
+        Self::from_voxels(grid, voxels.into_iter().map(|p| p.max(lowest).min(highest)).collect())
     }
 
     /// Bounds of the blocks for whose range of values `shows` returns true.
