@@ -93,6 +93,16 @@ fn is_running(process: u32) -> bool {
     system.process(process).is_some()
 }
 
+/// Checks that a file can be written in the folder of `path`, before work that takes long.
+///
+/// # Errors
+/// [`Error::Write`], which names `path`.
+#[cfg(feature = "cli")]
+pub(crate) fn check_writable(path: &Path) -> Result<(), Error> {
+    let _writing = begin_write();
+    create_temporary(path).map(drop).map_err(|e| Error::write(path, e))
+}
+
 /// Writes a file atomically: to a temporary file in the same folder, which is then renamed.
 ///
 /// # Errors

@@ -119,7 +119,7 @@ pub enum BitDepth {
 /// let deep = Encoding { bits: Some(BitDepth::Sixteen), ..Encoding::default() };
 /// assert!(deep.check(ImageFormat::Png).is_ok() && deep.check(ImageFormat::Jpeg).is_err());
 /// ```
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Encoding {
     /// Bits per channel. `None` is 8, or floats in formats of floats.
     pub bits: Option<BitDepth>,
@@ -128,6 +128,9 @@ pub struct Encoding {
     pub dither: bool,
     /// Resolution for print in pixels per inch.
     pub dpi: Option<NonZeroU16>,
+    /// Text for the file's metadata, for example the command that made the picture: `Description` of PNG, `comments` of OpenEXR. Other
+    /// formats are written without it.
+    pub description: Option<String>,
 }
 
 impl Encoding {
@@ -178,11 +181,12 @@ mod tests {
         let all = [Png, Jpeg, Tiff, WebP, Exr, Npy];
         let (eight, sixteen) = (Some(BitDepth::Eight), Some(BitDepth::Sixteen));
         let none = Encoding::default();
-        let cases: [(Encoding, &str, &[ImageFormat]); 5] = [
-            (none, "", &all),
-            (Encoding { bits: eight, ..none }, "bits", &[Png, Jpeg, Tiff, WebP]),
-            (Encoding { bits: sixteen, ..none }, "bits", &[Png, Tiff]),
-            (Encoding { dither: true, ..none }, "dither", &[Png, Jpeg, Tiff, WebP]),
+        let cases: [(Encoding, &str, &[ImageFormat]); 6] = [
+            (none.clone(), "", &all),
+            (Encoding { description: Some("text".into()), ..none.clone() }, "", &all),
+            (Encoding { bits: eight, ..none.clone() }, "bits", &[Png, Jpeg, Tiff, WebP]),
+            (Encoding { bits: sixteen, ..none.clone() }, "bits", &[Png, Tiff]),
+            (Encoding { dither: true, ..none.clone() }, "dither", &[Png, Jpeg, Tiff, WebP]),
             (Encoding { dpi: NonZeroU16::new(300), ..none }, "dpi", &[Png, Jpeg, Tiff, Exr]),
         ];
         for (encoding, field, accepted) in cases {
@@ -196,7 +200,7 @@ mod tests {
                 }
             }
         }
-        let both = Encoding { bits: sixteen, dither: true, dpi: None }.check(Png).unwrap_err();
+        let both = Encoding { bits: sixteen, dither: true, ..Encoding::default() }.check(Png).unwrap_err();
         assert!(both.fields() == ["dither"] && both.to_string().contains("8 bits"), "{both}");
     }
 }

@@ -167,6 +167,32 @@ impl Frame {
     }
 }
 
+impl Frame {
+    /// The absolute differences of red, green and blue from another frame, opaque, scaled so that the largest is 1.
+    ///
+    /// ```
+    /// use layersplat::{Frame, Viewport};
+    ///
+    /// let one = |red| Ok::<_, layersplat::Error>(Frame::new(Viewport::new(1, 1)?, vec![[red, 0.5, 0.0, 1.0]]));
+    /// assert_eq!(one(0.25)?.difference(&one(0.5)?)?.pixels(), [[1.0, 0.0, 0.0, 1.0]]);
+    /// # Ok::<(), layersplat::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Error::OutOfRange`] if the sizes differ.
+    pub fn difference(&self, other: &Frame) -> Result<Frame, Error> {
+        if self.viewport != other.viewport {
+            let value = format!("{}x{}", other.width(), other.height());
+            return Err(Error::OutOfRange { name: "viewport", value, expected: "a frame of the same size" });
+        }
+        let differences = || self.pixels.iter().zip(&other.pixels).map(|(a, b)| [0, 1, 2].map(|c| (a[c] - b[c]).abs()));
+        let largest = differences().flatten().fold(0.0, f32::max);
+        let scale = if largest > 0.0 { largest.recip() } else { 0.0 };
+        let pixels = differences().map(|[r, g, b]| [r * scale, g * scale, b * scale, 1.0]).collect();
+        Ok(Frame::new(self.viewport, pixels))
+    }
+}
+
 /// Rows of `viewport.pixels()` elements in the upper left corner of larger ones; the others are `outside`.
 fn placed<T: Copy>(what: &str, elements: &[T], viewport: Viewport, size: Viewport, outside: T) -> Result<Vec<T>, Error> {
     if viewport.width > size.width || viewport.height > size.height {

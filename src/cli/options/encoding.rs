@@ -18,10 +18,48 @@ pub(in crate::cli) struct EncodingOptions {
     /// Resolution to write into .png, .jpg, .tif and .exr, in pixels per inch
     #[arg(long, value_parser = clap::value_parser!(NonZeroU16), value_name = "N")]
     dpi: Option<NonZeroU16>,
+    /// Leave out the command line, which .png and .exr pictures otherwise have in their metadata
+    #[arg(long)]
+    no_metadata: bool,
 }
 
 impl EncodingOptions {
     pub fn encoding(&self) -> Encoding {
-        Encoding { bits: self.bits, dither: self.dither, dpi: self.dpi }
+        let description = (!self.no_metadata).then(command_text);
+        Encoding { bits: self.bits, dither: self.dither, dpi: self.dpi, description }
+    }
+}
+
+/// The command line of this process, as a shell reads it.
+fn command_text() -> String {
+    let arguments = std::env::args().skip(1).map(|argument| quoted(&argument));
+    std::iter::once("layersplat".to_owned()).chain(arguments).collect::<Vec<_>>().join(" ")
+}
+
+/// An argument, in quotes if a shell would change it.
+fn quoted(argument: &str) -> String {
+    let is_plain = |c: char| c.is_alphanumeric() || "-_./:,@%+=".contains(c);
+    if !argument.is_empty() && argument.chars().all(is_plain) {
+        return argument.into();
+    }
+    format!("'{}'", argument.replace('\'', r"'\''"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn arguments_are_quoted_where_a_shell_needs_it() {
+        for (argument, expected) in [
+            ("--size=3x4", "--size=3x4"),
+            ("my file.raw", "'my file.raw'"),
+            ("", "''"),
+            ("it's", r"'it'\''s'"),
+            ("#ff0000", "'#ff0000'"),
+            ("20:220,:,40:", "20:220,:,40:"),
+        ] {
+            assert_eq!(quoted(argument), expected);
+        }
     }
 }

@@ -9,7 +9,7 @@ use crate::error::Error;
 use crate::files::write_whole;
 use crate::memory;
 use crate::viewport::Viewport;
-use exr::prelude::{AnyChannel, AnyChannels, FlatSamples, Image, WritableImage};
+use exr::prelude::{AnyChannel, AnyChannels, FlatSamples, Image, Text, WritableImage};
 use image::codecs::jpeg::{JpegEncoder, PixelDensity};
 use image::codecs::webp::WebPEncoder;
 use image::{ExtendedColorType, ImageEncoder};
@@ -19,6 +19,8 @@ use std::io;
 use std::num::NonZeroU16;
 use std::path::Path;
 
+/// The program, in the metadata of files with a description.
+const SOFTWARE: &str = concat!("layersplat ", env!("CARGO_PKG_VERSION"));
 /// Inches per metre.
 const INCHES: f64 = 1.0 / 0.0254;
 
@@ -41,16 +43,17 @@ pub(super) fn write(
 ) -> Result<(), Error> {
     memory::require("the picture to write", frame.pixels.len() as u64 * temporary_bytes(format, encoding, depths))?;
     let (viewport, dpi) = (frame.viewport, encoding.dpi);
+    let description = encoding.description.as_deref();
     let over = background.unwrap_or(Background::BLACK);
     match format {
-        ImageFormat::Png => write_png(path, viewport, &samples(frame, over, encoding, true), dpi),
+        ImageFormat::Png => write_png(path, viewport, &samples(frame, over, encoding, true), dpi, description),
         ImageFormat::Jpeg => write_jpeg(path, viewport, &samples(frame, over, encoding, false), dpi),
         #[cfg(feature = "tiff")]
         ImageFormat::Tiff => tiff::write(path, viewport, &samples(frame, over, encoding, false), dpi),
         #[cfg(not(feature = "tiff"))]
         ImageFormat::Tiff => unreachable!("ImageFormat::from_path refuses it"),
         ImageFormat::WebP => write_webp(path, viewport, &samples(frame, over, encoding, false)),
-        ImageFormat::Exr => write_exr(path, &frame.standing_on(background), depths, dpi),
+        ImageFormat::Exr => write_exr(path, &frame.standing_on(background), depths, dpi, description),
         ImageFormat::Npy => write_npy(path, &frame.standing_on(background)),
     }
 }
@@ -100,7 +103,13 @@ fn failed(error: impl Into<Box<dyn std::error::Error + Send + Sync>>) -> io::Err
     io::Error::other(error)
 }
 
-fn write_png(path: &Path, viewport: Viewport, samples: &Samples, dpi: Option<NonZeroU16>) -> Result<(), Error> {
+fn write_png(
+    path: &Path,
+    viewport: Viewport,
+    samples: &Samples,
+    dpi: Option<NonZeroU16>,
+    description: Option<&str>,
+) -> Result<(), Error> {
     let (color, depth, bytes) = match samples {
         Samples::Rgb8(values) => (png::ColorType::Rgb, png::BitDepth::Eight, Cow::Borrowed(&values[..])),
         Samples::Rgba8(values) => (png::ColorType::Rgba, png::BitDepth::Eight, Cow::Borrowed(&values[..])),
@@ -118,6 +127,10 @@ fn write_png(path: &Path, viewport: Viewport, samples: &Samples, dpi: Option<Non
             let per_metre = (f64::from(dpi.get()) * INCHES).round() as u32;
             png::PixelDimensions { xppu: per_metre, yppu: per_metre, unit: png::Unit::Meter }
         }));
+        if let Some(description) = description {
+            encoder.add_itxt_chunk("Software".into(), SOFTWARE.into()).map_err(failed)?;
+            encoder.add_itxt_chunk("Description".into(), description.into()).map_err(failed)?;
+        }
         let mut writer = encoder.write_header().map_err(failed)?;
         writer.write_image_data(&bytes).map_err(failed)?;
         writer.finish().map_err(failed)
@@ -155,8 +168,19 @@ fn write_bytes(encoder: impl ImageEncoder, viewport: Viewport, samples: &Samples
     encoder.write_image(bytes, viewport.width, viewport.height, color).map_err(failed)
 }
 
+/// The text with question marks for characters beyond Latin-1.
+fn latin(text: &str) -> String {
+    text.chars().map(|c| if u32::from(c) < 256 { c } else { '?' }).collect()
+}
+
 /// Writes the picture, and depths if given.
-fn write_exr(path: &Path, frame: &Frame, depths: Option<&Depths>, dpi: Option<NonZeroU16>) -> Result<(), Error> {
+fn write_exr(
+    path: &Path,
+    frame: &Frame,
+    depths: Option<&Depths>,
+    dpi: Option<NonZeroU16>,
+    description: Option<&str>,
+) -> Result<(), Error> {
     let channel = |name: &str, numbers| AnyChannel::new(name, FlatSamples::F32(numbers));
     let color = |(i, name)| channel(name, frame.pixels().iter().map(|pixel| pixel[i]).collect());
     let colors = ["R", "G", "B", "A"].into_iter().enumerate().map(color);
@@ -164,6 +188,9 @@ fn write_exr(path: &Path, frame: &Frame, depths: Option<&Depths>, dpi: Option<No
     let channels = colors.chain(depths.map(|(name, numbers)| channel(name, numbers.to_vec()))).collect();
     let mut image = Image::from_channels((frame.width() as usize, frame.height() as usize), AnyChannels::sort(channels));
     image.layer_data.attributes.horizontal_density = dpi.map(|dpi| dpi.get().into());
+    // Texts of OpenEXR have bytes of Latin-1; other characters have no place there.
+    image.layer_data.attributes.comments = description.map(|text| Text::new_or_panic(latin(text).as_str()));
+    image.layer_data.attributes.software_name = description.map(|_| Text::new_or_panic(SOFTWARE));
     // The encoder seeks back to write its offset table.
     let mut encoded = io::Cursor::new(Vec::new());
     image.write().to_buffered(&mut encoded).map_err(|e| Error::write(path, io::Error::other(e)))?;

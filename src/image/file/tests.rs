@@ -126,7 +126,7 @@ fn encoded(frame: &Frame, name: &str, background: Option<Background>, encoding: 
     std::fs::read(path).unwrap()
 }
 
-const SIXTEEN: Encoding = Encoding { bits: Some(BitDepth::Sixteen), dither: false, dpi: None };
+const SIXTEEN: Encoding = Encoding { bits: Some(BitDepth::Sixteen), dither: false, dpi: None, description: None };
 
 fn at(dpi: u16) -> Encoding {
     Encoding { dpi: NonZeroU16::new(dpi), ..Encoding::default() }
@@ -136,7 +136,7 @@ fn at(dpi: u16) -> Encoding {
 #[test]
 fn pngs_say_srgb_and_their_resolution() {
     for encoding in [Encoding::default(), SIXTEEN, at(300)] {
-        let png = encoded(&frame(), "a.png", None, encoding);
+        let png = encoded(&frame(), "a.png", None, encoding.clone());
         let names: Vec<String> = chunks(&png).into_iter().map(|(name, _)| name).collect();
         let first = |name: &str| names.iter().position(|found| found == name);
         assert!(first("sRGB").unwrap() < first("IDAT").unwrap(), "{names:?}");
@@ -147,6 +147,25 @@ fn pngs_say_srgb_and_their_resolution() {
         let density = encoding.dpi.map(|_| [11_811_u32.to_be_bytes().as_slice(), &11_811_u32.to_be_bytes(), &[1]].concat());
         assert_eq!(chunk(&png, "pHYs"), density);
     }
+}
+
+/// A description, with letters beyond ASCII, comes back from PNG and OpenEXR; without one, nothing is written.
+#[test]
+fn descriptions_are_metadata() {
+    use exr::prelude::{ReadChannels, ReadLayers, read};
+    let text = "layersplat render größe.raw";
+    let described = Encoding { description: Some(text.into()), ..Encoding::default() };
+    let png = encoded(&frame(), "a.png", None, described.clone());
+    let texts: Vec<_> = chunks(&png).into_iter().filter(|(name, _)| name == "iTXt").map(|(_, content)| content).collect();
+    let holds =
+        |keyword: &str, value: &str| texts.iter().any(|t| t.starts_with(keyword.as_bytes()) && t.ends_with(value.as_bytes()));
+    assert!(holds("Description\0", text) && holds("Software\0", env!("CARGO_PKG_VERSION")), "{texts:?}");
+    assert_eq!(chunk(&encoded(&frame(), "a.png", None, Encoding::default()), "iTXt"), None);
+
+    let exr = encoded(&frame(), "a.exr", None, described);
+    let image = read().no_deep_data().largest_resolution_level().all_channels().first_valid_layer().all_attributes();
+    let comments = image.from_buffered(std::io::Cursor::new(exr)).unwrap().layer_data.attributes.comments.unwrap();
+    assert_eq!(comments.to_string(), text);
 }
 
 /// Entries of the first directory of a little-endian TIFF: tag, type, count, and the four bytes of the value.
@@ -247,11 +266,11 @@ fn dithered_shades_keep_their_mean() {
     let (mut worst, mut rounded) = (0.0_f64, 0.0_f64);
     for value in [0.2, 0.301, 0.4999, 0.7123, 0.9] {
         let exact = f64::from(value) * 255.0;
-        worst = worst.max((mean(value, dither) - exact).abs());
+        worst = worst.max((mean(value, dither.clone()) - exact).abs());
         rounded = rounded.max((mean(value, Encoding::default()) - exact).abs());
     }
     assert!(worst <= 1.0 / 4096.0 && rounded > 0.2, "{worst}, {rounded}");
     for n in 0..=255_u8 {
-        assert_eq!(mean(f32::from(n) / 255.0, dither), f64::from(n));
+        assert_eq!(mean(f32::from(n) / 255.0, dither.clone()), f64::from(n));
     }
 }
