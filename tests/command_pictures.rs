@@ -249,7 +249,7 @@ fn pictures_are_encoded_as_asked() {
     let folder = tempfile::tempdir().unwrap();
     let f = folder.path();
     write_volume(f);
-    let scene = format!("{NAME} --transfer fire --size 36x28");
+    let scene = format!("{NAME} --transfer fire --size 36x28 --no-metadata");
     let render = |more: &str| {
         let done = layersplat(f, &words(&format!("render {scene} {more}")));
         assert!(done.status.success(), "{more}: {}", String::from_utf8_lossy(&done.stderr));
@@ -312,7 +312,7 @@ fn depths_stand_beside_the_picture() {
     let folder = tempfile::tempdir().unwrap();
     let f = folder.path();
     let volume = write_volume(f);
-    let render = format!("render {NAME} --transfer fire --size 32x24 --azimuth 30 --depth");
+    let render = format!("render {NAME} --transfer fire --size 32x24 --azimuth 30 --depth --no-metadata");
     assert_eq!(run(f, &format!("{render} -o one.exr")), Some(0));
     std::fs::write(f.join("views.ndjson"), r#"{"output": "many.exr"}"#).unwrap();
     assert_eq!(run(f, &format!("{render} --cameras views.ndjson")), Some(0));

@@ -9,7 +9,7 @@ use std::io::Write;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
-const PICTURE: [&str; 4] = ["--size", "40x30", "--azimuth", "30"];
+const PICTURE: [&str; 5] = ["--size", "40x30", "--azimuth", "30", "--no-metadata"];
 
 /// The command with a separate folder for temporary files.
 fn command(temporary: &Path, arguments: &[&str]) -> Command {

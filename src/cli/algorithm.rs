@@ -1,6 +1,6 @@
 //! Options that select the algorithm.
 
-use super::parse;
+use super::{names, parse};
 use crate::layers::Kernel;
 use crate::settings::{Algorithm, LayerAxis, Layered};
 use clap::{Args, ValueEnum};
@@ -9,7 +9,7 @@ use clap::{Args, ValueEnum};
 #[derive(Args)]
 pub(super) struct AlgorithmOptions {
     /// Rendering algorithm: layered, or one that the paper compares with
-    #[arg(long, default_value = "layered", value_name = "NAME")]
+    #[arg(long, default_value = "layered", value_name = "NAME", value_parser = names::of_enum::<AlgorithmName>())]
     algorithm: AlgorithmName,
     /// Sheet distance of view-sheets in voxels, 0.125 to 4 [default: 1]
     #[arg(long, value_parser = parse::positive, value_name = "D", allow_hyphen_values = true)]
@@ -18,7 +18,7 @@ pub(super) struct AlgorithmOptions {
     #[arg(long, value_parser = parse::positive, value_name = "D", allow_hyphen_values = true)]
     step: Option<f64>,
     /// Reconstruction kernel; splats (post) are always cubic, gaussian needs raycast [default: by --quality; raycast: linear]
-    #[arg(long, visible_alias = "interpolation", value_name = "NAME")]
+    #[arg(long, visible_alias = "interpolation", value_name = "NAME", value_parser = names::of_enum::<KernelName>())]
     kernel: Option<KernelName>,
 }
 

@@ -1,6 +1,7 @@
 //! Options for blend modes and clipping.
 
-use super::parse;
+use super::options::TransferOptions;
+use super::{names, parse};
 use crate::Error;
 use crate::settings::{Blend, ClipPlane, Clipping, CropBox, Settings};
 use crate::transfer::Value;
@@ -10,12 +11,21 @@ use clap::{Args, ValueEnum};
 #[derive(Args)]
 #[command(next_help_heading = "Blending and clipping")]
 pub(super) struct BlendOptions {
-    /// How values along a ray combine; maximum, minimum and average ignore opacity, iso shades a surface
-    #[arg(long, default_value = "composite", value_name = "MODE")]
-    blend: BlendName,
-    /// Value of the iso-surface: a number, or a percentile of the voxels such as p95
+    /// How values along a ray combine; maximum, minimum and average ignore opacity, iso shades a surface [default: composite; with --iso: iso]
+    #[arg(long, value_name = "MODE", value_parser = names::of_enum::<BlendName>())]
+    blend: Option<BlendName>,
+    /// Maximum intensity projection: --blend maximum
+    #[arg(long, conflicts_with_all = ["minip", "blend"])]
+    mip: bool,
+    /// Minimum intensity projection: --blend minimum
+    #[arg(long, conflicts_with = "blend")]
+    minip: bool,
+    /// Show the surface at this value: a number, or a percentile of the voxels such as p95
     #[arg(long, value_parser = parse::value, value_name = "V", allow_hyphen_values = true)]
     iso: Option<Value>,
+    /// Colour of the surface: white, grey, #rrggbb or R,G,B [default: ivory, or that of --transfer at the value]
+    #[arg(long, value_parser = parse::color, value_name = "COLOR", conflicts_with_all = ["transfer", "preset", "palette", "window"])]
+    iso_color: Option<[f64; 3]>,
     /// Show only this box, in voxels from 0; an omitted bound is open
     #[arg(long, value_parser = parse::crop, value_name = "X0:X1,Y0:Y1,Z0:Z1", allow_hyphen_values = true)]
     crop: Option<CropBox>,
@@ -23,6 +33,9 @@ pub(super) struct BlendOptions {
     #[arg(long, value_parser = parse::clip_plane, value_name = "X,Y,Z,NX,NY,NZ", allow_hyphen_values = true)]
     clip: Vec<ClipPlane>,
 }
+
+/// Default colour of iso-surfaces. Bright enough for print, and dim enough that highlights are not burnt out.
+const IVORY: [f64; 3] = [0.90, 0.86, 0.76];
 
 #[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
 enum BlendName {
@@ -37,10 +50,14 @@ impl BlendOptions {
     /// Checks for conflicting options. Does not need the volume.
     pub fn check(&self) -> Result<(), Error> {
         let conflict = |problem: &str| Err(Error::Settings { field: "blend", problem: problem.into() });
-        match (self.blend, self.iso) {
+        match (self.name(), self.iso) {
             (BlendName::Iso, None) => return conflict("an iso-surface needs a data value: add --iso V"),
-            (BlendName::Iso, Some(_)) | (_, None) => {}
-            (_, Some(_)) => return conflict("--iso sets the value of an iso-surface: add --blend iso, or omit --iso"),
+            (BlendName::Iso, Some(_)) => {}
+            (_, Some(_)) => return conflict("--iso sets the value of an iso-surface: omit --iso, or the other blend mode"),
+            (_, None) if self.iso_color.is_some() => {
+                return conflict("--iso-color is the colour of an iso-surface: add --iso V, or omit it");
+            }
+            (_, None) => {}
         }
         if self.clip.len() > Clipping::MAX_PLANES {
             let problem =
@@ -50,9 +67,25 @@ impl BlendOptions {
         Ok(())
     }
 
+    fn name(&self) -> BlendName {
+        match (self.blend, self.iso) {
+            (Some(name), _) => name,
+            _ if self.mip => BlendName::Maximum,
+            _ if self.minip => BlendName::Minimum,
+            (None, Some(_)) => BlendName::Iso,
+            (None, None) => BlendName::Composite,
+        }
+    }
+
+    /// The colour of an iso-surface that no transfer function colours.
+    pub fn surface_color(&self, transfer: &TransferOptions) -> Option<[f64; 3]> {
+        let is_plain = self.name() == BlendName::Iso && !transfer.is_given();
+        self.iso_color.or_else(|| is_plain.then_some(IVORY))
+    }
+
     /// Applies the options to `settings`. `find` converts a value to a number; percentiles need the volume.
     pub fn apply(&self, settings: Settings, find: impl Fn(Value) -> f64) -> Settings {
-        let blend = match self.blend {
+        let blend = match self.name() {
             BlendName::Composite => Blend::Composite,
             BlendName::Maximum => Blend::Maximum,
             BlendName::Minimum => Blend::Minimum,

@@ -14,11 +14,14 @@ pub(super) struct Arguments {
     /// Second picture, of the same size
     b: PathBuf,
     /// Exit with 1 if any channel of any pixel differs by more than D (0 to 1)
-    #[arg(long, value_parser = parse::finite, value_name = "D")]
+    #[arg(long, value_parser = parse::finite, value_name = "D", visible_alias = "tolerance")]
     max_difference: Option<f64>,
     /// Exit with 1 if the PSNR over red, green and blue is below DB decibels
     #[arg(long, value_parser = parse::finite, value_name = "DB")]
     min_psnr: Option<f64>,
+    /// Write a picture of the differences of red, green and blue, scaled so that the largest is full
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
     /// Print the report as one line of JSON
     #[arg(long)]
     json: bool,
@@ -45,6 +48,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
             a.height()
         ),
     })?;
+    if let Some(output) = &arguments.output {
+        a.difference(&b)?.save(output, None)?;
+    }
     let report = Report { comparison, roughness: [a.roughness(), b.roughness()] };
     super::report(arguments.json, &report, || text(&comparison))?;
     let too_far = arguments.max_difference.is_some_and(|limit| comparison.max_difference > limit)

@@ -25,6 +25,11 @@ Transfer functions:
     };
 }
 
+pub(super) const FIRST: &str = "\
+Start with:
+  layersplat render FILE -o picture.png   # or without FILE: a built-in volume
+  layersplat rotate FILE -o turn.gif
+  layersplat render -h                    # the most common options";
 pub(super) const RENDER: &str = concat!(
     "\
 Examples:

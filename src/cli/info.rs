@@ -1,12 +1,15 @@
 //! `layersplat info`.
 
 use super::options::{TransferOptions, VolumeOptions};
+use super::orientation::{self, UpReport};
 use super::scene::{describe, open_transfer};
 use super::transfer::TransferReport;
 use crate::error::Error;
+use crate::framing::Orientation;
 use crate::settings::Blend;
 use crate::transfer::TransferFunction;
-use crate::volume::{Statistics, Volume};
+use crate::volume::{Grid, Statistics, Volume};
+use glam::DVec3;
 use serde::Serialize;
 use std::process::ExitCode;
 
@@ -27,6 +30,17 @@ struct Info {
     #[serde(rename = "type")]
     voxel_type: String,
     spacing: [f64; 3],
+    spacing_is_assumed: bool,
+    /// World position of voxel 0,0,0.
+    origin: [f64; 3],
+    /// Unit vectors of the voxel axes in the world.
+    direction: [[f64; 3]; 3],
+    /// Lowest and highest world coordinates of voxel centres.
+    bounds: [[f64; 3]; 2],
+    /// Towards which sides of the patient x, y and z run, if the file declares a patient.
+    anatomy: Option<[&'static str; 3]>,
+    #[serde(flatten)]
+    up: UpReport,
     min: f64,
     max: f64,
     mean: f64,
@@ -40,10 +54,18 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let transfer = open_transfer(&arguments.transfer, &volume, Blend::Composite)?;
     let effective_splats = arguments.transfer.transfer.is_some().then(|| transfer.effective_splats(&volume));
     let statistics = volume.statistics();
+    let grid = volume.grid();
+    let direction = grid.direction();
     let info = Info {
-        dims: volume.grid().dims(),
+        dims: grid.dims(),
         voxel_type: volume.voxel_type().to_string(),
-        spacing: volume.grid().spacing().to_array(),
+        spacing: grid.spacing().to_array(),
+        spacing_is_assumed: arguments.volume.assumes_spacing(),
+        origin: grid.origin().to_array(),
+        direction: direction.to_cols_array_2d(),
+        bounds: bounds(grid),
+        anatomy: grid.has_anatomy().then(|| [direction.x_axis, direction.y_axis, direction.z_axis].map(side_of_patient)),
+        up: UpReport::new(&Orientation::of(grid)),
         min: statistics.min,
         max: statistics.max,
         mean: statistics.mean,
@@ -57,14 +79,21 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
 
 fn text(info: &Info, transfer: &TransferFunction, statistics: &Statistics, volume: &Volume) -> String {
     let [x, y, z] = info.dims;
-    let [hx, hy, hz] = info.spacing;
+    let assumed = if info.spacing_is_assumed { ", assumed: the file states none" } else { "" };
+    let [lowest, highest] = info.bounds.map(position);
     let mut lines = vec![
         volume.name().to_owned(),
         format!("dims      {x}x{y}x{z}, {} voxels", volume.grid().voxel_count()),
         format!("type      {}", info.voxel_type),
-        format!("spacing   {hx},{hy},{hz}"),
-        format!("range     {} to {}, mean {:.3}", info.min, info.max, info.mean),
+        format!("spacing   {}{assumed}", position(info.spacing)),
+        format!("origin    {}", position(info.origin)),
+        format!("bounds    {lowest} to {highest}"),
+        format!("up        {}", orientation::describe(&Orientation::of(volume.grid()), volume.grid())),
+        format!("range     {} to {}, mean {:.3}", shortened(info.min), shortened(info.max), info.mean),
     ];
+    if let Some([x, y, z]) = info.anatomy {
+        lines.push(format!("anatomy   x runs to {x}, y to {y}, z to {z}"));
+    }
     if let Some(count) = info.effective_splats {
         let share = 100.0 * count as f64 / volume.grid().voxel_count() as f64;
         lines.push(format!("effective splats {count} ({share:.2} %)"));
@@ -72,6 +101,33 @@ fn text(info: &Info, transfer: &TransferFunction, statistics: &Statistics, volum
     lines.push(format!("transfer  {}", describe(transfer)));
     lines.extend(histogram(statistics));
     lines.join("\n")
+}
+
+/// Lowest and highest world coordinates of the corners.
+fn bounds(grid: &Grid) -> [[f64; 3]; 2] {
+    let last = DVec3::from_array(grid.dims().map(|n| n as f64 - 1.0));
+    let corner = |n: u32| last * DVec3::new(f64::from(n & 1), f64::from(n >> 1 & 1), f64::from(n >> 2 & 1));
+    let corners = (0..8).map(|n| grid.index_to_world().transform_point3(corner(n)));
+    let (lowest, highest) =
+        corners.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(lowest, highest), point| (lowest.min(point), highest.max(point)));
+    [lowest.to_array(), highest.to_array()]
+}
+
+/// The side of a patient that a direction in RAS coordinates points to most.
+fn side_of_patient(direction: DVec3) -> &'static str {
+    let axis = direction.abs().max_position();
+    let names = [["left", "right"], ["posterior", "anterior"], ["inferior", "superior"]];
+    names[axis][usize::from(direction[axis] > 0.0)]
+}
+
+fn position(point: [f64; 3]) -> String {
+    point.map(shortened).join(",")
+}
+
+/// A number to seven significant digits, as many as 32-bit floats in files have, without trailing zeros.
+fn shortened(number: f64) -> String {
+    let rounded: f64 = format!("{number:.6e}").parse().unwrap_or(number);
+    rounded.to_string()
 }
 
 /// Sixteen rows of bars on a logarithmic scale, so that rare values are visible beside a background of millions.
@@ -84,4 +140,31 @@ fn histogram(statistics: &Statistics) -> Vec<String> {
     let step = (statistics.max - statistics.min) / ROWS as f64;
     let bar = |n: u64| "#".repeat(((n as f64).ln_1p() / largest * WIDTH).round() as usize);
     rows.iter().enumerate().map(|(i, &n)| format!("{:>12.5} {n:>12} {}", statistics.min + step * i as f64, bar(n))).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_have_no_tails() {
+        for (number, expected) in [
+            (f64::from(0.9f32), "0.9"),
+            (-1024.0, "-1024"),
+            (0.1 + 0.2, "0.3"),
+            (1234567.0, "1234567"),
+            (0.0, "0"),
+            (2.5e-9, "0.0000000025"),
+        ] {
+            assert_eq!(shortened(number), expected);
+        }
+    }
+
+    #[test]
+    fn bounds_and_sides_follow_the_direction() {
+        let turned = glam::DMat3::from_cols(DVec3::NEG_X, DVec3::Z, DVec3::Y);
+        let grid = Grid::oriented([3, 4, 5], DVec3::new(1.0, 2.0, 3.0), DVec3::new(10.0, 0.0, 0.0), turned).unwrap();
+        assert_eq!(bounds(&grid), [[8.0, 0.0, 0.0], [10.0, 12.0, 6.0]]);
+        assert_eq!([turned.x_axis, turned.y_axis, turned.z_axis].map(side_of_patient), ["left", "superior", "anterior"]);
+    }
 }

@@ -83,7 +83,7 @@ pub(super) fn run(arguments: &Arguments, source: &Path, processes: &Processes) -
     let cameras = arguments.pictures.cameras(&arguments.scene.camera, &scene);
     let studio = Studio::new(&scene, &arguments.pictures, arguments.scene.camera.background)?;
     let lines = Lines::open(source, processes)?;
-    std::thread::scope(|threads| {
+    let exit_code = std::thread::scope(|threads| {
         let (sender, receiver) = sync_channel(QUEUED);
         let writer = threads.spawn(move || write_all(arguments, &receiver, &bar));
         let rendered = render_all(arguments, &cameras, studio, lines, &sender);
@@ -91,7 +91,7 @@ pub(super) fn run(arguments: &Arguments, source: &Path, processes: &Processes) -
         // A write error takes precedence: it also ends rendering.
         writer.join().expect("the writer does not panic").and(rendered)
     })?;
-    Ok(ExitCode::SUCCESS)
+    Ok(exit_code)
 }
 
 /// Renders until the lines end or the writer stops.
@@ -101,7 +101,7 @@ fn render_all(
     mut studio: Studio,
     lines: Lines,
     writer: &SyncSender<Rendered>,
-) -> Result<(), Error> {
+) -> Result<ExitCode, Error> {
     let options = &arguments.scene.camera;
     let source = lines.source.clone();
     let mut checked = BTreeSet::new();
@@ -127,7 +127,7 @@ fn render_all(
             break;
         }
     }
-    Ok(())
+    Ok(arguments.exit_code(&studio))
 }
 
 /// As [`Scene::require_checked`], for families that are not in `checked` yet.

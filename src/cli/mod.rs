@@ -4,6 +4,7 @@ mod algorithm;
 mod bench;
 mod blending;
 mod check;
+mod command_line;
 mod compare;
 mod compiling;
 mod convert;
@@ -14,6 +15,7 @@ mod film;
 mod info;
 mod keys;
 mod many;
+mod names;
 mod notice;
 mod options;
 mod orientation;
@@ -45,9 +47,9 @@ use std::io::IsTerminal;
 use std::path::Path;
 use std::process::ExitCode;
 
-/// Volume rendering by layered splatting, on any OpenCL device
+/// Turns volume data (CT, MRI, microscopy, simulations) into pictures and films
 #[derive(Parser)]
-#[command(name = "layersplat", version, propagate_version = true)]
+#[command(name = "layersplat", version, propagate_version = true, after_help = examples::FIRST)]
 struct Cli {
     #[command(subcommand)]
     command: Command,
@@ -104,7 +106,7 @@ enum Command {
 
 /// Runs the command line of this process. Exit code 2 means a bad command line, 1 any other failure.
 pub fn main() -> ExitCode {
-    let cli = Cli::parse();
+    let cli = Cli::from_arguments();
     log(cli.verbose);
     #[cfg(unix)]
     signals::exit_after_writes();

@@ -14,6 +14,11 @@ const ONE_COLOUR: f32 = 2.0 / 255.0;
 /// Larger ratios of spacings are suspicious: a spacing may be missing or have another unit.
 const MAX_SPACING_RATIO: f64 = 20.0;
 
+/// Whether a picture shows nothing: not even one 8-bit step of opacity.
+pub(super) fn is_empty(frame: &Frame) -> bool {
+    frame.pixels().iter().all(|pixel| pixel[3] * 255.0 < 0.5)
+}
+
 /// Explains an empty picture, or one of a single colour, and suggests options. `None` for other pictures.
 pub(super) fn explain_picture(frame: &Frame, camera: &Camera, scene: &Scene) -> Option<String> {
     let pixels = frame.pixels();
@@ -23,7 +28,7 @@ pub(super) fn explain_picture(frame: &Frame, camera: &Camera, scene: &Scene) -> 
             (least[c], most[c]) = (least[c].min(pixel[c]), most[c].max(pixel[c]));
         }
     }
-    if most[3] * 255.0 < 0.5 {
+    if is_empty(frame) {
         return Some(empty(scene, || tiny(camera, frame.height(), scene.volume.grid())));
     }
     let solid = least[3] >= OPAQUE && (0..4).all(|c| most[c] - least[c] < ONE_COLOUR);

@@ -67,7 +67,7 @@ pub(super) fn announced(options: &CameraOptions, scene: &Scene) -> Orientation {
 }
 
 /// Describes in one line which way is up and why, and where azimuth 0, elevation 0 looks from.
-fn describe(orientation: &Orientation, grid: &Grid) -> String {
+pub(super) fn describe(orientation: &Orientation, grid: &Grid) -> String {
     let (up, front) = (orientation.up().name(), orientation.seen_from(Orbit::default()));
     match orientation.reason() {
         UpReason::Patient => {

@@ -1,19 +1,25 @@
 //! Parsers of option values.
 
+use super::names;
 use super::options::{LevelChoice, Opacities, Reach, Tent};
 use crate::camera::Up;
 use crate::framing::Side;
-use crate::image::BitDepth;
+use crate::image::{Background, BitDepth};
 use crate::layers::{Axis, Correction, Density, MAX_SAMPLES_PER_VOXEL};
-use crate::settings::{ClipPlane, CropBox, Evaluation, GradientOpacity, LayerAxis, Light};
+use crate::settings::{ClipPlane, CropBox, Evaluation, GradientOpacity, LayerAxis, Light, Quality};
 use crate::transfer::Value;
 use crate::viewport::Viewport;
-use clap::builder::{PossibleValuesParser, TypedValueParser};
+use clap::builder::TypedValueParser;
 use glam::DVec3;
 use std::time::Duration;
 
 fn numbers(text: &str) -> Option<Vec<f64>> {
     text.split(',').map(|n| n.trim().parse().ok().filter(|n: &f64| n.is_finite())).collect()
+}
+
+/// Parses a quality preset.
+pub(super) fn quality() -> impl TypedValueParser<Value = Quality> {
+    named(Quality::ALL, Quality::name)
 }
 
 /// Parses a finite number.
@@ -77,7 +83,7 @@ where
     T: Copy + Send + Sync + 'static,
 {
     let find = move |given: String| all.into_iter().find(|&value| name(value) == given).expect("the name is a possible value");
-    PossibleValuesParser::new(all.map(name)).map(find)
+    names::from_list(all.map(name)).map(find)
 }
 
 /// Parses an angle between 0 and 180 degrees, exclusive.
@@ -138,6 +144,14 @@ pub(super) fn clip_plane(text: &str) -> Result<ClipPlane, String> {
     let plane = plane.map(|[x, y, z, nx, ny, nz]| ClipPlane { point: DVec3::new(x, y, z), normal: DVec3::new(nx, ny, nz) });
     let valid = plane.filter(|plane| plane.normal.try_normalize().is_some());
     valid.ok_or_else(|| format!("invalid plane '{text}'; use X,Y,Z,NX,NY,NZ: a point and a normal other than 0"))
+}
+
+/// Parses a colour.
+pub(super) fn color(text: &str) -> Result<[f64; 3], String> {
+    match text.parse()? {
+        Background::Color(color) => Ok(color.map(f64::from)),
+        Background::Transparent => Err("a surface needs a colour: use white, grey, #rrggbb or R,G,B".into()),
+    }
 }
 
 /// Parses a data value: a number or a percentile.
@@ -223,10 +237,10 @@ pub(super) fn dims(text: &str) -> Result<[usize; 3], String> {
     dims.ok_or_else(|| format!("invalid dimensions '{text}'; use XxYxZ with whole numbers above 0"))
 }
 
-/// Parses `WxH` in pixels.
+/// Parses `WxH` in pixels, or the side of a square.
 pub(super) fn viewport(text: &str) -> Result<Viewport, String> {
-    let invalid = || format!("invalid size '{text}'; use WIDTHxHEIGHT, e.g. 800x600");
-    let (w, h) = text.split_once('x').ok_or_else(invalid)?;
+    let invalid = || format!("invalid size '{text}'; use WIDTHxHEIGHT or the side of a square, e.g. 800x600 or 800");
+    let (w, h) = text.split_once(['x', 'X', '×']).unwrap_or((text, text));
     let side = |n: &str| n.parse::<u32>().map_err(|_| invalid());
     Viewport::new(side(w)?, side(h)?).map_err(|e| e.to_string())
 }
@@ -317,7 +331,8 @@ mod tests {
         }
         assert!(tent("p99,4").is_ok_and(|t| t.opacity == TENT_OPACITY) && tent("-3,4,0").is_ok_and(|t| t.opacity == 0.0));
         assert!(dims("0x1x1").is_err() && dims("1x1").is_err() && dims("-1x1x1").is_err() && dims("3x4x5").is_ok());
-        assert!(viewport("0x5").is_err() && viewport("99999x5").is_err() && viewport("5").is_err());
+        assert!(viewport("0x5").is_err() && viewport("99999x5").is_err() && viewport("5x").is_err());
+        assert_eq!(viewport("5"), viewport("5x5"));
         assert!(lattice("0").is_err() && lattice("17").is_err() && lattice("16").is_ok());
         for bad in ["", "0", "-1", "K", "1X", "1 iB", "1e3", "1..2", "0.5", "99999999T", "1Kb b"] {
             assert!(bytes(bad).is_err(), "{bad}");

@@ -11,6 +11,7 @@ use super::studio::{PictureOptions, Studio};
 use crate::camera::Camera;
 use crate::check::Family;
 use crate::error::Error;
+use crate::files::check_writable;
 use crate::image::{Depths, Frame, ImageFormat};
 use crate::renderer::{LatticeReport, StreamPlan, depth_settings};
 use crate::settings::Settings;
@@ -36,6 +37,9 @@ pub(super) struct Arguments {
     /// Add depths to an .exr picture: channels Z (first visible sample) and mean.Z (weighted by opacity)
     #[arg(long)]
     pub depth: bool,
+    /// Exit with 1 if a picture shows nothing
+    #[arg(long)]
+    pub fail_empty: bool,
     /// Print the report as one line of JSON
     #[arg(long)]
     json: bool,
@@ -111,7 +115,8 @@ pub(super) fn run(arguments: &Arguments, processes: &Processes) -> Result<ExitCo
     }
     arguments.save(&frame, depths.as_ref(), output.path())?;
     if output.is_standard() {
-        return output.finish(output.path());
+        let written = output.finish(output.path())?;
+        return Ok(if written == ExitCode::SUCCESS { arguments.exit_code(&studio) } else { written });
     }
     let rendered = Rendered {
         output: arguments.output.display().to_string(),
@@ -133,16 +138,22 @@ pub(super) fn run(arguments: &Arguments, processes: &Processes) -> Result<ExitCo
         processes: report.processes,
     };
     super::report(arguments.json, &rendered, || rendered.output.clone())?;
-    Ok(ExitCode::SUCCESS)
+    Ok(arguments.exit_code(&studio))
 }
 
 impl Arguments {
+    /// The exit code after pictures are written.
+    pub fn exit_code(&self, studio: &Studio) -> ExitCode {
+        ExitCode::from(u8::from(self.fail_empty && studio.has_empty_picture()))
+    }
+
     /// Checks that a picture with this name and the given options can be written.
     pub fn check_output(&self, path: &Path) -> Result<(), Error> {
         let format = if self.depth { ImageFormat::with_depths(path) } else { ImageFormat::from_path(path) };
         let format = format?;
         format.accept(self.scene.camera.background)?;
-        self.pictures.encoding.encoding().check(format)
+        self.pictures.encoding.encoding().check(format)?;
+        check_writable(path)
     }
 
     /// Writes a picture, with depths if given.

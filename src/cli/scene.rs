@@ -69,9 +69,15 @@ impl Scene {
                 "memory: limit of {bytes} bytes on the device; first, passes over the volume find its range and its visible part"
             );
         }
+        if options.volume.is_default() && processes.leads() {
+            eprintln!("volume: {}, which is built in; name a file to render your own", VolumeOptions::DEFAULT);
+        }
         let opened_at = Instant::now();
         let volume = processes.open(&options.volume, Some(options.camera.size), memory)?;
         let first_pass = opened_at.elapsed();
+        if options.volume.assumes_spacing() && processes.leads() {
+            eprintln!("spacing: 1,1,1 assumed, since raw files state none (--spacing X,Y,Z)");
+        }
         if let Some(notice) = notice::explain_spacing(volume.grid().spacing()).filter(|_| processes.leads()) {
             eprintln!("layersplat: {notice}");
         }
@@ -84,8 +90,12 @@ impl Scene {
                 "maximum, minimum and average are taken between voxels, but the volume has a single one: omit the option";
             return Err(Error::Settings { field: "blend", problem: problem.into() });
         }
-        let transfer = open_transfer(&options.transfer, &volume, settings.blend)?;
-        if processes.leads() {
+        let transfer = match options.blend.surface_color(&options.transfer) {
+            Some(color) => TransferFunction::new("surface", vec![(0.0, color)], vec![(0.0, 1.0)])?,
+            None => open_transfer(&options.transfer, &volume, settings.blend)?,
+        };
+        // A function that options have changed is the user's own.
+        if processes.leads() && !options.transfer.changes_opacity() {
             announce(&transfer);
         }
         let choice = options.device.choice();

@@ -1,8 +1,8 @@
 //! `layersplat completions` and `layersplat man`: shell completions and manual pages, generated from the command's options.
 
-use super::Cli;
+use super::command_line;
 use crate::error::Error;
-use clap::{Args, CommandFactory};
+use clap::Args;
 use clap_complete::Shell;
 use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
@@ -23,7 +23,7 @@ pub(super) struct ManPages {
 
 pub(super) fn completions(arguments: &Completions) -> Result<ExitCode, Error> {
     let mut script = Vec::new();
-    clap_complete::generate(arguments.shell, &mut Cli::command(), "layersplat", &mut script);
+    clap_complete::generate(arguments.shell, &mut command_line::command(), "layersplat", &mut script);
     let mut out = io::stdout();
     match out.write_all(&script).and_then(|()| out.flush()) {
         // A closed pipe (`| head`) is not an error.
@@ -35,7 +35,7 @@ pub(super) fn completions(arguments: &Completions) -> Result<ExitCode, Error> {
 pub(super) fn man_pages(arguments: &ManPages) -> Result<ExitCode, Error> {
     let folder = &arguments.output;
     std::fs::create_dir_all(folder).map_err(|e| Error::write(folder, e))?;
-    clap_mangen::generate_to(Cli::command(), folder).map_err(|e| Error::write(folder, e))?;
+    clap_mangen::generate_to(command_line::command(), folder).map_err(|e| Error::write(folder, e))?;
     super::report(false, &(), || format!("pages in {}", folder.display()))?;
     Ok(ExitCode::SUCCESS)
 }

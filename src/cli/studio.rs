@@ -1,6 +1,7 @@
 //! Finished pictures: rendered, supersampled, annotated.
 
 use super::compiling;
+use super::names;
 use super::notice;
 use super::options::{CameraOptions, EncodingOptions, Fit};
 use super::orientation;
@@ -33,7 +34,7 @@ pub(super) struct PictureOptions {
     #[arg(long)]
     pub axes: bool,
     /// Where legend and axes are: beside the volume, which is drawn smaller, or over it
-    #[arg(long, default_value = "beside", value_name = "WHERE")]
+    #[arg(long, default_value = "beside", value_name = "WHERE", value_parser = names::of_enum::<LegendPlace>())]
     pub legend_place: LegendPlace,
     /// Unit of the values, for the colour bar
     #[arg(long, value_name = "TEXT", requires = "legend")]
@@ -61,6 +62,7 @@ pub(super) struct Studio<'a> {
     viewer: Viewer,
     /// Whether the first picture was checked for being empty or of one colour.
     first_checked: bool,
+    has_empty_picture: bool,
 }
 
 impl<'a> Studio<'a> {
@@ -68,7 +70,15 @@ impl<'a> Studio<'a> {
     pub fn new(scene: &'a Scene, options: &'a PictureOptions, background: Option<Background>) -> Result<Self, Error> {
         let background = background.unwrap_or(Background::BLACK);
         let annotations = options.annotations();
-        Ok(Self { scene, options, background, annotations, viewer: Viewer::new(scene)?, first_checked: false })
+        Ok(Self {
+            scene,
+            options,
+            background,
+            annotations,
+            viewer: Viewer::new(scene)?,
+            first_checked: false,
+            has_empty_picture: false,
+        })
     }
 
     /// Enables or disables the legend of the following pictures.
@@ -87,6 +97,11 @@ impl<'a> Studio<'a> {
 
     fn inner(&self, size: Viewport) -> Viewport {
         self.options.inner(size, self.scene)
+    }
+
+    /// Whether a picture so far showed nothing.
+    pub fn has_empty_picture(&self) -> bool {
+        self.has_empty_picture
     }
 
     pub fn is_streamed(&self) -> bool {
@@ -116,6 +131,7 @@ impl<'a> Studio<'a> {
             compiling::while_rendering(|| viewer.renderer().render(camera, rendered, settings))?
         };
         let Some(frame) = frame else { return Ok((None, report)) };
+        self.has_empty_picture |= notice::is_empty(&frame);
         if !std::mem::replace(&mut self.first_checked, true)
             && let Some(notice) = notice::explain_picture(&frame, camera, self.scene)
         {

@@ -31,6 +31,19 @@ pub enum Quality {
 }
 
 impl Quality {
+    /// All presets.
+    pub const ALL: [Self; 4] = [Quality::Draft, Quality::Standard, Quality::High, Quality::Paper];
+
+    /// Name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Quality::Draft => "draft",
+            Quality::Standard => "standard",
+            Quality::High => "high",
+            Quality::Paper => "paper",
+        }
+    }
+
     /// Classification after interpolation, with the best correction for the rendering time of this preset.
     pub fn splatted(self) -> Classification {
         Classification::Post(match self {
@@ -64,12 +77,7 @@ impl FromStr for Quality {
     type Err = String;
 
     fn from_str(name: &str) -> Result<Self, String> {
-        match name {
-            "draft" => Ok(Quality::Draft),
-            "standard" => Ok(Quality::Standard),
-            "high" => Ok(Quality::High),
-            "paper" => Ok(Quality::Paper),
-            _ => Err(format!("unknown quality '{name}': use draft, standard, high or paper")),
-        }
+        let found = Quality::ALL.into_iter().find(|quality| quality.name() == name);
+        found.ok_or_else(|| format!("unknown quality '{name}': use draft, standard, high or paper"))
     }
 }

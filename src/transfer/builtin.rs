@@ -5,6 +5,10 @@ use crate::error::Error;
 
 const NAMES: [&str; 4] = ["grey", "fire", "viridis", "cool-warm"];
 
+/// Other names, after those of plotting libraries.
+const ALIASES: [(&str, &str); 5] =
+    [("gray", "grey"), ("grays", "greys"), ("coolwarm", "cool-warm"), ("jet", "turbo"), ("hot", "fire")];
+
 /// Suffix of a reversed colour map.
 const REVERSED: &str = "_r";
 
@@ -21,17 +25,31 @@ pub(super) fn listed() -> String {
 /// Opacity rises slowly above a tenth of the range, so that faint regions do not hide the interior.
 const OPACITY: [(f64, f64); 4] = [(0.0, 0.0), (0.1, 0.0), (0.5, 0.05), (1.0, 0.5)];
 
-/// The built-in transfer function `name`, over values 0 … 1.
+/// The built-in transfer function `name`, over values 0 … 1. Case does not matter, and `_` stands for `-`.
 pub(super) fn named(name: &str) -> Option<TransferFunction> {
-    let colors = match name.strip_suffix(REVERSED) {
-        Some(forward) => turned_round(colors(forward)?),
-        None => colors(name)?,
-    };
-    Some(TransferFunction::new(name, colors, OPACITY.to_vec()).expect("ascending"))
+    let name = name.to_lowercase();
+    let (forward, is_reversed) = name.strip_suffix(REVERSED).map_or((&*name, false), |forward| (forward, true));
+    let forward = forward.replace('_', "-");
+    let forward = ALIASES.iter().find(|(alias, _)| *alias == forward).map_or(&*forward, |(_, name)| *name);
+    let colors = colors(forward)?;
+    let (name, colors) =
+        if is_reversed { (format!("{forward}{REVERSED}"), turned_round(colors)) } else { (forward.to_owned(), colors) };
+    Some(TransferFunction::new(&name, colors, OPACITY.to_vec()).expect("ascending"))
 }
 
 pub(super) fn unknown(name: &str) -> Error {
-    Error::UnknownName { what: "transfer function", name: name.into(), known: listed() }
+    Error::UnknownName { what: "transfer function", name: name.into(), known: nearest_first(name, names(), &listed()) }
+}
+
+/// Least Jaro–Winkler similarity of names that are suggested.
+const SIMILAR: f64 = 0.8;
+
+/// `listed`, behind the name that is most similar to an unknown one, if any is similar.
+pub(super) fn nearest_first(unknown: &str, names: impl Iterator<Item = &'static str>, listed: &str) -> String {
+    let unknown = unknown.to_lowercase();
+    let similarity = |name: &str| strsim::jaro_winkler(&unknown, name);
+    let nearest = names.max_by(|a, b| similarity(a).total_cmp(&similarity(b))).filter(|name| similarity(name) >= SIMILAR);
+    nearest.map_or_else(|| listed.to_owned(), |nearest| format!("{nearest} (the nearest name), or one of {listed}"))
 }
 
 fn turned_round(colors: Vec<ControlPoint<[f64; 3]>>) -> Vec<ControlPoint<[f64; 3]>> {
@@ -68,6 +86,17 @@ mod tests {
                 assert_eq!((named.range(), named.name()), ((0.0, 1.0), &*name));
             }
         }
+        for (name, expected) in
+            [("Gray", "grey"), ("JET_r", "turbo_r"), ("hot", "fire"), ("cool_warm", "cool-warm"), ("CoolWarm_r", "cool-warm_r")]
+        {
+            assert_eq!(named(name).unwrap().name(), expected, "{name}");
+        }
+        assert!(
+            unknown("virdis").to_string().contains("use viridis (the nearest name), or one of grey"),
+            "{}",
+            unknown("virdis")
+        );
+        assert!(!unknown("xyzzy").to_string().contains("nearest"));
         assert!(named("pink").is_none() && named("pink_r").is_none() && named("grey_r_r").is_none() && named("_r").is_none());
         assert!(unknown("pink").to_string().contains("viridis, cool-warm, inferno"));
     }

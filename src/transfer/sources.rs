@@ -96,7 +96,11 @@ impl TransferFunction {
             None if path.extension().is_none() && path.components().count() == 1 => Err(Error::UnknownName {
                 what: "transfer function",
                 name: path.display().to_string(),
-                known: format!("{}, a preset ({}), or a file", builtin::listed(), presets::listed()),
+                known: builtin::nearest_first(
+                    &path.display().to_string(),
+                    builtin::names().chain(Self::presets().map(|(name, _)| name)),
+                    &format!("{}, a preset ({}), or a file", builtin::listed(), presets::listed()),
+                ),
             }),
             None => Self::from_file(path, None),
         }

@@ -34,6 +34,10 @@ fn render_writes_pictures_of_every_kind() {
     assert_eq!(layersplat(f, &["compare", "a.npy", "white.npy", "--max-difference", "0.5"]).status.code(), Some(1));
     assert_eq!(layersplat(f, &["compare", "a.npy", "white.npy", "--min-psnr", "20"]).status.code(), Some(1));
     assert_eq!(layersplat(f, &["compare", "a.npy", "clear.png", "--min-psnr", "40"]).status.code(), Some(0));
+    assert_eq!(layersplat(f, &["compare", "a.npy", "white.npy", "--tolerance", "0.5", "-o", "d.npy"]).status.code(), Some(1));
+    let difference = layersplat::image::read_image(&f.join("d.npy")).unwrap();
+    assert_eq!(difference, bare.difference(&white).unwrap());
+    assert_eq!(difference.pixel(0, 0), [1.0; 4]);
 }
 
 #[test]
@@ -89,8 +93,14 @@ fn info_rotate_devices_and_bench() {
     let folder = tempfile::tempdir().unwrap();
     let f = folder.path();
     let info = json(f, &["info", "builtin:cube@3x4x5"]);
-    assert_eq!(keys(&info), ["dims", "effective_splats", "histogram", "max", "mean", "min", "spacing", "transfer", "type"]);
-    assert_eq!(info["dims"], serde_json::json!([3, 4, 5]));
+    let placed =
+        ["anatomy", "bounds", "dims", "direction", "effective_splats", "histogram", "max", "mean", "min", "origin", "spacing"];
+    assert_eq!(keys(&info), [&placed[..], &["spacing_is_assumed", "transfer", "type", "up", "up_reason"]].concat());
+    assert_eq!(
+        (&info["dims"], &info["bounds"]),
+        (&serde_json::json!([3, 4, 5]), &serde_json::json!([[0.0, 0.0, 0.0], [2.0, 3.0, 4.0]]))
+    );
+    assert_eq!((&info["spacing_is_assumed"], &info["up"]), (&false.into(), &"y".into()));
     assert!(info["effective_splats"].is_null() && info["type"] == "uint8" && info["mean"] == 255.0);
     assert_eq!(json(f, &["info", "builtin:cube@3x4x5", "--transfer", "grey"])["effective_splats"], 60);
     json(f, &["rotate", "builtin:hydrogen@16", "--frames", "3", "--size", "16x16", "-o", "turn"]);
@@ -219,6 +229,28 @@ fn help_has_examples() {
     }
 }
 
+/// The command line is in the picture's metadata unless that is refused.
+#[test]
+fn pictures_say_which_command_made_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let f = folder.path();
+    let command = ["render", "builtin:hydrogen@16", "--size", "24", "--background", "#204060", "-o", "a b.png"];
+    assert!(layersplat(f, &command).status.success());
+    let holds = |text: &str| std::fs::read(f.join("a b.png")).unwrap().windows(text.len()).any(|part| part == text.as_bytes());
+    assert!(holds("layersplat render builtin:hydrogen@16 --size 24 --background '#204060' -o 'a b.png'"));
+    assert!(layersplat(f, &[&command[..], &["--no-metadata"]].concat()).status.success());
+    assert!(!holds("layersplat"));
+}
+
+/// A picture that cannot be written fails before the volume is read.
+#[test]
+fn unwritable_pictures_are_found_first() {
+    let folder = tempfile::tempdir().unwrap();
+    let done = layersplat(folder.path(), &["render", "missing.nrrd", "-o", "nowhere/a.png"]);
+    let said = String::from_utf8(done.stderr).unwrap();
+    assert!(done.status.code() == Some(1) && said.contains("the folder nowhere does not exist"), "{said}");
+}
+
 /// Empty and uniform pictures are explained with a remedy; others are not.
 #[test]
 fn pictures_of_nothing_are_explained() {
@@ -238,11 +270,15 @@ fn pictures_of_nothing_are_explained() {
         ("--parallel-scale 1 --center 900,900,900", "--fit visible"),
         ("--blend maximum --parallel-scale 1 --center 900,900,900", "--fit volume"),
         ("--blend maximum --parallel-scale 0.01 --transfer grey --transfer-range 5000,6000", "one colour"),
+        ("--crop 0:2,0:2,0:2 --iso 200", "clipped away"),
         ("--spacing 1,1,50", "50 times"),
         ("--parallel-scale 1e9", "smaller than a pixel; try --parallel-scale 1.299e1"),
     ] {
         assert!(said(more).contains(reason), "{more}: {}", said(more));
     }
+    let empty = ["render", "builtin:hydrogen@16", "--size", "24x24", "--transfer-range", "5000,6000", "--fail-empty"];
+    assert_eq!(layersplat(f, &empty).status.code(), Some(1));
+    assert_eq!(layersplat(f, &[&empty[..4], &empty[6..]].concat()).status.code(), Some(0));
     // A range of values cannot help where there is one value.
     std::fs::write(f.join("flat_4x4x4_uint8.raw"), [0; 64]).unwrap();
     for (volume, remedy) in [("builtin:hydrogen@1", "builtin:hydrogen@64"), ("flat_4x4x4_uint8.raw", "--opacity 0:0.5")] {

@@ -11,7 +11,7 @@ fn bad_command_lines_exit_with_2() {
     for (more, words) in [
         ("--size 0x5", "size"),
         ("--size 99999x99999", "16384"),
-        ("--size 12", "WxH"),
+        ("--size 12x", "WIDTHxHEIGHT"),
         ("--azimuth NaN", "NaN"),
         ("--elevation inf", "inf"),
         ("--parallel-scale 0", "above 0"),

@@ -65,8 +65,9 @@ fn rendered(scene: &Scene, arguments: &str) -> Frame {
     all.extend(Some(scene.source).filter(|&source| source != "builtin:hydrogen"));
     all.extend(["-o", output.path().to_str().unwrap()]);
     for (option, default) in [("--size", "36x28"), ("--transfer", "fire")] {
-        // A palette or a preset replaces the transfer function.
-        let instead = option == "--transfer" && words(arguments).any(|word| word == "--palette" || word == "--preset");
+        // These replace the transfer function.
+        let instead =
+            option == "--transfer" && words(arguments).any(|word| ["--palette", "--preset", "--iso-color"].contains(&word));
         if !instead && !words(arguments).any(|word| word == option) {
             all.extend([option, default]);
         }

@@ -337,7 +337,14 @@ pub const QUALITIES: &[Row] = &[
             s.settings.blend = Blend::Iso(90.5);
         },
     ),
-    row("--blend", "--blend iso --iso p60", |s| s.settings.blend = Blend::Iso(percentile(60.0))),
+    row("--iso", "--iso 130", |s| s.settings.blend = Blend::Iso(130.0)),
+    row("--iso-color", "--iso 130 --iso-color #804020", |s| {
+        s.settings.blend = Blend::Iso(130.0);
+        s.transfer = Transfer::Made(brown);
+    }),
+    row("--mip", "--mip", |s| s.settings.blend = Blend::Maximum),
+    row("--minip", "--minip", |s| s.settings.blend = Blend::Minimum),
+    row("--blend", "--blend Iso --iso p60", |s| s.settings.blend = Blend::Iso(percentile(60.0))),
     row("--crop", "--crop 2:9.5,:6,3:", |s| {
         let (lowest, highest) = (DVec3::new(2.0, f64::NEG_INFINITY, 3.0), DVec3::new(9.5, 6.0, f64::INFINITY));
         s.settings.clipping.crop = Some(CropBox { lowest, highest });
@@ -354,6 +361,12 @@ pub const QUALITIES: &[Row] = &[
         },
     ),
 ];
+
+/// The colour #804020, as a transfer function.
+fn brown() -> TransferFunction {
+    TransferFunction::new("brown", vec![(0.0, [128.0, 64.0, 32.0].map(|c| f64::from((c / 255.0) as f32)))], vec![(0.0, 1.0)])
+        .unwrap()
+}
 
 /// Options that cannot change a picture, with the reason.
 pub const UNCHANGED: &[(&str, &str)] = &[
@@ -372,6 +385,8 @@ pub const UNCHANGED: &[(&str, &str)] = &[
     ("--bits", "says how a file is encoded; tests/command_pictures.rs reads some"),
     ("--dither", "says how a file is encoded; tests/command_pictures.rs"),
     ("--dpi", "says how a file is encoded; tests/command_pictures.rs"),
+    ("--no-metadata", "says what a file holds beside the picture; tests/command_line has a test"),
+    ("--fail-empty", "changes the exit code of empty pictures; tests/command_line has a test"),
     ("--json", "says what is printed; a test of its own reads it"),
     ("--verbose", "says what is told; a test of tests/command_line.rs reads it"),
     ("--help", "prints, and renders nothing"),

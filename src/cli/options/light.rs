@@ -1,6 +1,6 @@
 //! Options for lights, shadows and ambient occlusion.
 
-use crate::cli::parse;
+use crate::cli::{names, parse};
 use crate::settings::{AmbientOcclusion, Light, LightGrid, LightSpace, Lights, Settings, Shading, Shadows};
 use clap::{Args, ValueEnum};
 
@@ -15,7 +15,7 @@ pub(in crate::cli) struct LightOptions {
     #[arg(long, value_parser = parse::light, value_name = "X,Y,Z[:S[:DEGREES]]", allow_hyphen_values = true)]
     pub(super) light: Vec<Light>,
     /// Axes of --light: world, or camera (right, up, towards the viewer), in which lights move with the camera [default: world]
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", value_parser = names::of_enum::<LightSpaceName>())]
     pub(super) light_space: Option<LightSpaceName>,
     /// Shadows of the lights
     #[arg(long, value_parser = parse::switch, value_name = "on|off")]
@@ -33,7 +33,7 @@ pub(in crate::cli) struct LightOptions {
     #[arg(long, value_parser = parse::reach, value_name = "inf|LENGTH", allow_hyphen_values = true)]
     pub(super) ao_reach: Option<Reach>,
     /// Resolution of shadows and ambient occlusion; quarter applies to ambient occlusion, and is half for shadows [default: full]
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", value_parser = names::of_enum::<LightGridName>())]
     pub(super) light_grid: Option<LightGridName>,
 }
 

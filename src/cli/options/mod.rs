@@ -11,14 +11,13 @@ pub(super) use light::{LightOptions, Reach};
 pub(super) use quality::QualityOptions;
 pub(super) use volume::{FileOptions, LevelChoice, VolumeOptions};
 
-use super::parse;
+use super::{names, parse};
 use crate::camera::Up;
 use crate::device::DeviceChoice;
 use crate::framing::Side;
 use crate::image::Background;
 use crate::transfer::{TransferFunction, Value};
 use crate::viewport::Viewport;
-use clap::builder::PossibleValuesParser;
 use clap::{Args, ValueEnum};
 use glam::DVec3;
 use std::path::PathBuf;
@@ -32,11 +31,11 @@ pub(super) struct TransferOptions {
     pub transfer: Option<PathBuf>,
     /// Transfer function for a kind of data
     #[arg(long, value_name = "NAME", conflicts_with_all = ["transfer", "window"],
-        value_parser = PossibleValuesParser::new(TransferFunction::presets().map(|(name, _)| name)))]
+        value_parser = names::from_list(TransferFunction::presets().map(|(name, _)| name)))]
     pub preset: Option<String>,
     /// Colours of the automatic transfer function [default: calm]
     #[arg(long, value_name = "NAME", conflicts_with_all = ["transfer", "window", "preset"],
-        value_parser = PossibleValuesParser::new(TransferFunction::palettes()))]
+        value_parser = names::from_list(TransferFunction::palettes()))]
     pub palette: Option<String>,
     /// Stretch the transfer function to this range of data values
     #[arg(long, value_parser = parse::range, value_name = "LO,HI", allow_hyphen_values = true)]
@@ -50,6 +49,18 @@ pub(super) struct TransferOptions {
     /// Triangular opacity peak (0.5) at V; WIDTH is its base. Elsewhere transparent, or as --opacity says. Repeatable
     #[arg(long, value_parser = parse::tent, value_name = "V,WIDTH[,OPACITY]", allow_hyphen_values = true)]
     pub tent: Vec<Tent>,
+}
+
+impl TransferOptions {
+    /// Whether an option chooses colours, instead of those made from the voxels.
+    pub fn is_given(&self) -> bool {
+        self.transfer.is_some() || self.preset.is_some() || self.palette.is_some() || self.window.is_some()
+    }
+
+    /// Whether an option replaces the opacities.
+    pub fn changes_opacity(&self) -> bool {
+        self.opacity.is_some() || !self.tent.is_empty()
+    }
 }
 
 /// Opacities at data values, before percentiles are resolved.
@@ -84,7 +95,7 @@ pub(super) struct CameraOptions {
     #[arg(long, value_parser = parse::finite, value_name = "DEGREES", allow_hyphen_values = true)]
     pub roll: Option<f64>,
     /// What to frame: the visible part, or the whole volume [default: visible; bench: volume]
-    #[arg(long, value_name = "WHAT")]
+    #[arg(long, value_name = "WHAT", value_parser = names::of_enum::<Fit>())]
     pub fit: Option<Fit>,
     /// Half the height of the picture in world units [default: see --fit]
     #[arg(long, value_parser = parse::positive, conflicts_with = "perspective", value_name = "SCALE", allow_hyphen_values = true)]

@@ -2,7 +2,7 @@
 
 use super::LightOptions;
 use crate::cli::algorithm::{AlgorithmOptions, reject_unsupported};
-use crate::cli::parse;
+use crate::cli::{names, parse};
 use crate::image::Background;
 use crate::layers::{Correction, Density, GradientEstimator, Kernel};
 use crate::settings::{
@@ -17,22 +17,20 @@ use clap::{Args, ValueEnum};
 pub(in crate::cli) struct QualityOptions {
     #[command(flatten)]
     algorithm: AlgorithmOptions,
-    #[command(flatten)]
-    pub light: LightOptions,
-    /// Quality preset of layered: draft, standard, high or paper [default: standard]
-    #[arg(long, value_name = "NAME")]
+    /// Quality preset of layered [default: standard]
+    #[arg(long, value_name = "NAME", value_parser = parse::quality())]
     quality: Option<Quality>,
     /// Classify samples (post) or ray segments (preintegrated)
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", value_parser = names::of_enum::<ClassificationName>())]
     classification: Option<ClassificationName>,
     /// Layer-overlap correction; implies --classification post
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", value_parser = names::of_enum::<CorrectionName>())]
     correction: Option<CorrectionName>,
     /// Samples per layer, 1 to 8; with --classification post 1 to 16
     #[arg(long, value_parser = parse::sub_layers, value_name = "N", allow_hyphen_values = true)]
     sublayers: Option<u32>,
     /// Scaling of opacity with the length of a ray segment
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", value_parser = names::of_enum::<ExtinctionName>())]
     extinction: Option<ExtinctionName>,
     /// Estimation of gradients: central (differences), sobel (smoothed, hides terraces and noise), gaussian:SIGMA (smoothed more, SIGMA 0.3 to
     /// 2 voxels) or own (derivative of the kernel) [default: sobel for layers; central for splats; ray casting: own if the kernel has one]
@@ -48,7 +46,7 @@ pub(in crate::cli) struct QualityOptions {
     #[arg(long, value_parser = parse::lattice, value_name = "auto|direct|N", allow_hyphen_values = true)]
     lattice: Option<Evaluation>,
     /// Footprint evaluation: exact, or the paper's set (needs --lattice direct, implies --classification post)
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", value_parser = names::of_enum::<FootprintsName>())]
     footprints: Option<FootprintsName>,
     /// Stop tiles once all their rays are opaque
     #[arg(long, value_parser = parse::switch, value_name = "on|off")]
@@ -59,6 +57,9 @@ pub(in crate::cli) struct QualityOptions {
     /// Thickness in world units at which the given opacity applies [default: the smallest spacing]
     #[arg(long, value_parser = parse::positive, value_name = "D", allow_hyphen_values = true)]
     unit_distance: Option<f64>,
+    // Last, since a flattened group's heading also applies to the options behind it.
+    #[command(flatten)]
+    pub light: LightOptions,
 }
 
 /// The colour that shows where nothing covers the background.

@@ -5,13 +5,13 @@ use crate::viewport::Viewport;
 use crate::volume::{Endian, Level, OpenOptions, ScalarType, Volume};
 use clap::{Args, ValueEnum};
 use glam::DVec3;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Selection of the volume.
 #[derive(Args)]
 pub(in crate::cli) struct VolumeOptions {
     /// Volume: a file, a folder or NAME%d.EXT of slices, builtin:NAME, or - for standard input; see below
-    #[arg(default_value = "builtin:hydrogen")]
+    #[arg(default_value = Self::DEFAULT)]
     pub volume: PathBuf,
     #[command(flatten)]
     file: FileOptions,
@@ -69,6 +69,20 @@ enum EndianName {
 }
 
 impl VolumeOptions {
+    /// The volume of a command that names none.
+    pub const DEFAULT: &str = "builtin:hydrogen";
+
+    /// Whether the spacing is neither given nor stated by the file: raw files state none.
+    pub fn assumes_spacing(&self) -> bool {
+        let name = self.volume.to_string_lossy().to_lowercase();
+        let is_raw = name.ends_with(".raw") || name.ends_with(".raw.gz") || self.file.dims.is_some();
+        is_raw && self.file.spacing.is_none()
+    }
+
+    pub fn is_default(&self) -> bool {
+        self.volume == Path::new(Self::DEFAULT)
+    }
+
     /// Opens the volume. `size` is the picture size, if pictures are rendered. `memory` limits the bytes of the volume in host
     /// memory if it cannot be memory-mapped.
     pub fn open(&self, size: Option<Viewport>, memory: Option<u64>) -> Result<Volume<'static>, crate::Error> {
