@@ -1,16 +1,34 @@
-//! Bitmap text, 8×8 pixels per character or an integer multiple.
+//! Text in an outline font, antialiased.
 
-use font8x8::UnicodeFonts;
+use ab_glyph::{Font, FontRef, GlyphId, PxScale, ScaleFont, point};
+use std::sync::OnceLock;
 
-/// Pixels along each side of a character at scale 1.
-const SIDE: u32 = 8;
-/// Empty rows between lines.
-const LEADING: u32 = 2;
+/// DejaVu Sans, reduced to Latin, Greek and signs (`scripts/font`).
+const FONT: &[u8] = include_bytes!("font/DejaVuSans-latin-greek.ttf");
 
-/// Draws text on straight-alpha RGBA8 pixels, with its upper left corner `at` (column, row).
+/// Height of the em square in pixels at scale 1.
+const EM: f32 = 12.0;
+/// Height of capital letters and digits in pixels at scale 1: 0.73 em.
+const CAPITALS: u32 = 9;
+/// Distance of lines in pixels at scale 1.
+const LINE: u32 = 15;
+
+fn font() -> &'static FontRef<'static> {
+    static PARSED: OnceLock<FontRef<'static>> = OnceLock::new();
+    PARSED.get_or_init(|| FontRef::try_from_slice(FONT).expect("the font is part of the crate"))
+}
+
+/// The size at which an em square is `EM`·`scale` pixels high.
+fn pixels(scale: u32) -> PxScale {
+    let font = font();
+    let em = font.units_per_em().expect("the font is scalable");
+    PxScale::from(EM * scale as f32 * font.height_unscaled() / em)
+}
+
+/// Draws text on straight-alpha RGBA8 pixels. `at` is the left end (column) and the top of capital letters (row) of the first line.
 ///
-/// Characters are 8·`scale` pixels wide and high, lines 10·`scale` apart. Text is clipped to the picture. Characters missing from the
-/// font become boxes. A translucent `color` is blended with the picture.
+/// Capital letters and digits are 9·`scale` pixels high, lines 15·`scale` apart; letters may reach 3·`scale` pixels below. Text is clipped to
+/// the picture. Characters missing from the font become boxes. A translucent `color` is blended with the picture.
 ///
 /// ```
 /// use layersplat::image::{draw_text, text_size};
@@ -25,48 +43,54 @@ const LEADING: u32 = 2;
 /// If `pixels` does not have 4·`size[0]`·`size[1]` bytes.
 pub fn draw_text(pixels: &mut [u8], size: [u32; 2], at: [i32; 2], text: &str, color: [u8; 4], scale: u32) {
     assert_eq!(pixels.len(), size[0] as usize * size[1] as usize * 4);
-    let scale = i64::from(scale);
     for (line, letters) in text.lines().enumerate() {
-        let top = i64::from(at[1]) + line as i64 * i64::from(SIDE + LEADING) * scale;
-        for (n, letter) in letters.chars().enumerate() {
-            let left = i64::from(at[0]) + n as i64 * i64::from(SIDE) * scale;
-            for (x, y) in dots(letter) {
-                let from = [left + i64::from(x) * scale, top + i64::from(y) * scale];
-                fill(pixels, size, from, scale, color);
-            }
+        let baseline = i64::from(at[1]) + (line as i64 * i64::from(LINE) + i64::from(CAPITALS)) * i64::from(scale);
+        for (glyph, left) in placed(letters, scale).0 {
+            draw_glyph(pixels, size, [i64::from(at[0]), baseline], (glyph, left), color, scale);
         }
     }
 }
 
-/// Width and height of text in pixels.
+/// Width and height of text in pixels. The height is that from the top of capital letters to the last baseline.
 ///
 /// ```
-/// assert_eq!(layersplat::image::text_size("one\nthree", 2), [80, 36]);
+/// let [width, height] = layersplat::image::text_size("one\nthree", 2);
+/// assert!((60..80).contains(&width) && height == 48);
 /// ```
 pub fn text_size(text: &str, scale: u32) -> [u32; 2] {
-    let letters = text.lines().map(|line| line.chars().count() as u32).max().unwrap_or(0);
+    let width = text.lines().map(|line| placed(line, scale).1).fold(0.0, f32::max);
     let lines = text.lines().count() as u32;
-    [letters * SIDE * scale, (lines * (SIDE + LEADING)).saturating_sub(LEADING) * scale]
+    [width.ceil() as u32, (lines * LINE).saturating_sub(LINE - CAPITALS) * scale]
 }
 
-/// Positions of the set pixels of a character.
-fn dots(letter: char) -> impl Iterator<Item = (u32, u32)> {
-    /// Replacement of characters missing from the font.
-    const BOX: [u8; 8] = [0x7f, 0x41, 0x41, 0x41, 0x41, 0x41, 0x7f, 0];
-    let rows = font8x8::BASIC_FONTS.get(letter).or_else(|| font8x8::LATIN_FONTS.get(letter));
-    let rows = rows.or_else(|| font8x8::GREEK_FONTS.get(letter)).unwrap_or(BOX);
-    (0..SIDE).flat_map(move |y| (0..SIDE).filter(move |x| rows[y as usize] >> x & 1 == 1).map(move |x| (x, y)))
+/// The glyphs of a line with the distances of their origins from its left end, and the width of the line.
+fn placed(line: &str, scale: u32) -> (Vec<(GlyphId, f32)>, f32) {
+    let font = font().as_scaled(pixels(scale));
+    let mut left = 0.0;
+    let glyph = |letter| {
+        let (glyph, at) = (font.glyph_id(letter), left);
+        left += font.h_advance(glyph);
+        (glyph, at)
+    };
+    let glyphs = line.chars().map(glyph).collect();
+    (glyphs, left)
 }
 
-/// Fills a square, clipped to the picture.
-fn fill(pixels: &mut [u8], size: [u32; 2], from: [i64; 2], side: i64, color: [u8; 4]) {
-    let inside = |from: i64, size: u32| from.max(0)..(from + side).min(i64::from(size));
-    for y in inside(from[1], size[1]) {
-        for x in inside(from[0], size[0]) {
+/// Draws a glyph whose origin is `left` pixels right of `origin`, a column and a row.
+fn draw_glyph(pixels: &mut [u8], size: [u32; 2], origin: [i64; 2], (glyph, left): (GlyphId, f32), color: [u8; 4], scale: u32) {
+    // Whole pixels are added as integers, so that shapes do not depend on the position.
+    let glyph = glyph.with_scale_and_position(self::pixels(scale), point(left.fract(), 0.0));
+    let Some(outline) = font().outline_glyph(glyph) else { return };
+    let from = outline.px_bounds().min;
+    let [first_x, first_y] = [origin[0] + left as i64 + from.x as i64, origin[1] + from.y as i64];
+    outline.draw(|x, y, coverage| {
+        let (x, y) = (first_x + i64::from(x), first_y + i64::from(y));
+        if (0..i64::from(size[0])).contains(&x) && (0..i64::from(size[1])).contains(&y) {
             let first = (y as usize * size[0] as usize + x as usize) * 4;
-            blend(&mut pixels[first..first + 4], color);
+            let alpha = (f32::from(color[3]) * coverage.clamp(0.0, 1.0) + 0.5) as u8;
+            blend(&mut pixels[first..first + 4], [color[0], color[1], color[2], alpha]);
         }
-    }
+    });
 }
 
 /// Blends a straight-alpha colour over a straight-alpha pixel.
@@ -87,40 +111,59 @@ pub(crate) fn blend(pixel: &mut [u8], color: [u8; 4]) {
 mod tests {
     use super::*;
 
+    /// Rows of the picture, with `#` for pixels that are covered by more than a fifth.
     fn drawn(text: &str, at: [i32; 2], scale: u32) -> Vec<String> {
-        let size = [20, 10];
-        let mut pixels = vec![0; 20 * 10 * 4];
+        let size = [60, 20];
+        let mut pixels = vec![0; 60 * 20 * 4];
         draw_text(&mut pixels, size, at, text, [9, 8, 7, 255], scale);
-        let row = |row: &[u8]| row.chunks_exact(4).map(|p| if p == [9, 8, 7, 255] { '#' } else { '.' }).collect();
-        pixels.chunks_exact(80).map(row).collect()
+        let row = |row: &[u8]| row.chunks_exact(4).map(|p| if p[3] > 51 { '#' } else { '.' }).collect();
+        pixels.chunks_exact(240).map(row).collect()
+    }
+
+    fn covered(text: &str, scale: u32) -> usize {
+        drawn(text, [1, 1], scale).concat().matches('#').count()
     }
 
     #[test]
     fn a_letter_is_where_it_should_be() {
-        let rows = drawn("L", [3, 1], 1);
-        // The stem of an L, its foot, and the empty last row.
-        assert!(rows[0].chars().all(|c| c == '.') && rows[9].chars().all(|c| c == '.'), "{rows:#?}");
-        assert!(rows[1..8].iter().all(|row| row.contains('#')) && rows[7].matches('#').count() > 4, "{rows:#?}");
-        let twice = drawn("-", [0, -4], 2);
-        assert_eq!(twice.concat().matches('#').count(), 4 * drawn("-", [0, 0], 1).concat().matches('#').count());
+        let rows = drawn("L", [3, 4], 1);
+        let dark: Vec<usize> = (0..rows.len()).filter(|&n| rows[n].contains('#')).collect();
+        // From the top of capitals to the baseline; the stem of an L, and its foot.
+        assert_eq!((dark[0], dark.len()), (4, CAPITALS as usize), "{rows:#?}");
+        assert!(rows[12].matches('#').count() > 3 && rows[8].matches('#').count() < 3, "{rows:#?}");
+        let (once, twice) = (covered("M", 1), covered("M", 2));
+        assert!((3 * once..6 * once).contains(&twice), "{once}, {twice}");
+    }
+
+    #[test]
+    fn widths_are_those_drawn() {
+        for text in ["1.25", "density", "µm³"] {
+            let [width, height] = text_size(text, 1);
+            let rows = drawn(text, [0, 2], 1);
+            let last = rows.iter().filter_map(|row| row.rfind('#')).max().unwrap() as u32;
+            assert!((width.saturating_sub(3)..=width).contains(&(last + 1)), "{text}: {width}, {last}");
+            assert_eq!(height, CAPITALS);
+        }
+        assert_eq!(text_size("", 1), [0, 0]);
     }
 
     #[test]
     fn what_lies_beyond_is_left_out() {
-        for at in [[-100, 0], [0, 900], [i32::MAX, i32::MAX], [i32::MIN, 3]] {
+        for at in [[-400, 0], [0, 900], [i32::MAX, i32::MAX], [i32::MIN, 3]] {
             assert!(!drawn("Wide text\nof lines", at, 3).concat().contains('#'), "{at:?}");
         }
-        let whole = drawn("MM", [2, 0], 1);
-        let cut = drawn("MM", [-6, 0], 1);
-        assert_eq!(&whole[3][10..18], &cut[3][2..10]);
+        let (whole, cut) = (drawn("MM", [4, 2], 1), drawn("MM", [-6, 2], 1));
+        assert_eq!(&whole[7][10..28], &cut[7][..18]);
     }
 
+    /// Letters beyond ASCII have shapes of their own; a missing one is a box.
     #[test]
     fn letters_of_many_kinds_have_shapes() {
-        for letter in ['a', 'Z', '0', 'µ', 'Å', '°', 'α', '漢'] {
-            assert!(dots(letter).count() > 3, "{letter}");
+        let shape = |letter: char| drawn(&letter.to_string(), [1, 4], 1);
+        for letter in "aZ0µÅ°α³⁻²→∇".chars() {
+            assert!(shape(letter).concat().contains('#') && shape(letter) != shape('漢'), "{letter}");
         }
-        assert_eq!((dots(' ').count(), text_size("", 1)), (0, [0, 0]));
+        assert!(shape('漢') == shape('語') && shape('漢').concat().contains('#') && !shape(' ').concat().contains('#'));
     }
 
     #[test]
