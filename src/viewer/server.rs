@@ -51,7 +51,7 @@ const HEADERS: [(&str, &str); 7] = [
 /// The page that the right token is answered with. It goes on to the page without the token: a redirect would be followed without the cookie
 /// where another site's link led here. The refresh replaces the address in the history.
 const LET_IN: &str = "<!doctype html><meta charset=utf-8><meta http-equiv=refresh content=\"0;url=/\"><title>layersplat</title>\
-                      <a href=\"/\">Continue to the viewer</a>";
+                      <link rel=icon href=/icon.svg><a href=\"/\">Continue to the viewer</a>";
 
 /// What requests need.
 pub(super) struct Served {

@@ -26,7 +26,7 @@ export function add(points, value, y) {
   return index;
 }
 
-/** Moves a point between its neighbours. @template T @param {[number, T][]} points @param {number} index @param {number} value */
+/** Moves a point between its neighbours. @param {[number, unknown][]} points @param {number} index @param {number} value */
 export function move(points, index, value) {
   const low = index > 0 ? points[index - 1][0] : -Infinity;
   const high = index + 1 < points.length ? points[index + 1][0] : Infinity;

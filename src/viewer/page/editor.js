@@ -306,12 +306,17 @@ export class Editor {
     const scaled = (/** @type {number} */ count) => (element("log-counts").checked ? Math.log1p(count) : count);
     const most = Math.max(...counts.map(scaled), 1e-9);
     context.fillStyle = color;
+    const edge = (/** @type {number} */ n) => this.toX(lowest + ((highest - lowest) * n) / counts.length, this.curve);
+    // One shape: single bars would show seams.
+    context.beginPath();
+    context.moveTo(edge(0), height - EDGE);
     counts.forEach((count, bin) => {
-      const edge = (/** @type {number} */ n) => this.toX(lowest + ((highest - lowest) * n) / counts.length, this.curve);
-      const [from, to] = [edge(bin), edge(bin + 1)];
-      const bar = (scaled(count) / most) * (height - 2 * EDGE);
-      context.fillRect(from, height - EDGE - bar, Math.max(to - from, 0.5), bar);
+      const top = height - EDGE - (scaled(count) / most) * (height - 2 * EDGE);
+      context.lineTo(edge(bin), top);
+      context.lineTo(edge(bin + 1), top);
     });
+    context.lineTo(edge(counts.length), height - EDGE);
+    context.fill();
   }
 
   drawColors() {

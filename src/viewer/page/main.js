@@ -51,7 +51,7 @@ let times30 = [];
 
 /** For tests: what was shown last. */
 const shown = { id: -1, step: "", pictures: 0 };
-Object.assign(globalThis, { layersplat: { shown, state: () => history?.now, connection: () => connection } });
+Object.assign(globalThis, { layersplat: { shown, requested: () => id, state: () => history?.now, connection: () => connection } });
 
 const editor = new Editor({
   changed: (transfer) => { state().transfer = transfer; show({ exceptEditor: true }); move(); },
