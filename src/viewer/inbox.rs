@@ -29,8 +29,6 @@ pub(super) struct News {
     pub transfer: Option<TransferFunction>,
     pub view: Option<View>,
     pub job: Option<Job>,
-    /// Whether the page takes another picture.
-    pub may_draw: bool,
 }
 
 #[derive(Default)]
@@ -43,6 +41,17 @@ struct State {
     is_closed: bool,
     /// Whether the current frame ends when something new arrives.
     gives_way: bool,
+}
+
+impl State {
+    /// Whether a picture would not be what the page wants.
+    fn is_changed(&self) -> bool {
+        self.look.is_some() || self.transfer.is_some() || self.view.is_some()
+    }
+
+    fn take_news(&mut self) -> News {
+        News { look: self.look.take(), transfer: self.transfer.take(), view: self.view.take(), job: None }
+    }
 }
 
 /// The newest wishes of a page.
@@ -118,27 +127,23 @@ impl Inbox {
         self.state().jobs.push_front(job);
     }
 
-    /// Waits for something new, or until a picture may be drawn if there is one to draw (`has_work`). `None` if the page is gone. A job comes
-    /// alone, and only when no hand moves or when it is short.
-    pub fn wait(&self, has_work: bool, is_moving: bool) -> Option<News> {
+    /// Waits for a view, or for a job, or until the refinement goes on if there is one (`has_work`). A new look and a new transfer function
+    /// come with the view that follows them, or with a job. `None` if the page is gone.
+    pub fn wait(&self, has_work: bool) -> Option<News> {
         let mut state = self.state();
         loop {
             if state.is_closed {
                 return None;
             }
             let may_draw = state.in_flight < MOST_IN_FLIGHT;
-            let is_new = state.look.is_some() || state.transfer.is_some() || (state.view.is_some() && may_draw);
-            if is_new || (has_work && may_draw && (is_moving || state.jobs.is_empty())) {
-                let State { look, transfer, .. } = &mut *state;
-                let (look, transfer) = (look.take(), transfer.take());
-                let view = if may_draw { state.view.take() } else { None };
-                return Some(News { look, transfer, view, job: None, may_draw });
-            }
-            // A job before the view would give way to it at once.
-            if state.view.is_none()
-                && let Some(job) = state.jobs.pop_front()
-            {
-                return Some(News { job: Some(job), ..News::default() });
+            if state.view.is_some() {
+                if may_draw {
+                    return Some(state.take_news());
+                }
+            } else if let Some(job) = state.jobs.pop_front() {
+                return Some(News { job: Some(job), ..state.take_news() });
+            } else if has_work && may_draw && !state.is_changed() {
+                return Some(News::default());
             }
             state = self.changed.wait(state).unwrap_or_else(PoisonError::into_inner);
         }
@@ -148,7 +153,7 @@ impl Inbox {
     pub fn giving_way<T>(&self, work: impl FnOnce() -> T) -> Option<T> {
         {
             let mut state = self.state();
-            if state.is_closed || state.look.is_some() || state.transfer.is_some() || state.view.is_some() {
+            if state.is_closed || state.is_changed() {
                 return None;
             }
             state.gives_way = true;
@@ -190,8 +195,12 @@ mod tests {
     fn the_newest_wins() {
         let inbox = Inbox::new(Cancel::new());
         (0..1000).for_each(|id| inbox.post_view(view(id)));
-        let news = inbox.wait(false, false).unwrap();
-        assert_eq!((news.view, news.may_draw), (Some(view(999)), true));
+        assert_eq!(inbox.wait(false).unwrap().view, Some(view(999)));
+        // A look waits for its view.
+        inbox.post_look(look());
+        inbox.post_view(view(1000));
+        let news = inbox.wait(true).unwrap();
+        assert!(news.look.is_some() && news.view == Some(view(1000)));
     }
 
     #[test]
@@ -199,24 +208,27 @@ mod tests {
         let inbox = Inbox::new(Cancel::new());
         inbox.sent();
         inbox.post_view(view(1));
-        assert!(inbox.wait(false, false).unwrap().view.is_some());
+        assert!(inbox.wait(false).unwrap().view.is_some());
         inbox.sent();
         assert!(inbox.post_job(job()));
         // Nothing to do but the job.
-        assert!(inbox.wait(true, true).unwrap().job.is_some());
+        assert!(inbox.wait(true).unwrap().job.is_some());
         inbox.post_view(view(2));
-        inbox.post_look(look());
-        let news = inbox.wait(true, true).unwrap();
-        assert!(news.look.is_some() && news.view.is_none() && !news.may_draw);
         inbox.acknowledge();
-        assert_eq!(inbox.wait(false, false).unwrap().view, Some(view(2)));
+        assert_eq!(inbox.wait(false).unwrap().view, Some(view(2)));
         // More acknowledgements than pictures do not add up.
         (0..9).for_each(|_| inbox.acknowledge());
         inbox.sent();
         inbox.sent();
         inbox.post_view(view(3));
-        inbox.post_look(look());
-        assert!(inbox.wait(false, false).unwrap().view.is_none());
+        let waited = std::thread::scope(|threads| {
+            let waiting = threads.spawn(|| inbox.wait(true));
+            std::thread::sleep(std::time::Duration::from_millis(30));
+            let is_waiting = !waiting.is_finished();
+            inbox.close();
+            is_waiting && waiting.join().unwrap().is_none()
+        });
+        assert!(waited);
     }
 
     #[test]
@@ -234,14 +246,17 @@ mod tests {
         inbox.post_view(view(2));
         assert!(!cancel.is_cancelled());
         inbox.close();
-        assert!(cancel.is_cancelled() && inbox.wait(true, true).is_none() && inbox.giving_way(|| ()).is_none());
+        assert!(cancel.is_cancelled() && inbox.wait(true).is_none() && inbox.giving_way(|| ()).is_none());
     }
 
     #[test]
-    fn jobs_are_bounded_and_wait_for_the_hand() {
+    fn jobs_are_bounded_and_wait_for_the_view() {
         let inbox = Inbox::new(Cancel::new());
         assert_eq!((0..20).filter(|_| inbox.post_job(job())).count(), MOST_JOBS);
-        assert!(inbox.wait(true, true).unwrap().job.is_none());
-        assert!(inbox.wait(true, false).unwrap().job.is_some());
+        inbox.post_view(view(1));
+        assert!(inbox.wait(true).unwrap().job.is_none());
+        inbox.post_look(look());
+        let news = inbox.wait(true).unwrap();
+        assert!(news.job.is_some() && news.look.is_some());
     }
 }

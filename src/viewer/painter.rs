@@ -61,8 +61,7 @@ impl Painter {
     pub fn run(mut self) {
         loop {
             let has_work = self.current.as_ref().is_some_and(|current| !matches!(current.progress, Progress::All));
-            let is_moving = self.current.as_ref().is_some_and(|current| current.view.moving);
-            let Some(news) = self.inbox.wait(has_work, is_moving) else { return };
+            let Some(news) = self.inbox.wait(has_work) else { return };
             if let Err(error) = self.work(news) {
                 match error {
                     Error::Cancelled { .. } => {}
@@ -73,26 +72,29 @@ impl Painter {
     }
 
     fn work(&mut self, news: News) -> Result<(), Error> {
-        let News { look, transfer, view, job, may_draw } = news;
-        let is_changed = look.is_some() || transfer.is_some();
+        let News { look, transfer, view, job } = news;
+        if look.is_some() || transfer.is_some() {
+            // The view that follows is drawn.
+            self.current = None;
+        }
         if let Some(transfer) = transfer {
             self.renderer.set_transfer_function(&transfer);
         }
         if let Some(look) = look {
-            look.check().and_then(|()| self.scene.host.settings(&look, None))?;
-            self.look = look;
+            match self.scene.host.settings(&look, None) {
+                Ok(_) => self.look = look,
+                // The view is drawn as it was.
+                Err(error) => self.report(&error),
+            }
         }
         if let Some(view) = view {
             let page = shown_size(view.width, view.height)?;
             let camera = self.scene.camera(&view.camera)?;
             self.current = Some(Current { view, camera, page, since: Instant::now(), progress: Progress::Nothing });
-        } else if let Some(current) = self.current.as_mut().filter(|_| is_changed) {
-            (current.progress, current.since) = (Progress::Nothing, Instant::now());
         }
         match job {
             Some(job) => self.do_job(job),
-            None if may_draw => self.draw(),
-            None => Ok(()),
+            None => self.draw(),
         }
     }
 

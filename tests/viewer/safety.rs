@@ -5,6 +5,11 @@ use std::io::{Read, Write};
 
 const SMALL: [&str; 1] = ["builtin:hydrogen@16"];
 
+/// An upgrade after whose refusal the connection ends.
+fn closing(upgrade: String) -> String {
+    upgrade.replace("Connection: Upgrade", "Connection: Upgrade, close")
+}
+
 fn status(answer: &str) -> &str {
     answer.get(9..12).unwrap_or("none")
 }
@@ -50,12 +55,12 @@ fn nobody_else_is_let_in() {
         ("evil.example", "http://evil.example"),
         ("127.0.0.1.evil.example", "http://127.0.0.1.evil.example"),
     ] {
-        let answer = viewer.raw(&viewer.upgrade(&format!("Host: {host}\r\nOrigin: {origin}\r\n{good}")));
+        let answer = viewer.raw(&closing(viewer.upgrade(&format!("Host: {host}\r\nOrigin: {origin}\r\n{good}"))));
         assert!(["403", "421"].contains(&status(&answer)), "{host} {origin}: {answer}");
     }
-    let answer = viewer.raw(&viewer.upgrade(&format!("Host: {host}\r\n{good}")));
+    let answer = viewer.raw(&closing(viewer.upgrade(&format!("Host: {host}\r\n{good}"))));
     assert_eq!(status(&answer), "403", "a WebSocket without Origin");
-    let answer = viewer.raw(&viewer.upgrade(&format!("Host: {host}\r\nOrigin: http://{host}\r\n")));
+    let answer = viewer.raw(&closing(viewer.upgrade(&format!("Host: {host}\r\nOrigin: http://{host}\r\n"))));
     assert_eq!(status(&answer), "403", "a WebSocket without cookie");
     for request in
         ["GET / HTTP/1.1\r\nConnection: close\r\n\r\n", "GET / HTTP/1.1\r\nHost: a\r\nHost: b\r\nConnection: close\r\n\r\n"]

@@ -19,6 +19,8 @@ use address::AddressOptions;
 use given::Given;
 use host::PageHost;
 use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 #[derive(clap::Args)]
 pub(super) struct Arguments {
@@ -29,6 +31,10 @@ pub(super) struct Arguments {
 }
 
 pub(super) fn run(arguments: Arguments, processes: &Processes) -> Result<ExitCode, Error> {
+    let ending = Ending::default();
+    // Before OpenCL: LLVM's handlers, which PoCL installs, would end the process if these came after them.
+    #[cfg(unix)]
+    ending.listen();
     // Fails before the volume is read.
     arguments.address.check()?;
     let listener = arguments.address.bind()?;
@@ -38,14 +44,9 @@ pub(super) fn run(arguments: Arguments, processes: &Processes) -> Result<ExitCod
     let opening = opening(&arguments.scene, scene);
     let host = PageHost::new(given, arguments.scene.device, &opening);
     let server = Server::new(opening, Box::new(host), admission.access, listener)?;
-    let stop = Stop::default();
-    #[cfg(unix)]
-    {
-        let stop = stop.clone();
-        super::signals::on_first(move |_| stop.stop());
-    }
     let opened = arguments.address.announce(&admission.address)?;
-    server.run(&stop)?;
+    ending.is_serving.store(true, Ordering::SeqCst);
+    server.run(&ending.stop)?;
     // Removes the file that led the browser here.
     drop(opened);
     // Programs may still be built in the background.
@@ -53,6 +54,24 @@ pub(super) fn run(arguments: Arguments, processes: &Processes) -> Result<ExitCod
     super::signals::exit_now(0);
     #[cfg(not(unix))]
     Ok(ExitCode::SUCCESS)
+}
+
+/// What a signal does: it ends the server cleanly, or the process if the server does not run yet.
+#[derive(Clone, Default)]
+struct Ending {
+    stop: Stop,
+    is_serving: Arc<AtomicBool>,
+}
+
+impl Ending {
+    #[cfg(unix)]
+    fn listen(&self) {
+        let Self { stop, is_serving } = self.clone();
+        super::signals::on_first(move |signal| match is_serving.load(Ordering::SeqCst) {
+            true => stop.stop(),
+            false => super::signals::exit_now(128 + signal),
+        });
+    }
 }
 
 /// The first view: that of `render` with the same options.
