@@ -55,6 +55,9 @@ pub mod reference;
 pub mod renderer;
 pub mod settings;
 pub mod transfer;
+#[cfg(feature = "viewer")]
+#[doc(hidden)]
+pub mod viewer;
 mod viewport;
 pub mod volume;
 

@@ -4,8 +4,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::process::Command;
 
-/// Dependencies of the command only.
-const OF_THE_COMMAND: [&str; 6] = ["clap", "cpu-time", "indicatif", "plotters", "signal-hook", "tracing-subscriber"];
+/// Dependencies of the command and its viewer only.
+const OF_THE_COMMAND: [&str; 10] =
+    ["axum", "clap", "cpu-time", "hyper", "indicatif", "jpeg-encoder", "plotters", "signal-hook", "tokio", "tracing-subscriber"];
 
 /// All crates that are built with these features.
 fn dependencies(features: &[&str]) -> BTreeSet<String> {

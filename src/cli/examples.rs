@@ -50,6 +50,20 @@ Cameras (--cameras FILE): one JSON object per line, for example
     volumes!(),
     transfer_functions!()
 );
+#[cfg(feature = "viewer")]
+pub(super) const VIEW: &str = concat!(
+    "\
+Examples:
+  layersplat view engine_256x256x128_uint8.raw.gz            # opens the browser; Ctrl-C ends it
+  layersplat view head.nii.gz --preset ct-bone --shadows on
+  layersplat view big.nrrd --port 8000 --no-browser          # over SSH: prints the command for the tunnel
+
+Safety:
+  Only this machine can connect, and only with the token in the printed address. --listen accepts other machines: it needs --token-file
+  and --host, and the line is not encrypted. An SSH tunnel is safer. Keys and details: docs/viewer.md.",
+    volumes!(),
+    transfer_functions!()
+);
 pub(super) const ROTATE: &str = concat!(
     "\
 Examples:

@@ -3,6 +3,8 @@
 mod algorithm;
 mod bench;
 mod blending;
+#[cfg(feature = "viewer")]
+mod browser;
 mod check;
 mod command_line;
 mod compare;
@@ -63,6 +65,10 @@ enum Command {
     /// Render a volume to a picture
     #[command(after_help = examples::RENDER)]
     Render(render::Arguments),
+    /// Show a volume in the browser, to turn it and to change how it looks by hand
+    #[cfg(feature = "viewer")]
+    #[command(after_help = examples::VIEW)]
+    View(browser::Arguments),
     /// Render a turn around the vertical axis, or a camera path, to numbered PNGs, GIF, APNG or MP4
     #[command(after_help = examples::ROTATE)]
     Rotate(rotate::Arguments),
@@ -104,12 +110,25 @@ enum Command {
     CheckDevice(check::child::Arguments),
 }
 
+impl Command {
+    /// Whether the command has its own way to end at a signal.
+    #[cfg(unix)]
+    fn ends_itself(&self) -> bool {
+        #[cfg(feature = "viewer")]
+        return matches!(self, Command::View(_));
+        #[cfg(not(feature = "viewer"))]
+        false
+    }
+}
+
 /// Runs the command line of this process. Exit code 2 means a bad command line, 1 any other failure.
 pub fn main() -> ExitCode {
     let cli = Cli::from_arguments();
     log(cli.verbose);
     #[cfg(unix)]
-    signals::exit_after_writes();
+    if !cli.command.ends_itself() {
+        signals::exit_after_writes();
+    }
     // A device check always runs as a single process, even if its parent runs under MPI.
     let processes = if matches!(cli.command, Command::CheckDevice(_)) { Ok(Processes::alone()) } else { Processes::start() };
     let processes = match processes {
@@ -125,6 +144,8 @@ pub fn main() -> ExitCode {
         Command::Bench(arguments) => bench::run(&arguments, &processes),
         // The remaining commands run on the leader only.
         _ if !processes.leads() => Ok(ExitCode::SUCCESS),
+        #[cfg(feature = "viewer")]
+        Command::View(arguments) => browser::run(arguments, &processes),
         Command::Views(arguments) => views::run(&arguments),
         Command::Info(arguments) => info::run(&arguments),
         Command::Transfer(arguments) => transfer::run(&arguments),

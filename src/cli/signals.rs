@@ -9,6 +9,13 @@ use std::thread;
 /// Makes SIGINT, SIGTERM and SIGHUP wait for the current file write before the process exits. A second signal exits at once. The
 /// exit code is 128 plus the signal number, as in shells: 130 for Ctrl-C.
 pub(super) fn exit_after_writes() {
+    on_first(|first| {
+        thread::spawn(move || between_files(|| exit(128 + first)));
+    });
+}
+
+/// Makes the first of these signals call `end` instead, from another thread. A second one exits at once.
+pub(super) fn on_first(end: impl FnOnce(i32) + Send + 'static) {
     let ignored = ignored_signals();
     let handled = [SIGINT, SIGTERM, SIGHUP].into_iter().filter(|signal| ignored >> (signal - 1) & 1 == 0);
     let Ok(mut signals) = Signals::new(handled) else {
@@ -17,12 +24,18 @@ pub(super) fn exit_after_writes() {
     thread::spawn(move || {
         let mut signals = signals.forever();
         if let Some(first) = signals.next() {
-            thread::spawn(move || between_files(|| exit(128 + first)));
+            end(first);
         }
         if let Some(second) = signals.next() {
             exit(128 + second);
         }
     });
+}
+
+/// Exits at once, without the clean-up of libraries: it fails where another thread still uses a driver.
+#[cfg(feature = "viewer")]
+pub(super) fn exit_now(code: i32) -> ! {
+    exit(code)
 }
 
 /// Bit mask of the signals that the parent set to be ignored, as `nohup` does, and shells do for background jobs. SIGHUP alone if

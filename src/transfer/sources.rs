@@ -22,6 +22,22 @@ impl TransferFunction {
         format::read(path, preset)
     }
 
+    /// Reads the text of a transfer function file, as [`TransferFunction::from_file`]. `name` is that of the function and stands in errors.
+    ///
+    /// # Errors
+    /// As [`TransferFunction::from_file`].
+    ///
+    /// ```
+    /// use layersplat::TransferFunction;
+    ///
+    /// let red = TransferFunction::from_text("0,1,0,0,0\n9,1,0,0,0.5\n", "red.csv")?;
+    /// assert_eq!(red.opacity(9.0), 0.5);
+    /// # Ok::<(), layersplat::Error>(())
+    /// ```
+    pub fn from_text(text: &str, name: &str) -> Result<Self, Error> {
+        format::parse(text, name, None)
+    }
+
     /// A built-in transfer function: one of [`TransferFunction::names`], or one with `_r` appended, which reverses its colours. It is
     /// stretched over the volume's range of values. Its opacity is 0 up to a tenth of the range and then rises slowly to a half.
     ///

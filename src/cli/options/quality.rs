@@ -148,6 +148,18 @@ impl QualityOptions {
         Ok(Layered { classification, evaluation, footprints, ..own })
     }
 
+    /// The quality preset that was given.
+    #[cfg(feature = "viewer")]
+    pub fn given_quality(&self) -> Option<Quality> {
+        self.quality
+    }
+
+    /// The kernel that was given.
+    #[cfg(feature = "viewer")]
+    pub fn given_kernel(&self) -> Option<Kernel> {
+        self.algorithm.kernel()
+    }
+
     /// The quality preset.
     pub fn quality(&self) -> Quality {
         self.quality.unwrap_or_default()

@@ -102,7 +102,8 @@ pub(super) fn read(path: &Path, preset: Option<&str>) -> Result<TransferFunction
     parse(&text, &file, preset)
 }
 
-fn parse(text: &str, file: &str, preset: Option<&str>) -> Result<TransferFunction, Error> {
+/// Parses the text of a file of any format. `file` names it in errors.
+pub(super) fn parse(text: &str, file: &str, preset: Option<&str>) -> Result<TransferFunction, Error> {
     // Some editors begin a file with a byte-order mark, which JSON does not have.
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let first = text.trim_start().lines().next().unwrap_or("").trim_end();

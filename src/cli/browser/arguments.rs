@@ -1,0 +1,264 @@
+//! A look and a camera as options of the command. Settings are made of the same options, so the page draws what the command draws.
+
+use super::given::{Given, GivenOption};
+use crate::cli::blending::BlendOptions;
+use crate::cli::options::QualityOptions;
+use crate::error::Error;
+use crate::settings::{Quality, Settings};
+use crate::transfer::Value;
+use crate::viewer::{Look, PageBlend, PageCamera, PageProjection};
+use crate::viewport::Viewport;
+use clap::Parser;
+use std::iter::once;
+
+/// The options that settings are made of.
+#[derive(Parser)]
+#[command(name = "look")]
+struct LookOptions {
+    #[command(flatten)]
+    quality: QualityOptions,
+    #[command(flatten)]
+    blend: BlendOptions,
+}
+
+/// The options of a look. `is_layered`: whether the algorithm has qualities.
+pub(super) fn of_look(look: &Look, quality: Option<Quality>, is_layered: bool) -> Vec<String> {
+    let mut words = Vec::new();
+    let mut add = |option: &str, value: String| words.extend([option.to_owned(), value]);
+    if let Some(quality) = quality.filter(|_| is_layered) {
+        add("--quality", name(quality).into());
+    }
+    if let Some(kernel) = look.kernel.filter(|_| is_layered) {
+        add("--kernel", kernel.name().into());
+    }
+    if look.blend != PageBlend::Composite {
+        add("--blend", look.blend.name().into());
+    }
+    if look.blend == PageBlend::Iso {
+        add("--iso", look.iso.to_string());
+    }
+    if !look.shading {
+        add("--shading", "off".into());
+    }
+    if look.shading {
+        for light in &look.lights {
+            let strength = light.strength;
+            add(
+                "--light",
+                match light.direction {
+                    Some(direction) => format!("{}:{strength}:{}", list(&direction), light.angle),
+                    None => format!("camera:{strength}"),
+                },
+            );
+        }
+        if look.lights_follow && look.lights.iter().any(|light| light.direction.is_some()) {
+            add("--light-space", "camera".into());
+        }
+    }
+    if casts_shadows(look) {
+        add("--shadows", "on".into());
+        if look.shadow_strength < 1.0 {
+            add("--shadow-strength", look.shadow_strength.to_string());
+        }
+    }
+    if has_occlusion(look) {
+        add("--ambient-occlusion", "on".into());
+    }
+    if let Some([lowest, highest]) = look.crop {
+        let side = |i: usize| format!("{}:{}", lowest[i], highest[i]);
+        add("--crop", [side(0), side(1), side(2)].join(","));
+    }
+    for clip in &look.clips {
+        add("--clip", list(clip));
+    }
+    words
+}
+
+/// The settings of a look, with the options that were given.
+pub(super) fn settings(given: &Given, look: &Look, quality: Option<Quality>, is_layered: bool) -> Result<Settings, Error> {
+    let words = once("look".to_owned()).chain(kept(&given.drawing, look)).chain(of_look(look, quality, is_layered));
+    let refused = |e: clap::Error| {
+        let problem = e.to_string().lines().next().unwrap_or_default().trim_start_matches("error: ").to_owned();
+        Error::Settings { field: "page", problem }
+    };
+    let options = LookOptions::try_parse_from(words).map_err(refused)?;
+    options.blend.check()?;
+    let settings = options.quality.settings(Some(look.background()?))?;
+    // The page's values are numbers.
+    Ok(options.blend.apply(settings, |value| match value {
+        Value::Number(number) => number,
+        Value::Percentile(_) => f64::NAN,
+    }))
+}
+
+/// The command that renders a picture.
+pub(super) fn render(
+    given: &Given,
+    look: &Look,
+    camera: &PageCamera,
+    size: Viewport,
+    samples: u32,
+    transfer: &str,
+    is_layered: bool,
+) -> String {
+    let mut words = vec!["layersplat".to_owned(), "render".into(), given.volume.clone()];
+    words.extend(given.reading.iter().flat_map(|option| option.words.clone()));
+    words.extend(["--transfer".into(), transfer.into()]);
+    let mut add = |option: &str, value: String| words.extend([option.to_owned(), value]);
+    add("--azimuth", camera.azimuth.to_string());
+    add("--elevation", camera.elevation.to_string());
+    add("--roll", camera.roll.to_string());
+    add("--center", list(&camera.center));
+    add("--fit", "volume".into());
+    match camera.projection {
+        PageProjection::ParallelScale(scale) => add("--parallel-scale", scale.to_string()),
+        PageProjection::Perspective([field_of_view, distance]) => {
+            add("--perspective", field_of_view.to_string());
+            add("--distance", distance.to_string());
+        }
+    }
+    add("--size", format!("{}x{}", size.width, size.height));
+    add("--background", look.background.clone());
+    if samples > 1 {
+        add("--samples", samples.to_string());
+    }
+    words.extend(kept(&given.drawing, look));
+    words.extend(of_look(look, look.quality.map(Quality::from), is_layered));
+    words.extend(["-o".into(), "layersplat.png".into()]);
+    words.iter().map(|word| quoted(word)).collect::<Vec<_>>().join(" ")
+}
+
+/// Given options that go with a look: those of shadows only where there are shadows.
+fn kept<'a>(given: &'a [GivenOption], look: &'a Look) -> impl Iterator<Item = String> + 'a {
+    let goes = |option: &&GivenOption| match option.id.as_str() {
+        "shadow_forgiveness" => casts_shadows(look),
+        "ao_reach" => has_occlusion(look),
+        "light_grid" => casts_shadows(look) || has_occlusion(look),
+        _ => true,
+    };
+    given.iter().filter(goes).flat_map(|option| option.words.clone())
+}
+
+/// Whether samples of the look are lit.
+fn is_lit(look: &Look) -> bool {
+    look.shading && matches!(look.blend, PageBlend::Composite | PageBlend::Iso)
+}
+
+fn casts_shadows(look: &Look) -> bool {
+    look.shadows && is_lit(look)
+}
+
+fn has_occlusion(look: &Look) -> bool {
+    look.ambient_occlusion && is_lit(look)
+}
+
+fn name(quality: Quality) -> &'static str {
+    match quality {
+        Quality::Draft => "draft",
+        Quality::Standard => "standard",
+        Quality::High => "high",
+        Quality::Paper => "paper",
+    }
+}
+
+fn list(numbers: &[f64]) -> String {
+    numbers.iter().map(f64::to_string).collect::<Vec<_>>().join(",")
+}
+
+/// A word for a POSIX shell.
+fn quoted(word: &str) -> String {
+    let is_plain = |byte: u8| byte.is_ascii_alphanumeric() || b"-_.,:/=@%+".contains(&byte);
+    if !word.is_empty() && word.bytes().all(is_plain) { word.to_owned() } else { format!("'{}'", word.replace('\'', r"'\''")) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::image::Background;
+    use crate::settings::{Blend, LightSpace, Lights, Shadows};
+    use crate::viewer::{PageKernel, PageLight, PageQuality};
+
+    fn look() -> Look {
+        Look::of(&Settings::default(), Background::BLACK, 90.0, [8; 3])
+    }
+
+    fn made(look: &Look, quality: Option<Quality>) -> Settings {
+        settings(&Given::default(), look, quality, true).unwrap()
+    }
+
+    #[test]
+    fn the_first_look_has_the_settings_of_the_preset() {
+        assert_eq!(made(&look(), None), Settings::default());
+        for quality in [Quality::Draft, Quality::Standard, Quality::High, Quality::Paper] {
+            assert_eq!(made(&look(), Some(quality)), quality.settings());
+        }
+    }
+
+    /// Settings become a look, and the look becomes the same settings.
+    #[test]
+    fn looks_and_settings_are_the_same() {
+        let light = PageLight { direction: Some([0.1, -0.30000000000000004, 1e-7]), strength: 0.7, angle: 3.0 };
+        let headlight = PageLight { direction: None, strength: 0.25, angle: 0.0 };
+        let looks = [
+            Look { blend: PageBlend::Iso, iso: -12.3456789012345, ..look() },
+            Look { blend: PageBlend::Maximum, ..look() },
+            Look { shading: false, ..look() },
+            Look { lights: vec![light, headlight], ..look() },
+            Look { lights: vec![light], lights_follow: true, shadows: true, shadow_strength: 0.4, ..look() },
+            Look { ambient_occlusion: true, ..look() },
+            Look {
+                crop: Some([[0.0, 1.5, 2.0], [3.0, 4.0, 1.0 / 3.0 + 5.0]]),
+                clips: vec![[1.0, 2.0, 3.0, -1.0, 0.0, 0.5]; 2],
+                ..look()
+            },
+        ];
+        for look in looks {
+            let settings = made(&look, None);
+            let again = Look::of(&settings, Background::BLACK, look.iso, [8; 3]);
+            let follows = look.lights_follow || look.lights.iter().all(|light| light.direction.is_none());
+            assert_eq!(again, Look { lights_follow: follows, ..look.clone() });
+        }
+        let beside = made(&Look { shadows: true, ..look() }, None);
+        assert_eq!((beside.shading.unwrap().lights, beside.shadows), (Lights::BESIDE_CAMERA, Some(Shadows::default())));
+        let placed = made(&Look { lights: vec![light], lights_follow: true, ..look() }, None).shading.unwrap().lights;
+        assert_eq!(placed.as_slice()[0].space, LightSpace::Camera);
+    }
+
+    /// What does not go with a look is left out, not refused.
+    #[test]
+    fn shadows_stay_where_they_are_seen() {
+        let shadowed = Look { shadows: true, ambient_occlusion: true, ..look() };
+        let option = |id: &str, words: &[&str]| GivenOption { id: id.into(), words: words.iter().map(|&w| w.into()).collect() };
+        let drawing = vec![
+            option("shadow_forgiveness", &["--shadow-forgiveness", "2"]),
+            option("ao_reach", &["--ao-reach", "5"]),
+            option("light_grid", &["--light-grid", "half"]),
+        ];
+        let given = Given { drawing, ..Given::default() };
+        let full = settings(&given, &shadowed, None, true).unwrap();
+        assert!(full.shadows.is_some_and(|s| s.forgiveness == 2.0) && full.ambient_occlusion.is_some());
+        for without in
+            [Look { blend: PageBlend::Average, ..shadowed.clone() }, Look { shading: false, ..shadowed.clone() }, look()]
+        {
+            let settings = settings(&given, &without, None, true).unwrap();
+            assert!(settings.shadows.is_none() && settings.ambient_occlusion.is_none());
+        }
+    }
+
+    #[test]
+    fn conflicts_are_sentences() {
+        let wrong = Look { kernel: Some(PageKernel::Linear), quality: Some(PageQuality::Paper), ..look() };
+        let message = settings(&Given::default(), &wrong, Some(Quality::Paper), true).unwrap_err().to_string();
+        assert!(message.contains("cubic"), "{message}");
+        // Other algorithms have no quality.
+        let drawing = vec![GivenOption { id: "algorithm".into(), words: vec!["--algorithm".into(), "raycast".into()] }];
+        let given = Given { drawing, ..Given::default() };
+        assert!(settings(&given, &look(), Some(Quality::High), false).unwrap().layered().is_none());
+        assert_eq!(made(&Look { blend: PageBlend::Iso, iso: 4.5, ..look() }, None).blend, Blend::Iso(4.5));
+    }
+
+    #[test]
+    fn words_are_quoted_for_shells() {
+        assert_eq!(["a.raw", "it's", "#ffffff", "", "a b"].map(quoted), ["a.raw", r"'it'\''s'", "'#ffffff'", "''", "'a b'"]);
+    }
+}

@@ -1,0 +1,126 @@
+//! The options that this process was given and that the page does not change. They stand in every command that the page shows.
+
+use crate::cli::Cli;
+use crate::cli::blending::BlendOptions;
+use crate::cli::options::{DeviceOptions, QualityOptions, VolumeOptions};
+use clap::parser::ValueSource;
+use clap::{Arg, ArgAction, ArgMatches, Args, Command, CommandFactory};
+use std::ffi::OsString;
+use std::path::Path;
+
+/// Options whose values are part of the page's look.
+const OF_THE_PAGE: [&str; 12] = [
+    "ambient_occlusion",
+    "blend",
+    "clip",
+    "crop",
+    "iso",
+    "kernel",
+    "light",
+    "light_space",
+    "quality",
+    "shading",
+    "shadow_strength",
+    "shadows",
+];
+
+/// An option and its value.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct GivenOption {
+    pub id: String,
+    pub words: Vec<String>,
+}
+
+/// Given options.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Given {
+    /// The volume, without folders.
+    pub volume: String,
+    /// How the volume is read, which way is up, and the device.
+    pub reading: Vec<GivenOption>,
+    /// Options that settings are made of.
+    pub drawing: Vec<GivenOption>,
+}
+
+impl Given {
+    /// Those of the command line of this process.
+    pub fn of_this_process() -> Self {
+        Self::of(std::env::args_os())
+    }
+
+    fn of(command_line: impl IntoIterator<Item = OsString>) -> Self {
+        let mut cli = Cli::command();
+        // The command line was parsed before; a test parses one without the program's name.
+        let Ok(matches) = cli.try_get_matches_from_mut(command_line) else { return Self::default() };
+        let (Some(matches), Some(command)) = (matches.subcommand_matches("view"), cli.find_subcommand("view")) else {
+            return Self::default();
+        };
+        let path =
+            matches.get_raw("volume").and_then(|mut values| values.next().map(|value| value.to_string_lossy().into_owned()));
+        let path = path.unwrap_or_default();
+        // Built-in volumes and standard input have no folder.
+        let name = Path::new(&path).file_name().map_or(path.clone(), |name| name.to_string_lossy().into_owned());
+        let options = |ids: Vec<String>| -> Vec<GivenOption> {
+            let own = command.get_arguments().filter(|arg| ids.iter().any(|id| arg.get_id() == id.as_str()));
+            own.filter_map(|arg| given(arg, matches)).collect()
+        };
+        let mut reading = ids::<VolumeOptions>();
+        reading.extend(ids::<DeviceOptions>());
+        reading.push("up".into());
+        let drawing = ids::<QualityOptions>().into_iter().chain(ids::<BlendOptions>());
+        let drawing = drawing.filter(|id| !OF_THE_PAGE.contains(&id.as_str())).collect();
+        Self { volume: name, reading: options(reading), drawing: options(drawing) }
+    }
+}
+
+/// Names of the options of a group.
+fn ids<Group: Args>() -> Vec<String> {
+    Group::augment_args(Command::new("group")).get_arguments().map(|arg| arg.get_id().to_string()).collect()
+}
+
+/// An option as it was given.
+fn given(arg: &Arg, matches: &ArgMatches) -> Option<GivenOption> {
+    let id = arg.get_id().as_str();
+    let long = format!("--{}", arg.get_long()?);
+    if matches.value_source(id) != Some(ValueSource::CommandLine) {
+        return None;
+    }
+    let is_flag = matches!(arg.get_action(), ArgAction::SetTrue);
+    let values = matches.get_raw(id).into_iter().flatten().map(|value| value.to_string_lossy().into_owned());
+    let words = if is_flag { vec![long] } else { values.flat_map(|value| [long.clone(), value]).collect() };
+    Some(GivenOption { id: id.to_owned(), words })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn given(line: &str) -> Given {
+        Given::of(line.split(' ').map(OsString::from))
+    }
+
+    #[test]
+    fn options_that_the_page_does_not_change_are_kept_as_given() {
+        let line = "layersplat view /secret/folder/head.raw --dims 4x5x6 --type uint16 --up z --sublayers 2 --quality high --shadows on \
+                    --gradient-opacity 5:0,20:1 --iso 3 --blend iso --device-unchecked --port 7 --azimuth 12";
+        let given = given(line);
+        let words =
+            |options: &[GivenOption]| options.iter().flat_map(|option| option.words.clone()).collect::<Vec<_>>().join(" ");
+        assert_eq!(given.volume, "head.raw");
+        let reading = words(&given.reading);
+        for option in ["--dims 4x5x6", "--type uint16", "--up z", "--device-unchecked"] {
+            assert!(reading.contains(option), "{reading}");
+        }
+        assert_eq!(words(&given.drawing), "--sublayers 2 --gradient-opacity 5:0,20:1");
+        assert!(!format!("{given:?}").contains("secret"));
+    }
+
+    #[test]
+    fn ids_of_the_page_are_options() {
+        let all: Vec<String> = ids::<QualityOptions>().into_iter().chain(ids::<BlendOptions>()).collect();
+        for id in OF_THE_PAGE {
+            assert!(all.iter().any(|known| known == id), "{id}");
+        }
+        assert_eq!(given("layersplat view").volume, "builtin:hydrogen");
+    }
+}

@@ -1,0 +1,72 @@
+//! What the page asks this command for.
+
+use super::arguments;
+use super::given::Given;
+use crate::camera::Camera;
+use crate::check::Family;
+use crate::cli::check;
+use crate::cli::options::DeviceOptions;
+use crate::device::Device;
+use crate::error::Error;
+use crate::settings::{Quality, Settings};
+use crate::viewer::{Host, Look, Opening, PageCamera};
+use crate::viewport::Viewport;
+use crate::volume::Grid;
+use std::collections::BTreeSet;
+use std::sync::{Mutex, PoisonError};
+
+/// Remembered settings: a look has one for each quality that pictures of it are drawn in.
+const REMEMBERED: usize = 16;
+
+/// The command's options and device.
+pub(super) struct PageHost {
+    given: Given,
+    is_layered: bool,
+    device: Device,
+    options: DeviceOptions,
+    grid: Grid,
+    checked: Mutex<BTreeSet<Family>>,
+    /// The last settings: parsing options takes longer than a page should wait in every frame.
+    last: Mutex<Vec<(Look, Option<Quality>, Settings)>>,
+}
+
+impl PageHost {
+    pub fn new(given: Given, options: DeviceOptions, opening: &Opening) -> Self {
+        // Without a quality, options of any algorithm go together.
+        let is_layered =
+            arguments::settings(&given, &opening.look, None, false).is_ok_and(|settings| settings.layered().is_some());
+        let (device, grid) = (opening.device.clone(), opening.volume.grid().clone());
+        Self { given, is_layered, device, options, grid, checked: Mutex::default(), last: Mutex::default() }
+    }
+}
+
+impl Host for PageHost {
+    fn settings(&self, look: &Look, quality: Option<Quality>) -> Result<Settings, Error> {
+        let quality = quality.or(look.quality.map(Quality::from));
+        let mut last = self.last.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((.., settings)) = last.iter().find(|(known, of, _)| *of == quality && known == look) {
+            return Ok(*settings);
+        }
+        let settings = arguments::settings(&self.given, look, quality, self.is_layered)?;
+        if last.len() == REMEMBERED {
+            last.remove(0);
+        }
+        last.push((look.clone(), quality, settings));
+        Ok(settings)
+    }
+
+    fn require_checked(&self, camera: &Camera, size: Viewport, settings: &Settings) -> Result<(), Error> {
+        let families = check::families(&[*camera], size, &self.grid, settings);
+        let mut checked = self.checked.lock().unwrap_or_else(PoisonError::into_inner);
+        let unknown: BTreeSet<Family> = families.difference(&checked).copied().collect();
+        if !unknown.is_empty() {
+            check::require(&self.device, &unknown, &self.options)?;
+            checked.extend(unknown);
+        }
+        Ok(())
+    }
+
+    fn command_line(&self, look: &Look, camera: &PageCamera, size: Viewport, samples: u32, transfer: &str) -> String {
+        arguments::render(&self.given, look, camera, size, samples, transfer, self.is_layered)
+    }
+}

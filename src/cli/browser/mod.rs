@@ -1,0 +1,109 @@
+//! `layersplat view`.
+
+mod address;
+mod arguments;
+mod given;
+mod host;
+mod open;
+
+use super::options::Fit;
+use super::orientation::{self, OBLIQUE};
+use super::processes::Processes;
+use super::scene::{Cameras, Scene, SceneOptions};
+use crate::error::Error;
+use crate::image::Background;
+use crate::layers::Kernel;
+use crate::settings::Quality;
+use crate::viewer::{Look, Opening, PageCamera, PageKernel, PageQuality, Server, Stop};
+use address::AddressOptions;
+use given::Given;
+use host::PageHost;
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+#[derive(clap::Args)]
+pub(super) struct Arguments {
+    #[command(flatten)]
+    scene: SceneOptions,
+    #[command(flatten)]
+    address: AddressOptions,
+}
+
+pub(super) fn run(arguments: Arguments, processes: &Processes) -> Result<ExitCode, Error> {
+    let ending = Ending::default();
+    // Before OpenCL: LLVM's handlers, which PoCL installs, would end the process if these came after them.
+    #[cfg(unix)]
+    ending.listen();
+    // Fails before the volume is read.
+    arguments.address.check()?;
+    let listener = arguments.address.bind()?;
+    let admission = arguments.address.admission(&listener)?;
+    let given = Given::of_this_process();
+    let scene = Scene::open(&arguments.scene, processes)?;
+    let opening = opening(&arguments.scene, scene);
+    let host = PageHost::new(given, arguments.scene.device, &opening);
+    let server = Server::new(opening, Box::new(host), admission.access, listener)?;
+    let opened = arguments.address.announce(&admission.address)?;
+    ending.is_serving.store(true, Ordering::SeqCst);
+    server.run(&ending.stop)?;
+    // Removes the file that led the browser here.
+    drop(opened);
+    // Programs may still be built in the background.
+    #[cfg(unix)]
+    super::signals::exit_now(0);
+    #[cfg(not(unix))]
+    Ok(ExitCode::SUCCESS)
+}
+
+/// What a signal does: it ends the server cleanly, or the process if the server does not run yet.
+#[derive(Clone, Default)]
+struct Ending {
+    stop: Stop,
+    is_serving: Arc<AtomicBool>,
+}
+
+impl Ending {
+    #[cfg(unix)]
+    fn listen(&self) {
+        let Self { stop, is_serving } = self.clone();
+        super::signals::on_first(move |signal| match is_serving.load(Ordering::SeqCst) {
+            true => stop.stop(),
+            false => super::signals::exit_now(128 + signal),
+        });
+    }
+}
+
+/// The first view: that of `render` with the same options.
+fn opening(options: &SceneOptions, scene: Scene) -> Opening {
+    let orientation = orientation::announced(&options.camera, &scene);
+    let cameras = Cameras::new(&options.camera, &scene, Fit::Visible, orientation);
+    let orbit = cameras.angles().or_all_of(OBLIQUE);
+    let camera = PageCamera::new(&cameras.still(orbit), orbit);
+    let given = &options.camera;
+    let camera_is_given = given.parallel_scale.is_some() || given.distance.is_some() || given.center.is_some();
+    let look = look(options, &scene);
+    let Scene { volume, transfer, device, time_limit, .. } = scene;
+    Opening { volume, transfer, device, orientation, camera, camera_is_given, look, time_limit }
+}
+
+fn look(options: &SceneOptions, scene: &Scene) -> Look {
+    let (lo, hi) = scene.volume.range();
+    let background = options.camera.background.unwrap_or(Background::BLACK);
+    let look = Look::of(&scene.settings, background, (lo + hi) / 2.0, scene.volume.grid().dims());
+    let quality = options.quality.given_quality().map(|quality| match quality {
+        Quality::Draft => PageQuality::Draft,
+        Quality::Standard => PageQuality::Standard,
+        Quality::High => PageQuality::High,
+        Quality::Paper => PageQuality::Paper,
+    });
+    let kernel = options.quality.given_kernel().and_then(|kernel| match kernel {
+        Kernel::Cubic => Some(PageKernel::Cubic),
+        Kernel::Linear => Some(PageKernel::Linear),
+        Kernel::CatmullRom => Some(PageKernel::CatmullRom),
+        Kernel::BSpline => Some(PageKernel::Bspline),
+        // Of ray casting alone, whose kernel the page does not change.
+        Kernel::Gaussian => None,
+    });
+    Look { quality, kernel, ..look }
+}

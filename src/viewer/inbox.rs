@@ -1,0 +1,262 @@
+//! What a page wants, between the thread that listens to it and the thread that draws for it. Only the newest view, look and transfer
+//! function are kept, so a page can ask as often as it likes.
+
+use super::look::Look;
+use super::protocol::{PageCamera, View};
+use crate::device::Cancel;
+use crate::transfer::{FileFormat, TransferFunction};
+use crate::viewport::Viewport;
+use std::collections::VecDeque;
+use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
+
+/// Pictures that the page has not acknowledged yet. A second one is drawn while the first travels.
+const MOST_IN_FLIGHT: u32 = 2;
+/// Jobs that wait. A page that asks for more has to wait for answers.
+const MOST_JOBS: usize = 8;
+
+/// Work that is answered once, in order.
+pub(super) enum Job {
+    Fit { camera: PageCamera, size: Viewport },
+    Save { camera: PageCamera, size: Viewport, samples: u32 },
+    Command { camera: PageCamera, size: Viewport, samples: u32 },
+    Write { name: String, format: FileFormat },
+}
+
+/// What is new for the drawing thread.
+#[derive(Default)]
+pub(super) struct News {
+    pub look: Option<Look>,
+    pub transfer: Option<TransferFunction>,
+    pub view: Option<View>,
+    pub job: Option<Job>,
+}
+
+#[derive(Default)]
+struct State {
+    look: Option<Look>,
+    transfer: Option<TransferFunction>,
+    view: Option<View>,
+    jobs: VecDeque<Job>,
+    in_flight: u32,
+    is_closed: bool,
+    /// Whether the current frame ends when something new arrives.
+    gives_way: bool,
+}
+
+impl State {
+    /// Whether a picture would not be what the page wants.
+    fn is_changed(&self) -> bool {
+        self.look.is_some() || self.transfer.is_some() || self.view.is_some()
+    }
+
+    fn take_news(&mut self) -> News {
+        News { look: self.look.take(), transfer: self.transfer.take(), view: self.view.take(), job: None }
+    }
+}
+
+/// The newest wishes of a page.
+pub(super) struct Inbox {
+    state: Mutex<State>,
+    changed: Condvar,
+    cancel: Cancel,
+}
+
+impl Inbox {
+    /// `cancel` ends the current frame of the drawing thread.
+    pub fn new(cancel: Cancel) -> Self {
+        Self { state: Mutex::default(), changed: Condvar::new(), cancel }
+    }
+
+    fn state(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Changes the wishes. A frame that gives way is cancelled.
+    fn post(&self, change: impl FnOnce(&mut State)) {
+        let mut state = self.state();
+        change(&mut state);
+        if state.gives_way || state.is_closed {
+            self.cancel.cancel();
+        }
+        self.changed.notify_all();
+    }
+
+    pub fn post_look(&self, look: Look) {
+        self.post(|state| state.look = Some(look));
+    }
+
+    pub fn post_transfer(&self, transfer: TransferFunction) {
+        self.post(|state| state.transfer = Some(transfer));
+    }
+
+    pub fn post_view(&self, view: View) {
+        self.post(|state| state.view = Some(view));
+    }
+
+    /// Adds a job; returns false if too many wait.
+    pub fn post_job(&self, job: Job) -> bool {
+        let mut is_added = false;
+        self.post(|state| {
+            is_added = state.jobs.len() < MOST_JOBS;
+            if is_added {
+                state.jobs.push_back(job);
+            }
+        });
+        is_added
+    }
+
+    /// The page has drawn a picture. This is no input: refinement goes on.
+    pub fn acknowledge(&self) {
+        let mut state = self.state();
+        state.in_flight = state.in_flight.saturating_sub(1);
+        self.changed.notify_all();
+    }
+
+    /// The page is gone.
+    pub fn close(&self) {
+        self.post(|state| state.is_closed = true);
+    }
+
+    /// A picture is on its way to the page.
+    pub fn sent(&self) {
+        self.state().in_flight += 1;
+    }
+
+    /// Puts a job back that gave way.
+    pub fn put_back(&self, job: Job) {
+        self.state().jobs.push_front(job);
+    }
+
+    /// Waits for a view, or for a job, or until the refinement goes on if there is one (`has_work`). A new look and a new transfer function
+    /// come with the view that follows them, or with a job. `None` if the page is gone.
+    pub fn wait(&self, has_work: bool) -> Option<News> {
+        let mut state = self.state();
+        loop {
+            if state.is_closed {
+                return None;
+            }
+            let may_draw = state.in_flight < MOST_IN_FLIGHT;
+            if state.view.is_some() {
+                if may_draw {
+                    return Some(state.take_news());
+                }
+            } else if let Some(job) = state.jobs.pop_front() {
+                return Some(News { job: Some(job), ..state.take_news() });
+            } else if has_work && may_draw && !state.is_changed() {
+                return Some(News::default());
+            }
+            state = self.changed.wait(state).unwrap_or_else(PoisonError::into_inner);
+        }
+    }
+
+    /// Runs work that gives way: it is cancelled when something new arrives. `None` if something new is there already.
+    pub fn giving_way<T>(&self, work: impl FnOnce() -> T) -> Option<T> {
+        {
+            let mut state = self.state();
+            if state.is_closed || state.is_changed() {
+                return None;
+            }
+            state.gives_way = true;
+        }
+        let done = work();
+        let mut state = self.state();
+        state.gives_way = false;
+        if !state.is_closed {
+            self.cancel.reset();
+        }
+        Some(done)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::image::Background;
+    use crate::settings::Settings;
+    use crate::viewer::protocol::PageProjection;
+
+    fn camera() -> PageCamera {
+        PageCamera { azimuth: 0.0, elevation: 0.0, roll: 0.0, center: [0.0; 3], projection: PageProjection::ParallelScale(1.0) }
+    }
+
+    fn view(id: u32) -> View {
+        View { id, camera: camera(), width: 4, height: 4, moving: true }
+    }
+
+    fn look() -> Look {
+        Look::of(&Settings::default(), Background::BLACK, 0.0, [1; 3])
+    }
+
+    fn job() -> Job {
+        Job::Fit { camera: camera(), size: Viewport { width: 4, height: 4 } }
+    }
+
+    #[test]
+    fn the_newest_wins() {
+        let inbox = Inbox::new(Cancel::new());
+        (0..1000).for_each(|id| inbox.post_view(view(id)));
+        assert_eq!(inbox.wait(false).unwrap().view, Some(view(999)));
+        // A look waits for its view.
+        inbox.post_look(look());
+        inbox.post_view(view(1000));
+        let news = inbox.wait(true).unwrap();
+        assert!(news.look.is_some() && news.view == Some(view(1000)));
+    }
+
+    #[test]
+    fn two_pictures_are_on_their_way_at_most() {
+        let inbox = Inbox::new(Cancel::new());
+        inbox.sent();
+        inbox.post_view(view(1));
+        assert!(inbox.wait(false).unwrap().view.is_some());
+        inbox.sent();
+        assert!(inbox.post_job(job()));
+        // Nothing to do but the job.
+        assert!(inbox.wait(true).unwrap().job.is_some());
+        inbox.post_view(view(2));
+        inbox.acknowledge();
+        assert_eq!(inbox.wait(false).unwrap().view, Some(view(2)));
+        // More acknowledgements than pictures do not add up.
+        (0..9).for_each(|_| inbox.acknowledge());
+        inbox.sent();
+        inbox.sent();
+        inbox.post_view(view(3));
+        let waited = std::thread::scope(|threads| {
+            let waiting = threads.spawn(|| inbox.wait(true));
+            std::thread::sleep(std::time::Duration::from_millis(30));
+            let is_waiting = !waiting.is_finished();
+            inbox.close();
+            is_waiting && waiting.join().unwrap().is_none()
+        });
+        assert!(waited);
+    }
+
+    #[test]
+    fn refinement_gives_way_to_input_but_not_to_acknowledgements() {
+        let cancel = Cancel::new();
+        let inbox = Inbox::new(cancel.clone());
+        assert_eq!(inbox.giving_way(|| inbox.acknowledge()).map(|()| cancel.is_cancelled()), Some(false));
+        let cancelled = inbox.giving_way(|| {
+            inbox.post_view(view(1));
+            cancel.is_cancelled()
+        });
+        assert_eq!((cancelled, cancel.is_cancelled()), (Some(true), false));
+        assert!(inbox.giving_way(|| ()).is_none(), "the view is there already");
+        // A moving frame is not cancelled by the next one.
+        inbox.post_view(view(2));
+        assert!(!cancel.is_cancelled());
+        inbox.close();
+        assert!(cancel.is_cancelled() && inbox.wait(true).is_none() && inbox.giving_way(|| ()).is_none());
+    }
+
+    #[test]
+    fn jobs_are_bounded_and_wait_for_the_view() {
+        let inbox = Inbox::new(Cancel::new());
+        assert_eq!((0..20).filter(|_| inbox.post_job(job())).count(), MOST_JOBS);
+        inbox.post_view(view(1));
+        assert!(inbox.wait(true).unwrap().job.is_none());
+        inbox.post_look(look());
+        let news = inbox.wait(true).unwrap();
+        assert!(news.job.is_some() && news.look.is_some());
+    }
+}

@@ -1,0 +1,265 @@
+//! What the page can change besides the camera and the transfer function.
+
+use crate::error::Error;
+use crate::image::Background;
+use crate::layers::Kernel;
+use crate::settings::{Blend, ClipPlane, Clipping, CropBox, Light, LightSpace, Lights, Quality, Settings};
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+
+/// The look of a picture. Names and ranges are those of the command's options.
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+#[serde(deny_unknown_fields)]
+pub struct Look {
+    /// Quality of pictures at rest and saved ones; `None`: refined up to `high`.
+    pub quality: Option<PageQuality>,
+    /// Reconstruction kernel; `None`: by quality.
+    pub kernel: Option<PageKernel>,
+    /// Blend mode.
+    pub blend: PageBlend,
+    /// Value of the iso-surface.
+    pub iso: f64,
+    /// Whether samples are lit.
+    pub shading: bool,
+    /// Lights; none: the default of the settings.
+    pub lights: Vec<PageLight>,
+    /// Whether lights move with the camera.
+    pub lights_follow: bool,
+    /// Shadows of the lights.
+    pub shadows: bool,
+    /// Share of the shadows, 0 … 1.
+    pub shadow_strength: f64,
+    /// Ambient occlusion.
+    pub ambient_occlusion: bool,
+    /// Colour `#rrggbb`, or `transparent`.
+    pub background: String,
+    /// Box in voxels: the lowest and the highest corner.
+    pub crop: Option<[[f64; 3]; 2]>,
+    /// Clip planes in world units: a point and a normal each.
+    pub clips: Vec<[f64; 6]>,
+}
+
+/// A white light.
+#[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq)]
+#[serde(deny_unknown_fields)]
+pub struct PageLight {
+    /// Direction towards the light; `None`: at the camera.
+    pub direction: Option<[f64; 3]>,
+    /// 0 … 100.
+    pub strength: f64,
+    /// Angular diameter in degrees, 0 … 45.
+    pub angle: f64,
+}
+
+/// A quality preset.
+#[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq)]
+#[serde(rename_all = "snake_case")]
+#[expect(missing_docs, reason = "those of Quality")]
+pub enum PageQuality {
+    Draft,
+    Standard,
+    High,
+    Paper,
+}
+
+/// A reconstruction kernel of layers.
+#[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq)]
+#[serde(rename_all = "kebab-case")]
+#[expect(missing_docs, reason = "those of Kernel")]
+pub enum PageKernel {
+    Cubic,
+    Linear,
+    CatmullRom,
+    Bspline,
+}
+
+/// A blend mode.
+#[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq)]
+#[serde(rename_all = "snake_case")]
+#[expect(missing_docs, reason = "those of Blend")]
+pub enum PageBlend {
+    Composite,
+    Maximum,
+    Minimum,
+    Average,
+    Iso,
+}
+
+impl From<PageQuality> for Quality {
+    fn from(quality: PageQuality) -> Self {
+        match quality {
+            PageQuality::Draft => Quality::Draft,
+            PageQuality::Standard => Quality::Standard,
+            PageQuality::High => Quality::High,
+            PageQuality::Paper => Quality::Paper,
+        }
+    }
+}
+
+impl PageKernel {
+    /// Name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            PageKernel::Cubic => Kernel::Cubic.name(),
+            PageKernel::Linear => Kernel::Linear.name(),
+            PageKernel::CatmullRom => Kernel::CatmullRom.name(),
+            PageKernel::Bspline => Kernel::BSpline.name(),
+        }
+    }
+}
+
+impl PageBlend {
+    /// Name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            PageBlend::Composite => "composite",
+            PageBlend::Maximum => "maximum",
+            PageBlend::Minimum => "minimum",
+            PageBlend::Average => "average",
+            PageBlend::Iso => "iso",
+        }
+    }
+}
+
+impl Look {
+    /// The look of settings. `iso` is the value that an iso-surface begins with, if there is none yet. Open sides of a crop box end with the
+    /// field of a volume of `dims` voxels.
+    pub fn of(settings: &Settings, background: Background, iso: f64, dims: [usize; 3]) -> Self {
+        let lights = settings.shading.map_or_else(Lights::default, |shading| shading.lights);
+        let lights: &[Light] = if lights == Lights::default() { &[] } else { lights.as_slice() };
+        let (blend, iso) = match settings.blend {
+            Blend::Composite => (PageBlend::Composite, iso),
+            Blend::Maximum => (PageBlend::Maximum, iso),
+            Blend::Minimum => (PageBlend::Minimum, iso),
+            Blend::Average => (PageBlend::Average, iso),
+            Blend::Iso(value) => (PageBlend::Iso, value),
+        };
+        let (least, most) = (DVec3::NEG_ONE, DVec3::from_array(dims.map(|n| n as f64)));
+        let ends = |CropBox { lowest, highest }: CropBox| [lowest.max(least).to_array(), highest.min(most).to_array()];
+        let crop = settings.clipping.crop.map(ends);
+        let clip = |plane: &ClipPlane| {
+            let ([x, y, z], [nx, ny, nz]) = (plane.point.to_array(), plane.normal.to_array());
+            [x, y, z, nx, ny, nz]
+        };
+        Self {
+            quality: None,
+            kernel: None,
+            blend,
+            iso,
+            shading: settings.shading.is_some(),
+            lights: lights.iter().map(PageLight::of).collect(),
+            lights_follow: lights.iter().all(|light| light.space == LightSpace::Camera || light.direction.is_none()),
+            shadows: settings.shadows.is_some(),
+            shadow_strength: settings.shadows.map_or(1.0, |shadows| shadows.strength),
+            ambient_occlusion: settings.ambient_occlusion.is_some(),
+            background: name_of(background),
+            crop,
+            clips: settings.clipping.planes.iter().flatten().map(clip).collect(),
+        }
+    }
+
+    /// Checks what the page can send wrong. Combinations are checked when settings are made.
+    ///
+    /// # Errors
+    /// [`Error::OutOfRange`] for numbers outside their ranges, too many lights or planes, or an unknown colour.
+    pub fn check(&self) -> Result<(), Error> {
+        let refuse = |name, value: String, expected| Err(Error::OutOfRange { name, value, expected });
+        if !self.lights.is_empty() {
+            let lights: Vec<Light> = self.lights.iter().take(Lights::MOST + 1).map(PageLight::light).collect();
+            Lights::new(&lights)?;
+        }
+        if self.clips.len() > Clipping::MAX_PLANES {
+            return refuse("clipping", format!("{} planes", self.clips.len()), "at most 6 clip planes");
+        }
+        let clips_are_planes = self
+            .clips
+            .iter()
+            .all(|&[x, y, z, nx, ny, nz]| DVec3::new(x, y, z).is_finite() && DVec3::new(nx, ny, nz).try_normalize().is_some());
+        if !clips_are_planes {
+            return refuse("clipping", "a plane without a normal".into(), "finite numbers and a normal other than 0");
+        }
+        if let Some([lowest, highest]) = self.crop
+            && !(0..3).all(|i| lowest[i].is_finite() && highest[i].is_finite() && lowest[i] < highest[i])
+        {
+            return refuse("clipping", "an empty box".into(), "a box whose lowest corner is below the highest on every axis");
+        }
+        if !(0.0..=1.0).contains(&self.shadow_strength) {
+            return refuse("shadow_strength", self.shadow_strength.to_string(), "a strength from 0 to 1");
+        }
+        if !self.iso.is_finite() {
+            return refuse("blend", self.iso.to_string(), "a finite iso-value");
+        }
+        self.background().map(|_| ())
+    }
+
+    /// The background.
+    ///
+    /// # Errors
+    /// [`Error::OutOfRange`] for unknown colours.
+    pub fn background(&self) -> Result<Background, Error> {
+        let name = &self.background;
+        let is_known = name == "transparent" || (name.len() == 7 && name.starts_with('#'));
+        let parsed = name.parse().ok().filter(|_| is_known);
+        let value = || name.chars().take(20).collect();
+        parsed.ok_or_else(|| Error::OutOfRange { name: "background", value: value(), expected: "transparent or #rrggbb" })
+    }
+}
+
+impl PageLight {
+    fn of(light: &Light) -> Self {
+        Self { direction: light.direction.map(|d| d.to_array()), strength: light.strength, angle: light.angle }
+    }
+
+    fn light(&self) -> Light {
+        let direction = self.direction.map(DVec3::from_array);
+        Light { direction, strength: self.strength, angle: self.angle, ..Light::AT_CAMERA }
+    }
+}
+
+/// `transparent`, or the nearest colour in 8 bits as `#rrggbb`.
+fn name_of(background: Background) -> String {
+    match background {
+        Background::Transparent => "transparent".into(),
+        Background::Color(color) => {
+            let [r, g, b] = color.map(|c| (c * 255.0).round() as u8);
+            format!("#{r:02x}{g:02x}{b:02x}")
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_default_look_is_that_of_the_default_settings() {
+        let look = Look::of(&Settings::default(), Background::BLACK, 7.0, [4; 3]);
+        assert!(look.lights.is_empty() && look.shading && !look.shadows && look.iso == 7.0);
+        assert_eq!(look.background, "#000000");
+        look.check().unwrap();
+        let text = serde_json::to_string(&look).unwrap();
+        assert_eq!(serde_json::from_str::<Look>(&text).unwrap(), look);
+    }
+
+    #[test]
+    fn bad_looks_are_refused() {
+        let good = Look::of(&Settings::default(), Background::BLACK, 0.0, [4; 3]);
+        let light = PageLight { direction: Some([0.0; 3]), strength: 1.0, angle: 0.0 };
+        let fine = PageLight { direction: None, ..light };
+        for (what, bad) in [
+            ("a direction of 0", Look { lights: vec![light], ..good.clone() }),
+            ("five lights", Look { lights: vec![fine; 5], ..good.clone() }),
+            ("a strong light", Look { lights: vec![PageLight { strength: 1e9, ..fine }], ..good.clone() }),
+            ("seven planes", Look { clips: vec![[0.0, 0.0, 0.0, 1.0, 0.0, 0.0]; 7], ..good.clone() }),
+            ("no normal", Look { clips: vec![[0.0; 6]], ..good.clone() }),
+            ("an empty box", Look { crop: Some([[0.0; 3], [1.0, 0.0, 1.0]]), ..good.clone() }),
+            ("strength", Look { shadow_strength: 1.1, ..good.clone() }),
+            ("iso", Look { iso: f64::NAN, ..good.clone() }),
+            ("colour", Look { background: "pink".into(), ..good.clone() }),
+            ("long colour", Look { background: "x".repeat(1 << 16), ..good.clone() }),
+        ] {
+            let message = bad.check().expect_err(what).to_string();
+            assert!(message.len() < 200, "{what}: {message}");
+        }
+    }
+}

@@ -1,0 +1,112 @@
+// Cameras as the command describes them: angles in degrees about the vertical axis, a centre and a projection. Turning works on axes, so that
+// it does not stick at the poles.
+
+/** @typedef {import("./state.js").Camera} Camera */
+/** @typedef {{ right: number[], up: number[], to_eye: number[] }} Frame axes of the world at azimuth 0, elevation 0 */
+
+const RADIANS = Math.PI / 180;
+
+/** @param {number[]} a @param {number[]} b */
+export const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+/** @param {number[]} a @param {number} k */
+export const times = (a, k) => a.map((x) => x * k);
+/** @param {number[][]} all */
+export const sum = (...all) => [0, 1, 2].map((i) => all.reduce((total, a) => total + a[i], 0));
+/** @param {number[]} a */
+export const unit = (a) => times(a, 1 / Math.hypot(...a));
+/** @param {number[]} a @param {number[]} b */
+const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+
+/** Axes of a camera in the frame: right, up, to the eye. @param {Camera} camera */
+export function axes({ azimuth, elevation, roll }) {
+  const [a, e, r] = [azimuth, elevation, roll].map((angle) => angle * RADIANS);
+  const toEye = [Math.cos(e) * Math.sin(a), Math.sin(e), Math.cos(e) * Math.cos(a)];
+  const level = [Math.cos(a), 0, -Math.sin(a)];
+  const upright = cross(toEye, level);
+  return {
+    right: sum(times(level, Math.cos(r)), times(upright, -Math.sin(r))),
+    up: sum(times(upright, Math.cos(r)), times(level, Math.sin(r))),
+    toEye,
+  };
+}
+
+/** Angles of axes. At the poles, where azimuth and roll turn about the same axis, the azimuth does it all.
+ * @param {{ right: number[], up: number[], toEye: number[] }} axes */
+export function angles({ right, up, toEye }) {
+  const horizontal = Math.hypot(toEye[0], toEye[2]);
+  const a = horizontal > 1e-9 ? Math.atan2(toEye[0], toEye[2]) : Math.atan2(-right[2], right[0]);
+  const e = Math.atan2(toEye[1], horizontal);
+  const level = [Math.cos(a), 0, -Math.sin(a)];
+  const upright = cross(toEye, level);
+  const roll = Math.atan2(dot(up, level), dot(up, upright));
+  return { azimuth: a / RADIANS, elevation: e / RADIANS, roll: rounded(roll / RADIANS) };
+}
+
+/** Rounding errors of a camera that is not rolled would cost it its upright lattice. @param {number} degrees */
+const rounded = (degrees) => (Math.abs(degrees) < 1e-9 ? 0 : degrees);
+
+/** Rotates a vector about a unit axis. @param {number[]} v @param {number[]} axis @param {number} radians */
+function rotated(v, axis, radians) {
+  const [c, s] = [Math.cos(radians), Math.sin(radians)];
+  return sum(times(v, c), times(cross(axis, v), s), times(axis, dot(axis, v) * (1 - c)));
+}
+
+/** Turns the camera about its own axes: by `x` to the right and `y` upwards on the screen, in radians.
+ * @param {Camera} camera @param {number} x @param {number} y @returns {Camera} */
+export function turned(camera, x, y) {
+  let own = axes(camera);
+  const turn = (/** @type {number[]} */ axis, /** @type {number} */ by) => {
+    own = { right: rotated(own.right, axis, by), up: rotated(own.up, axis, by), toEye: rotated(own.toEye, axis, by) };
+  };
+  turn(own.up, -x);
+  turn(own.right, y);
+  const toEye = unit(own.toEye);
+  const right = unit(cross(own.up, toEye));
+  return { ...camera, ...angles({ right, up: cross(toEye, right), toEye }) };
+}
+
+/** @param {Camera} camera @param {number} degrees @returns {Camera} */
+export function rolled(camera, degrees) {
+  const roll = ((((camera.roll + degrees + 180) % 360) + 360) % 360) - 180;
+  return { ...camera, roll: rounded(roll) };
+}
+
+/** Half the height of the picture in world units, at the centre. @param {Camera} camera */
+export function halfHeight({ projection }) {
+  if ("parallel_scale" in projection) return projection.parallel_scale;
+  const [fieldOfView, distance] = projection.perspective;
+  return distance * Math.tan((fieldOfView * RADIANS) / 2);
+}
+
+/** A vector of the frame in the world. @param {number[]} v @param {Frame} frame */
+export const toWorld = (v, frame) => sum(times(frame.right, v[0]), times(frame.up, v[1]), times(frame.to_eye, v[2]));
+
+/** Moves the centre by a part of half the picture's height, so that the volume follows the hand.
+ * @param {Camera} camera @param {number} x to the right @param {number} y upwards @param {Frame} frame @returns {Camera} */
+export function panned(camera, x, y, frame) {
+  const { right, up } = axes(camera);
+  const half = halfHeight(camera);
+  const move = sum(times(toWorld(right, frame), -x * half), times(toWorld(up, frame), -y * half));
+  return { ...camera, center: sum(camera.center, move) };
+}
+
+/** Magnifies about a place of the picture, which stays where it is. @param {Camera} camera @param {number} factor
+ * @param {number} x @param {number} y the place, in half heights from the middle @param {Frame} frame @returns {Camera} */
+export function zoomed(camera, factor, x, y, frame) {
+  const { projection } = camera;
+  const nearer = "parallel_scale" in projection
+    ? { parallel_scale: projection.parallel_scale / factor }
+    : { perspective: /** @type {[number, number]} */ ([projection.perspective[0], projection.perspective[1] / factor]) };
+  const moved = panned(camera, -x * (1 - 1 / factor), -y * (1 - 1 / factor), frame);
+  return { ...moved, projection: nearer };
+}
+
+/** The other projection, of the same size at the centre. @param {Camera} camera @returns {Camera} */
+export function otherProjection(camera) {
+  const fieldOfView = 30;
+  const half = halfHeight(camera);
+  const projection = "parallel_scale" in camera.projection
+    ? { perspective: /** @type {[number, number]} */ ([fieldOfView, half / Math.tan((fieldOfView * RADIANS) / 2)]) }
+    : { parallel_scale: half };
+  return { ...camera, projection };
+}

@@ -1,0 +1,52 @@
+// Blend mode, quality, kernel and background.
+
+/** @typedef {import("./state.js").Look} Look */
+
+/** @param {string} id */
+const element = (id) => /** @type {HTMLInputElement} */ (document.getElementById(id));
+
+/** @param {(change: (look: Look) => void, isDone: boolean) => void} change */
+export function listen(change) {
+  const choose = (/** @type {string} */ id, /** @type {(look: Look, value: string) => void} */ set) => {
+    element(id).addEventListener("change", () => change((look) => set(look, element(id).value), true));
+  };
+  choose("blend", (look, value) => { look.blend = value; });
+  choose("quality", (look, value) => {
+    look.quality = value || null;
+    // The paper's splats have their own kernel.
+    if (value === "paper") look.kernel = null;
+  });
+  choose("kernel", (look, value) => { look.kernel = value || null; });
+  for (const id of ["iso", "iso-number"]) {
+    const set = (/** @type {boolean} */ isDone) => {
+      const value = element(id).valueAsNumber;
+      if (Number.isFinite(value)) change((look) => { look.iso = value; }, isDone);
+    };
+    if (id === "iso") element(id).addEventListener("input", () => set(false));
+    element(id).addEventListener("change", () => set(true));
+  }
+  element("background").addEventListener("input", () => change((look) => { look.background = element("background").value; }, false));
+  element("background").addEventListener("change", () => change((look) => { look.background = element("background").value; }, true));
+  element("transparent").addEventListener("change", () => change((look) => {
+    look.background = element("transparent").checked ? "transparent" : element("background").value;
+  }, true));
+}
+
+/** @param {Look} look @param {boolean} isLayered whether the algorithm has qualities and kernels */
+export function show(look, isLayered) {
+  element("blend").value = look.blend;
+  element("quality").value = look.quality ?? "";
+  element("kernel").value = look.kernel ?? "";
+  element("quality").disabled = !isLayered;
+  element("kernel").disabled = !isLayered || look.quality === "paper";
+  element("iso-line").hidden = look.blend !== "iso";
+  element("iso").value = String(look.iso);
+  if (element("iso-number") !== document.activeElement) element("iso-number").value = String(Number(look.iso.toPrecision(6)));
+  element("transparent").checked = look.background === "transparent";
+  if (look.background !== "transparent") element("background").value = look.background;
+}
+
+/** @param {number} lowest @param {number} highest */
+export function setRange(lowest, highest) {
+  [element("iso").min, element("iso").max] = [String(lowest), String(highest)];
+}

@@ -1,0 +1,53 @@
+// Keys of the whole page, and the list of them.
+
+/** @typedef {{ keys: string, does: string }} Line */
+
+/** For the list that `?` opens. @type {Line[]} */
+export const LINES = [
+  { keys: "drag, arrow keys", does: "turn" },
+  { keys: "Shift + drag or arrow keys, right drag", does: "pan" },
+  { keys: "wheel, pinch, + −", does: "zoom" },
+  { keys: "Alt + drag, , .", does: "roll" },
+  { keys: "1 … 6", does: "front, right, back, left, above, below" },
+  { keys: "7 8", does: "two corners" },
+  { keys: "f", does: "fit what is visible" },
+  { keys: "r", does: "first view" },
+  { keys: "o", does: "parallel or perspective" },
+  { keys: "p", does: "fold the panel" },
+  { keys: "s", does: "save the picture" },
+  { keys: "c", does: "copy the command that makes the picture" },
+  { keys: "Ctrl + Z, Ctrl + Y", does: "undo, redo" },
+  { keys: "?", does: "this list" },
+  { keys: "on the curve: ← →", does: "choose a point" },
+  { keys: "on the curve: Alt + arrow keys", does: "move the point" },
+  { keys: "on the curve: Insert, Delete", does: "add a point, delete it" },
+];
+
+/** @param {HTMLElement} list */
+export function fill(list) {
+  for (const { keys, does } of LINES) {
+    const [term, text] = [document.createElement("dt"), document.createElement("dd")];
+    [term.textContent, text.textContent] = [keys, does];
+    list.append(term, text);
+  }
+}
+
+/** Whether keys belong to the element that has the focus. @param {KeyboardEvent} event */
+function isTyping({ target }) {
+  return target instanceof HTMLElement && target.matches("input:not([type=checkbox]), select, textarea, #curve, #colors, #ball, dialog *");
+}
+
+/** @param {Record<string, (event: KeyboardEvent) => void>} actions by key, `Shift+` and `Ctrl+` before it */
+export function listen(actions) {
+  addEventListener("keydown", (event) => {
+    const control = event.ctrlKey || event.metaKey;
+    if (event.altKey || (isTyping(event) && !control)) return;
+    const name = event.key.length === 1 ? event.key.toLowerCase() : event.key;
+    const shift = event.shiftKey && (event.key.length > 1 || control) ? "Shift+" : "";
+    const action = actions[`${control ? "Ctrl+" : ""}${shift}${name}`];
+    // Arrow keys of a focused button or summary still scroll nothing: the picture has them.
+    if (!action || (isTyping(event) && /[zy]$/.test(name) && event.target instanceof HTMLTextAreaElement)) return;
+    event.preventDefault();
+    action(event);
+  });
+}

@@ -1,0 +1,95 @@
+// What the user can change: camera, look and transfer function. It is a value; history and the address's fragment hold copies.
+
+/**
+ * @typedef {{ parallel_scale: number } | { perspective: [number, number] }} Projection
+ * @typedef {{ azimuth: number, elevation: number, roll: number, center: number[], projection: Projection }} Camera
+ * @typedef {{ direction: number[] | null, strength: number, angle: number }} Light
+ * @typedef {{ quality: string | null, kernel: string | null, blend: string, iso: number, shading: boolean, lights: Light[],
+ *   lights_follow: boolean, shadows: boolean, shadow_strength: number, ambient_occlusion: boolean, background: string,
+ *   crop: number[][] | null, clips: number[][] }} Look
+ * @typedef {{ name: string, colors: [number, number[]][], opacities: [number, number][] }} Transfer
+ * @typedef {{ camera: Camera, look: Look, transfer: Transfer }} State
+ */
+
+/** States that undo can return to. */
+const MOST_STATES = 200;
+/** Longest fragment: some programs cut longer addresses. */
+const LONGEST_FRAGMENT = 8000;
+
+/** @template T @param {T} value @returns {T} */
+export const copy = (value) => structuredClone(value);
+
+/** @param {unknown} a @param {unknown} b */
+export const isEqual = (a, b) => JSON.stringify(a) === JSON.stringify(b);
+
+/** The state, with undo and redo. */
+export class History {
+  /** @param {State} first */
+  constructor(first) {
+    /** @type {State} */
+    this.now = copy(first);
+    /** @type {State[]} */
+    this.past = [copy(first)];
+    this.at = 0;
+  }
+
+  /** Keeps the state if it differs from the last one. */
+  commit() {
+    if (isEqual(this.now, this.past[this.at])) return;
+    this.past.splice(this.at + 1);
+    this.past.push(copy(this.now));
+    if (this.past.length > MOST_STATES) this.past.shift();
+    this.at = this.past.length - 1;
+  }
+
+  /** @param {number} steps −1: back, 1: forward @returns whether there was one */
+  go(steps) {
+    this.commit();
+    const to = this.at + steps;
+    if (to < 0 || to >= this.past.length) return false;
+    this.at = to;
+    this.now = copy(this.past[to]);
+    return true;
+  }
+}
+
+/** @param {State} state @param {Transfer} initial left out of the address */
+export function toFragment(state, initial) {
+  const { camera, look, transfer } = state;
+  const kept = isEqual(transfer, initial) ? { camera, look } : { camera, look, transfer };
+  const text = btoa(String.fromCharCode(...new TextEncoder().encode(JSON.stringify(kept))));
+  const fragment = text.replaceAll("+", "-").replaceAll("/", "_").replaceAll("=", "");
+  return fragment.length <= LONGEST_FRAGMENT ? fragment : null;
+}
+
+/** The state of an address's fragment; fields that it lacks or that have another shape come from `first`.
+ * @param {string} fragment @param {State} first @returns {State | null} */
+export function fromFragment(fragment, first) {
+  if (!fragment) return null;
+  try {
+    const bytes = Uint8Array.from(atob(fragment.replaceAll("-", "+").replaceAll("_", "/")), (c) => c.charCodeAt(0));
+    const kept = JSON.parse(new TextDecoder().decode(bytes));
+    const state = copy(first);
+    for (const part of /** @type {const} */ (["camera", "look", "transfer"])) {
+      for (const name of Object.keys(state[part])) {
+        if (kept[part] && name in kept[part]) /** @type {any} */ (state[part])[name] = kept[part][name];
+      }
+    }
+    return isCamera(state.camera) && isTransfer(state.transfer) ? state : null;
+  } catch {
+    return null;
+  }
+}
+
+/** @param {Camera} camera */
+function isCamera({ azimuth, elevation, roll, center, projection }) {
+  const numbers = [azimuth, elevation, roll, ...center, ...Object.values(projection).flat()];
+  return numbers.length >= 7 && numbers.every(Number.isFinite);
+}
+
+/** @param {Transfer} transfer */
+function isTransfer({ colors, opacities }) {
+  const isColor = (/** @type {any} */ p) => Number.isFinite(p[0]) && p[1].length === 3 && p[1].every(Number.isFinite);
+  const isOpacity = (/** @type {any} */ p) => p.length === 2 && p.every(Number.isFinite);
+  return colors.length > 0 && opacities.length > 0 && colors.every(isColor) && opacities.every(isOpacity);
+}

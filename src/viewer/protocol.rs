@@ -1,0 +1,303 @@
+//! Messages between page and server. The page sends JSON; pictures come back as bytes after a header.
+
+use super::look::Look;
+use crate::camera::{Camera, Orbit, OrbitFrame, Projection};
+use crate::error::Error;
+use crate::transfer::{ControlPoint, TransferFunction};
+use crate::viewport::Viewport;
+use crate::volume::Grid;
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+
+/// Longest message of a page in bytes. A transfer function of 4096 points takes about a third.
+pub(super) const MAX_MESSAGE: usize = 1 << 20;
+/// Most pixels of a picture that a page shows.
+const MAX_SHOWN_PIXELS: usize = 1 << 24;
+/// Most pixels of a saved picture, samples included.
+const MAX_SAVED_PIXELS: usize = 1 << 26;
+/// Most control points of a transfer function that a page sends.
+const MAX_POINTS: usize = 4096;
+
+/// A message of the page.
+#[derive(Deserialize)]
+#[serde(tag = "type", rename_all = "snake_case", deny_unknown_fields)]
+pub(super) enum Request {
+    /// Draw this view. The newest one wins.
+    View(View),
+    /// Use this look from the next view on.
+    Look { look: Look },
+    /// Use this transfer function from the next view on.
+    Transfer { colors: Vec<ControlPoint<[f64; 3]>>, opacities: Vec<ControlPoint<f64>> },
+    /// The page has drawn a picture.
+    Shown {},
+    /// Answer with the camera that fits what is visible.
+    Fit { camera: PageCamera, width: u32, height: u32 },
+    /// Answer with a transfer function by name.
+    Named { kind: Kind, name: String },
+    /// Answer with the transfer function in the text of a file.
+    Read { name: String, text: String },
+    /// Answer with the transfer function as the text of a file, by the name's extension.
+    Write { name: String },
+    /// Answer with a picture of the best quality, and the command that makes it.
+    Save { camera: PageCamera, width: u32, height: u32, samples: u32 },
+    /// Answer with the command alone.
+    Command { camera: PageCamera, width: u32, height: u32, samples: u32 },
+}
+
+/// A view to draw.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq)]
+#[serde(deny_unknown_fields)]
+pub(super) struct View {
+    /// Number of the request; pictures repeat it.
+    pub id: u32,
+    pub camera: PageCamera,
+    /// Size of the picture on the page, in device pixels.
+    pub width: u32,
+    pub height: u32,
+    /// Whether a hand moves: then speed counts, otherwise quality.
+    pub moving: bool,
+}
+
+/// Where a named transfer function comes from.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum Kind {
+    /// Made from the voxels, in the colours of a palette.
+    Automatic,
+    Preset,
+    /// A colour map.
+    Map,
+    /// The one that the command began with.
+    Initial,
+}
+
+/// A camera as angles about the vertical axis, with the names of the command's options.
+#[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq)]
+#[serde(deny_unknown_fields)]
+pub struct PageCamera {
+    /// Degrees.
+    pub azimuth: f64,
+    /// Degrees.
+    pub elevation: f64,
+    /// Degrees.
+    pub roll: f64,
+    /// World point at the centre of the picture.
+    pub center: [f64; 3],
+    /// Parallel or perspective.
+    pub projection: PageProjection,
+}
+
+/// A projection.
+#[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum PageProjection {
+    /// Half the height of the picture in world units.
+    ParallelScale(f64),
+    /// Vertical field of view in degrees, and distance from the eye to the centre in world units.
+    Perspective([f64; 2]),
+}
+
+impl PageCamera {
+    /// The page's description of a camera in the frame of an orbit.
+    pub fn new(camera: &Camera, orbit: Orbit) -> Self {
+        let projection = match camera.projection {
+            Projection::Parallel { scale } => PageProjection::ParallelScale(scale),
+            Projection::Perspective { field_of_view } => {
+                PageProjection::Perspective([field_of_view, camera.position.distance(camera.focal_point)])
+            }
+        };
+        let Orbit { azimuth, elevation, roll } = orbit;
+        Self { azimuth, elevation, roll, center: camera.focal_point.to_array(), projection }
+    }
+
+    /// The angles, in the frame of the volume's orientation.
+    pub fn orbit(&self) -> Orbit {
+        Orbit { azimuth: self.azimuth, elevation: self.elevation, roll: self.roll }
+    }
+
+    /// The camera, with the same bits as that of the command for `--fit volume` and these numbers.
+    ///
+    /// # Errors
+    /// If numbers are not finite or lie outside their ranges.
+    pub fn camera(&self, frame: OrbitFrame, grid: &Grid) -> Result<Camera, Error> {
+        let (orbit, center) = (frame.orbit(self.orbit()), DVec3::from_array(self.center));
+        let camera = match self.projection {
+            PageProjection::ParallelScale(scale) => Camera::orbit(center, grid.diagonal(), orbit, Projection::Parallel { scale }),
+            PageProjection::Perspective([field_of_view, distance]) => {
+                Camera::orbit(center, distance, orbit, Projection::Perspective { field_of_view })
+            }
+        };
+        camera.basis().map(|_| camera)
+    }
+}
+
+/// Checks the size of a picture on the page.
+pub(super) fn shown_size(width: u32, height: u32) -> Result<Viewport, Error> {
+    bounded(width, height, 1, MAX_SHOWN_PIXELS, "a picture of at most 16 million pixels")
+}
+
+/// Checks the size of a saved picture with N × N samples per pixel.
+pub(super) fn saved_size(width: u32, height: u32, samples: u32) -> Result<Viewport, Error> {
+    if !(1..=16).contains(&samples) {
+        return Err(Error::OutOfRange { name: "samples", value: samples.to_string(), expected: "1 to 16" });
+    }
+    bounded(width, height, samples, MAX_SAVED_PIXELS, "a picture of at most 64 million samples")
+}
+
+fn bounded(width: u32, height: u32, samples: u32, most: usize, expected: &'static str) -> Result<Viewport, Error> {
+    let viewport = Viewport::new(width, height)?;
+    let rendered = Viewport::new(width.saturating_mul(samples), height.saturating_mul(samples))?;
+    if rendered.pixels() <= most {
+        return Ok(viewport);
+    }
+    Err(Error::OutOfRange { name: "viewport", value: format!("{}x{}", rendered.width, rendered.height), expected })
+}
+
+/// Makes a transfer function of what a page sent.
+pub(super) fn transfer_function(
+    colors: Vec<ControlPoint<[f64; 3]>>,
+    opacities: Vec<ControlPoint<f64>>,
+) -> Result<TransferFunction, Error> {
+    if colors.len().max(opacities.len()) > MAX_POINTS {
+        let problem =
+            format!("it has more than {MAX_POINTS} control points, the limit of the page: begin the command with its file");
+        return Err(Error::Transfer { name: "the page's transfer function".into(), problem });
+    }
+    TransferFunction::new("page", colors, opacities)
+}
+
+/// A message to the page, as JSON.
+#[derive(Serialize)]
+#[serde(tag = "type", rename_all = "snake_case")]
+pub(super) enum Reply<'a> {
+    /// A camera that fits.
+    Fitted { camera: PageCamera },
+    /// A transfer function that was asked for.
+    Transfer { name: &'a str, colors: &'a [ControlPoint<[f64; 3]>], opacities: &'a [ControlPoint<f64>] },
+    /// The text of a file that was asked for.
+    Written { name: &'a str, text: &'a str },
+    /// The command that makes the picture.
+    Command { line: &'a str, transfer_name: &'a str, transfer_text: &'a str },
+    /// Whether all programs of usual frames are built.
+    Ready { ready: bool },
+    /// A request that failed: what is wrong and what can be done.
+    Problem { sentence: &'a str },
+}
+
+/// What a picture is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub(super) enum Step {
+    Moving = 0,
+    Standard = 1,
+    High = 2,
+    /// After half of the samples.
+    Half = 3,
+    /// Refined: no picture follows.
+    Last = 4,
+    /// A picture to save.
+    Saved = 5,
+}
+
+/// Format of a picture's bytes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub(super) enum Format {
+    Jpeg = 0,
+    Png = 1,
+}
+
+/// A picture, with what the page needs to know about it.
+pub(super) struct Picture {
+    pub step: Step,
+    pub format: Format,
+    /// Number of the request.
+    pub id: u32,
+    pub size: Viewport,
+    /// Time from the request to the encoded picture.
+    pub milliseconds: f32,
+    pub bytes: Vec<u8>,
+}
+
+/// Bytes before a picture: step, format, two of zero, then id, width and height, then milliseconds; four each, little-endian.
+pub(super) const HEADER: usize = 20;
+
+impl Picture {
+    /// The message: header and picture.
+    pub fn message(&self) -> Vec<u8> {
+        let mut message = Vec::with_capacity(HEADER + self.bytes.len());
+        message.extend([self.step as u8, self.format as u8, 0, 0]);
+        for number in [self.id, self.size.width, self.size.height] {
+            message.extend(number.to_le_bytes());
+        }
+        message.extend(self.milliseconds.to_le_bytes());
+        message.extend(&self.bytes);
+        message
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const CAMERA: &str = r#"{"azimuth":1,"elevation":2,"roll":3,"center":[4,5,6],"projection":{"parallel_scale":7}}"#;
+
+    fn parse(text: &str) -> Result<Request, serde_json::Error> {
+        serde_json::from_str(text)
+    }
+
+    #[test]
+    fn requests_are_read_and_nothing_else_is() {
+        let view = format!(r#"{{"type":"view","id":1,"camera":{CAMERA},"width":8,"height":9,"moving":true}}"#);
+        let Ok(Request::View(view)) = parse(&view) else { panic!("{view}") };
+        assert_eq!((view.id, view.camera.center, view.moving), (1, [4.0, 5.0, 6.0], true));
+        assert!(matches!(
+            parse(r#"{"type":"transfer","colors":[[0,[1,1,1]]],"opacities":[[0,0.5]]}"#),
+            Ok(Request::Transfer { .. })
+        ));
+        assert!(matches!(parse(r#"{"type":"shown"}"#), Ok(Request::Shown {})));
+        for bad in [
+            "",
+            "{}",
+            "[]",
+            "null",
+            r#"{"type":"open","path":"/etc/passwd"}"#,
+            r#"{"type":"shown","more":1}"#,
+            r#"{"type":"view"}"#,
+            r#"{"type":"transfer","colors":[[0,[1,1]]],"opacities":[]}"#,
+            r#"{"type":"named","kind":"file","name":"/etc/passwd"}"#,
+        ] {
+            assert!(parse(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn cameras_and_sizes_are_checked() {
+        let grid = Grid::new([4; 3], DVec3::ONE).unwrap();
+        let camera: PageCamera = serde_json::from_str(CAMERA).unwrap();
+        let made = camera.camera(OrbitFrame::default(), &grid).unwrap();
+        assert_eq!(PageCamera::new(&made, camera.orbit()), camera);
+        for projection in [
+            PageProjection::ParallelScale(0.0),
+            PageProjection::Perspective([180.0, 1.0]),
+            PageProjection::Perspective([30.0, 0.0]),
+        ] {
+            assert!(PageCamera { projection, ..camera }.camera(OrbitFrame::default(), &grid).is_err(), "{projection:?}");
+        }
+        assert!(PageCamera { azimuth: f64::INFINITY, ..camera }.camera(OrbitFrame::default(), &grid).is_err());
+        assert!(shown_size(4096, 4096).is_ok() && shown_size(4097, 4096).is_err() && shown_size(0, 1).is_err());
+        assert!(saved_size(4096, 4096, 2).is_ok() && saved_size(4096, 4096, 3).is_err() && saved_size(16384, 1, 16).is_err());
+        assert!(saved_size(1, 1, 0).is_err() && saved_size(1, 1, 17).is_err() && saved_size(u32::MAX, u32::MAX, 16).is_err());
+        let points = vec![(0.0, 0.5); MAX_POINTS + 1];
+        assert!(transfer_function(vec![(0.0, [0.0; 3])], points).is_err());
+    }
+
+    #[test]
+    fn a_message_begins_with_its_header() {
+        let size = Viewport { width: 3, height: 2 };
+        let picture = Picture { step: Step::High, format: Format::Png, id: 258, size, milliseconds: 1.5, bytes: vec![7, 8] };
+        let message = picture.message();
+        assert_eq!(message[..HEADER], [2, 1, 0, 0, 2, 1, 0, 0, 3, 0, 0, 0, 2, 0, 0, 0, 0, 0, 192, 63]);
+        assert_eq!(message[HEADER..], [7, 8]);
+    }
+}

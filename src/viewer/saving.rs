@@ -1,0 +1,47 @@
+//! Saved pictures, and the commands that make the same ones.
+
+use super::painter::Painter;
+use super::protocol::{Format, PageCamera, Picture, Reply, Step};
+use crate::error::Error;
+use crate::settings::Quality;
+use crate::transfer::FileFormat;
+use crate::viewport::Viewport;
+use std::io;
+use std::path::Path;
+
+/// Name of the file beside the command.
+const TRANSFER_NAME: &str = "layersplat.json";
+
+impl Painter {
+    /// Renders a picture of the chosen quality, `high` if none is chosen, as the command does, and sends it as the command writes it.
+    pub(super) fn save(&mut self, camera: &PageCamera, size: Viewport, samples: u32) -> Result<(), Error> {
+        let settings = self.scene.host.settings(&self.look, Some(self.saved_quality()))?;
+        let view = self.scene.camera(camera)?;
+        let rendered = Viewport::new(size.width * samples, size.height * samples)?;
+        self.scene.host.require_checked(&view, rendered, &settings)?;
+        self.use_general_programs(false);
+        let (Some(frame), _) = self.renderer.render(&view, rendered, &settings)? else { return Ok(()) };
+        let frame = if samples > 1 { frame.averaged(samples)? } else { frame };
+        let failed = |e: io::Error| Error::write(Path::new("the picture"), e);
+        let folder = tempfile::tempdir().map_err(failed)?;
+        let path = folder.path().join("picture.png");
+        frame.save(&path, Some(self.look.background()?))?;
+        let bytes = std::fs::read(&path).map_err(failed)?;
+        self.say_command(camera, size, samples);
+        self.outgoing.picture(&Picture { step: Step::Saved, format: Format::Png, id: 0, size, milliseconds: 0.0, bytes });
+        Ok(())
+    }
+
+    /// Sends the command that makes the picture, with its transfer function as a file.
+    pub(super) fn say_command(&self, camera: &PageCamera, size: Viewport, samples: u32) {
+        let mut look = self.look.clone();
+        look.quality = look.quality.or(Some(super::look::PageQuality::High));
+        let line = self.scene.host.command_line(&look, camera, size, samples, TRANSFER_NAME);
+        let text = self.renderer.transfer_function().to_text(FileFormat::ParaView);
+        self.outgoing.reply(&Reply::Command { line: &line, transfer_name: TRANSFER_NAME, transfer_text: &text });
+    }
+
+    fn saved_quality(&self) -> Quality {
+        self.look.quality.map_or(Quality::High, Quality::from)
+    }
+}

@@ -1,0 +1,160 @@
+//! The server: connections, routes and the headers of every answer.
+
+use super::access::{Access, Refusal};
+use super::assets::{ASSETS, Asset, PAGE};
+use super::protocol::MAX_MESSAGE;
+use super::scene::Scene;
+use super::session;
+use axum::Router;
+use axum::extract::ws::WebSocketUpgrade;
+use axum::extract::{Request, State};
+use axum::http::header::{CONTENT_TYPE, SET_COOKIE};
+use axum::http::{HeaderValue, Method, StatusCode, Uri};
+use axum::middleware::{self, Next};
+use axum::response::{IntoResponse, Response};
+use axum::routing::get;
+use hyper::server::conn::http1;
+use hyper_util::rt::{TokioIo, TokioTimer};
+use hyper_util::service::TowerToHyperService;
+use std::future::Future;
+use std::sync::Arc;
+use std::time::Duration;
+use tokio::net::{TcpListener, TcpStream};
+use tokio::sync::Semaphore;
+
+/// Most connections at once, those that say nothing included. Others are closed at once.
+const MOST_CONNECTIONS: usize = 512;
+/// Time until a connection has sent the headers of a request.
+const HEADER_TIME: Duration = Duration::from_secs(10);
+/// Most bytes of the headers of a request.
+const HEADER_BYTES: usize = 32 << 10;
+/// Pause after the system refused a connection, for example because too many files are open.
+const PAUSE: Duration = Duration::from_millis(100);
+/// Path of the WebSocket.
+const SOCKET: &str = "/socket";
+
+/// Headers of every answer. The page may load its own files, and show pictures that it received.
+const HEADERS: [(&str, &str); 7] = [
+    (
+        "content-security-policy",
+        "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob:; connect-src 'self'; base-uri 'none'; \
+         form-action 'none'; frame-ancestors 'none'",
+    ),
+    ("x-content-type-options", "nosniff"),
+    ("referrer-policy", "no-referrer"),
+    ("cache-control", "no-store"),
+    ("cross-origin-opener-policy", "same-origin"),
+    ("cross-origin-resource-policy", "same-origin"),
+    ("x-frame-options", "DENY"),
+];
+
+/// The page that the right token is answered with. It goes on to the page without the token: a redirect would be followed without the cookie
+/// where another site's link led here. The refresh replaces the address in the history.
+const LET_IN: &str = "<!doctype html><meta charset=utf-8><meta http-equiv=refresh content=\"0;url=/\"><title>layersplat</title>\
+                      <link rel=icon href=/icon.svg><a href=\"/\">Continue to the viewer</a>";
+
+/// What requests need.
+pub(super) struct Served {
+    pub access: Access,
+    pub scene: Arc<Scene>,
+}
+
+/// Serves pages until `stop`.
+pub(super) async fn run(listener: TcpListener, served: Arc<Served>, stop: impl Future<Output = ()>) {
+    let routes = router(served);
+    let places = Arc::new(Semaphore::new(MOST_CONNECTIONS));
+    tokio::pin!(stop);
+    loop {
+        let accepted = tokio::select! {
+            accepted = listener.accept() => accepted,
+            () = &mut stop => return,
+        };
+        let Ok((stream, _)) = accepted else {
+            tokio::time::sleep(PAUSE).await;
+            continue;
+        };
+        let Ok(place) = places.clone().try_acquire_owned() else { continue };
+        let routes = routes.clone();
+        tokio::spawn(async move {
+            let _place = place;
+            if let Err(error) = connection(stream, routes).await {
+                tracing::debug!("a connection ended: {error}");
+            }
+        });
+    }
+}
+
+async fn connection(stream: TcpStream, routes: Router) -> Result<(), hyper::Error> {
+    // Pictures and answers are written at once.
+    let _ = stream.set_nodelay(true);
+    let mut protocol = http1::Builder::new();
+    protocol.timer(TokioTimer::new()).header_read_timeout(HEADER_TIME).max_buf_size(HEADER_BYTES);
+    protocol.serve_connection(TokioIo::new(stream), TowerToHyperService::new(routes)).with_upgrades().await
+}
+
+fn router(served: Arc<Served>) -> Router {
+    Router::new()
+        .route(SOCKET, get(socket))
+        .fallback(file)
+        .layer(middleware::from_fn_with_state(served.clone(), guard))
+        .with_state(served)
+}
+
+/// Checks every request before anything else, and adds the headers of every answer.
+async fn guard(State(served): State<Arc<Served>>, request: Request, next: Next) -> Response {
+    let mut response = match admit(&served.access, &request) {
+        Ok(Admitted::ByCookie) => next.run(request).await,
+        Ok(Admitted::ByToken) => let_in(&served.access),
+        Err(refusal) => refuse(refusal),
+    };
+    for (name, value) in HEADERS {
+        response.headers_mut().insert(name, HeaderValue::from_static(value));
+    }
+    response
+}
+
+enum Admitted {
+    ByCookie,
+    ByToken,
+}
+
+fn admit(access: &Access, request: &Request) -> Result<Admitted, Refusal> {
+    access.check_site(request.headers(), request.uri().path() == SOCKET)?;
+    match token(request.uri()) {
+        Some(token) if request.uri().path() == "/" => access.check_token(token).map(|()| Admitted::ByToken),
+        _ => access.check_cookie(request.headers()).map(|()| Admitted::ByCookie),
+    }
+}
+
+/// The token of an address `/?token=…`.
+fn token(uri: &Uri) -> Option<&str> {
+    uri.query()?.split('&').find_map(|pair| pair.strip_prefix("token="))
+}
+
+fn let_in(access: &Access) -> Response {
+    let mut response = ([(CONTENT_TYPE, PAGE.kind)], LET_IN).into_response();
+    let cookie = HeaderValue::from_str(&access.set_cookie()).expect("a cookie is plain text");
+    response.headers_mut().insert(SET_COOKIE, cookie);
+    response
+}
+
+fn refuse(refusal: Refusal) -> Response {
+    let status = if refusal == Refusal::Host { StatusCode::MISDIRECTED_REQUEST } else { StatusCode::FORBIDDEN };
+    (status, refusal.sentence()).into_response()
+}
+
+async fn file(method: Method, uri: Uri) -> Response {
+    if method != Method::GET && method != Method::HEAD {
+        return StatusCode::METHOD_NOT_ALLOWED.into_response();
+    }
+    let answer = |asset: &Asset| ([(CONTENT_TYPE, asset.kind)], asset.text).into_response();
+    match uri.path() {
+        "/" => answer(&PAGE),
+        path => ASSETS.iter().find(|asset| asset.path == path).map_or_else(|| StatusCode::NOT_FOUND.into_response(), answer),
+    }
+}
+
+async fn socket(State(served): State<Arc<Served>>, upgrade: WebSocketUpgrade) -> Response {
+    let scene = served.scene.clone();
+    upgrade.max_message_size(MAX_MESSAGE).max_frame_size(MAX_MESSAGE).on_upgrade(move |socket| session::serve(socket, scene))
+}
