@@ -24,7 +24,7 @@ pub(super) struct BlendOptions {
     #[arg(long, value_parser = parse::value, value_name = "V", allow_hyphen_values = true)]
     iso: Option<Value>,
     /// Colour of the surface: white, grey, #rrggbb or R,G,B [default: ivory, or that of --transfer at the value]
-    #[arg(long, value_parser = parse::color, value_name = "COLOR", conflicts_with_all = ["transfer", "preset", "palette", "window"])]
+    #[arg(long, value_parser = parse::color, value_name = "COLOR")]
     iso_color: Option<[f64; 3]>,
     /// Show only this box, in voxels from 0; an omitted bound is open
     #[arg(long, value_parser = parse::crop, value_name = "X0:X1,Y0:Y1,Z0:Z1", allow_hyphen_values = true)]
@@ -78,9 +78,18 @@ impl BlendOptions {
     }
 
     /// The colour of an iso-surface that no transfer function colours.
-    pub fn surface_color(&self, transfer: &TransferOptions) -> Option<[f64; 3]> {
-        let is_plain = self.name() == BlendName::Iso && !transfer.is_given();
-        self.iso_color.or_else(|| is_plain.then_some(IVORY))
+    ///
+    /// # Errors
+    /// If both color it.
+    pub fn surface_color(&self, transfer: &TransferOptions) -> Result<Option<[f64; 3]>, Error> {
+        match (self.iso_color, transfer.is_given()) {
+            (Some(_), true) => {
+                let problem = "--iso-color and the transfer function both colour the surface: omit one of them".into();
+                Err(Error::Settings { field: "blend", problem })
+            }
+            (None, false) if self.name() == BlendName::Iso => Ok(Some(IVORY)),
+            (color, _) => Ok(color),
+        }
     }
 
     /// Applies the options to `settings`. `find` converts a value to a number; percentiles need the volume.

@@ -63,6 +63,7 @@ impl Scene {
         let settings = options.quality.settings(options.camera.background)?;
         // Conflicting options fail before the volume is read.
         options.blend.check()?;
+        let surface_color = options.blend.surface_color(&options.transfer)?;
         let memory = options.bounds.memory;
         if let Some(bytes) = memory {
             eprintln!(
@@ -90,7 +91,7 @@ impl Scene {
                 "maximum, minimum and average are taken between voxels, but the volume has a single one: omit the option";
             return Err(Error::Settings { field: "blend", problem: problem.into() });
         }
-        let transfer = match options.blend.surface_color(&options.transfer) {
+        let transfer = match surface_color {
             Some(color) => TransferFunction::new("surface", vec![(0.0, color)], vec![(0.0, 1.0)])?,
             None => open_transfer(&options.transfer, &volume, settings.blend)?,
         };

@@ -2,7 +2,7 @@
 
 use super::given::{Given, GivenOption};
 use crate::cli::blending::BlendOptions;
-use crate::cli::options::QualityOptions;
+use crate::cli::options::{QualityOptions, quoted};
 use crate::error::Error;
 use crate::settings::{Quality, Settings};
 use crate::transfer::Value;
@@ -163,12 +163,6 @@ fn name(quality: Quality) -> &'static str {
 
 fn list(numbers: &[f64]) -> String {
     numbers.iter().map(f64::to_string).collect::<Vec<_>>().join(",")
-}
-
-/// A word for a POSIX shell.
-fn quoted(word: &str) -> String {
-    let is_plain = |byte: u8| byte.is_ascii_alphanumeric() || b"-_.,:/=@%+".contains(&byte);
-    if !word.is_empty() && word.bytes().all(is_plain) { word.to_owned() } else { format!("'{}'", word.replace('\'', r"'\''")) }
 }
 
 #[cfg(test)]

@@ -9,15 +9,18 @@ use std::ffi::OsString;
 use std::path::Path;
 
 /// Options whose values are part of the page's look.
-const OF_THE_PAGE: [&str; 12] = [
+const OF_THE_PAGE: [&str; 15] = [
     "ambient_occlusion",
     "blend",
     "clip",
     "crop",
     "iso",
+    "iso_color",
     "kernel",
     "light",
     "light_space",
+    "minip",
+    "mip",
     "quality",
     "shading",
     "shadow_strength",

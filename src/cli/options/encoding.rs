@@ -37,8 +37,8 @@ fn command_text() -> String {
 }
 
 /// An argument, in quotes if a shell would change it.
-fn quoted(argument: &str) -> String {
-    let is_plain = |c: char| c.is_alphanumeric() || "-_./:,@%+=".contains(c);
+pub(in crate::cli) fn quoted(argument: &str) -> String {
+    let is_plain = |c: char| c.is_ascii_alphanumeric() || "-_./:,@%+=".contains(c);
     if !argument.is_empty() && argument.chars().all(is_plain) {
         return argument.into();
     }

@@ -6,7 +6,7 @@ mod light_fields;
 mod quality;
 mod volume;
 
-pub(super) use encoding::EncodingOptions;
+pub(super) use encoding::{EncodingOptions, quoted};
 pub(super) use light::{LightOptions, Reach};
 pub(super) use quality::QualityOptions;
 pub(super) use volume::{FileOptions, LevelChoice, VolumeOptions};
