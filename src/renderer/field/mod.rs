@@ -104,8 +104,8 @@ impl Field {
         Self { store: Arc::new(Mutex::new(Store::new(budget(&self.voxels, self.held)))), ..self.clone() }
     }
 
-    /// Replaces the voxels. The buffer is reused if it is large enough and no other renderer uses it; otherwise a new buffer for
-    /// `capacity` voxels is allocated.
+    /// Replaces the voxels. The buffer is reused if it is large enough, no larger than for `capacity` voxels, and no other renderer uses
+    /// it; otherwise a new buffer for `capacity` voxels is allocated.
     ///
     /// # Errors
     /// If they do not fit into a buffer of the device, in which case the field is unchanged. After all other errors it has no
@@ -114,7 +114,8 @@ impl Field {
         let bytes = held.dims().iter().product::<usize>() * held.description.voxel_type().bytes();
         let voxel_box = VoxelBox { first: held.first, dims: held.dims() };
         let same_type = held.description.voxel_type() == self.voxels.voxel_type();
-        let in_place = same_type && bytes <= self.voxels.bytes() && self.voxels.is_owned();
+        let most_bytes = capacity * held.description.voxel_type().bytes();
+        let in_place = same_type && (bytes..=most_bytes).contains(&self.voxels.bytes()) && self.voxels.is_owned();
         VoxelBuffer::check_capacity(device, capacity, held.description.voxel_type(), held.description.name())?;
         self.store().clear();
         self.is_lost = true;
@@ -141,6 +142,11 @@ impl Field {
         self.range_is_declared = false;
         self.is_lost = false;
         Ok(())
+    }
+
+    /// Number of voxels for which the buffer has room.
+    pub fn capacity(&self) -> usize {
+        self.voxels.bytes() / self.voxels.voxel_type().bytes()
     }
 
     /// Fails if replacing the voxels failed.
