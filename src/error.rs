@@ -218,7 +218,7 @@ pub enum Error {
          {}{}",
         needed.saturating_add(*taken).saturating_sub(*budget),
         needed.saturating_add(*taken),
-        if *can_be_coarser { ", or light_grid to half" } else { "" }
+        if *can_be_coarser { "; light_grid half needs less" } else { "" }
     )]
     LightMemory {
         /// The object to be stored.

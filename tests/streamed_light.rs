@@ -161,6 +161,22 @@ fn views_shared_by_axes() {
     check("shared", &[Axis::X, Axis::Z], (90.0 - azimuth, 5.0), &lit(&[towards(0.3, 0.2, 1.0)], Settings::default()));
 }
 
+/// A large picture leaves less room for parts than slabs of light have.
+#[test]
+fn large_pictures() {
+    let (volume, transfer) = scene();
+    let size = viewport(300, 250);
+    let camera = parallel(&volume, size, 10.0, 5.0);
+    let settings = lit(&[towards(0.3, 0.2, 1.0)], Settings::default());
+    let device = device().with_memory(2 * volume.grid().voxel_count() as u64);
+    let mut renderer = StreamedRenderer::new(&device, &volume, &transfer);
+    let plan = renderer.plan(&camera, size, &settings).unwrap().expect("it is streamed");
+    assert!(plan.lattices[0].parts > 1 && plan.light_bytes > 0, "{plan}");
+    let (frame, _) = renderer.render(&camera, size, &settings).unwrap();
+    assert!(device.peak_bytes() <= plan.device_bytes, "{} bytes of {plan}", device.peak_bytes());
+    assert_close("a large picture", &frame, &render(&volume, &transfer, &camera, size, &settings), 0.0);
+}
+
 /// Light is swept again for another light, transfer function or volume.
 #[test]
 fn light_is_swept_again_when_it_changes() {
@@ -206,7 +222,7 @@ fn too_little_is_refused_with_what_is_needed() {
     };
     let needed = least(&settings);
     let message = plan(needed - 7, &settings).unwrap_err().to_string();
-    assert!(message.contains("7 more than the memory budget") && message.contains("or light_grid to half"), "{message}");
+    assert!(message.contains("7 more than the memory budget") && message.contains("light_grid half needs less"), "{message}");
     let half = Settings { light_grid: LightGrid::Half, ..settings };
     assert!(least(&half) < needed);
     let message = plan(least(&half) - 1, &half).unwrap_err().to_string();

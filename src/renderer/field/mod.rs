@@ -149,6 +149,15 @@ impl Field {
         self.voxels.bytes() / self.voxels.voxel_type().bytes()
     }
 
+    /// Frees the voxels if their buffer is larger than for `capacity` voxels. They must be replaced then.
+    pub fn release_beyond(&mut self, device: &Device, capacity: Option<usize>) -> Result<(), Error> {
+        if capacity.is_some_and(|capacity| self.capacity() > capacity) {
+            self.is_lost = true;
+            self.voxels = Arc::new(VoxelBuffer::new(device, 1, self.voxels.voxel_type(), "no voxels")?);
+        }
+        Ok(())
+    }
+
     /// Fails if replacing the voxels failed.
     pub fn require_voxels(&self) -> Result<(), Error> {
         if self.is_lost { Err(Error::NoVolume) } else { Ok(()) }

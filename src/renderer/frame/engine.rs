@@ -243,6 +243,7 @@ impl Engine {
                 self.classification.drop_cached();
                 self.light.drop_cached();
                 self.target.keep_picture();
+                self.field.release_beyond(&device, stage.capacity())?;
             }
             self.require(&device, frame, &stage.resources)?;
             self.target.arena.reserve(&device, &stage.resources)?;

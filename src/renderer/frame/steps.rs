@@ -74,6 +74,11 @@ impl<'a> Stage<'a> {
         steps.iter().for_each(|step| step.declare(declaring, bound, &mut resources));
         Self { steps, resources }
     }
+
+    /// Number of voxels of the buffer in which the stage holds parts; `None` if it renders the voxels that are there.
+    pub fn capacity(&self) -> Option<usize> {
+        self.steps.iter().find_map(|step| if let Step::Hold { capacity, .. } = step { Some(*capacity) } else { None })
+    }
 }
 
 fn steps(plan: &Plan, output: Output) -> Steps<'_> {

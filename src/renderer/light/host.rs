@@ -13,7 +13,7 @@ use std::ops::Range;
 
 /// Light volumes that a view needs, and all that they depend on besides the field and the transfer function.
 #[derive(Clone, PartialEq)]
-pub(in crate::renderer) struct Wanted {
+pub(crate) struct Wanted {
     light: WantedLight,
     pub(super) gain: f64,
     medium: Medium,
@@ -46,6 +46,18 @@ impl Wanted {
         lights.into_iter().chain(sky).collect()
     }
 
+    /// The same volumes in the layers that a part of a view looks up, which holds these layers of voxels along an axis.
+    #[cfg(feature = "mpi")]
+    pub(crate) fn around_part(&self, axis: Axis, voxels: &Range<usize>) -> Self {
+        Self { grid: self.grid.around_part(axis, voxels), ..self.clone() }
+    }
+
+    /// The same volumes with the values of another grid.
+    #[cfg(feature = "mpi")]
+    pub(super) fn with_grid(&self, grid: ValueGrid) -> Self {
+        Self { grid, ..self.clone() }
+    }
+
     /// The sweeps of each volume.
     pub(super) fn sweeps(&self, spacing: DVec3) -> Vec<Vec<Sweep>> {
         match &self.light {
@@ -74,7 +86,7 @@ impl Wanted {
 }
 
 /// Light volumes on the host: their bytes and, until all sweeps are in, the sums of those that have several.
-pub(in crate::renderer) struct HostVolumes {
+pub(crate) struct HostVolumes {
     pub wanted: Wanted,
     bytes: Vec<MappedBytes>,
     sums: Vec<Option<MappedBytes>>,
@@ -95,19 +107,35 @@ impl HostVolumes {
         Ok(Self { wanted: wanted.clone(), bytes, sums, is_complete: false })
     }
 
-    /// Stores the values of a box, of volume `n` with one sweep.
-    pub(super) fn put(&mut self, n: usize, from: VoxelBox, values: &[u8]) {
-        for Row { at, to, len } in rows(&from, &self.wanted.grid.held()) {
-            self.bytes[n][to..to + len].copy_from_slice(&values[at..at + len]);
+    /// Stores the bytes of a box in volume `n`; if that has several sweeps, they are sums, which are added.
+    pub(super) fn merge(&mut self, n: usize, from: VoxelBox, bytes: &[u8]) {
+        let held = self.wanted.grid.held();
+        let Some(sums) = &mut self.sums[n] else {
+            for Row { at, to, len } in rows(&from, &held) {
+                self.bytes[n][to..to + len].copy_from_slice(&bytes[at..at + len]);
+            }
+            return;
+        };
+        const SUM: usize = size_of::<u16>();
+        let sums: &mut [u16] = bytemuck::cast_slice_mut(sums);
+        for Row { at, to, len } in rows(&from, &held) {
+            // The bytes need not be aligned.
+            let added = bytes[SUM * at..SUM * (at + len)].chunks_exact(SUM).map(|bytes| u16::from_ne_bytes([bytes[0], bytes[1]]));
+            sums[to..to + len].iter_mut().zip(added).for_each(|(sum, value)| *sum += value);
         }
     }
 
-    /// Adds sums over a box, of volume `n` with several sweeps.
-    pub(super) fn add(&mut self, n: usize, from: VoxelBox, values: &[u16]) {
-        let sums: &mut [u16] = bytemuck::cast_slice_mut(self.sums[n].as_mut().expect("a volume with several sweeps"));
-        for Row { at, to, len } in rows(&from, &self.wanted.grid.held()) {
-            sums[to..to + len].iter_mut().zip(&values[at..at + len]).for_each(|(sum, value)| *sum += value);
-        }
+    /// Copies of the bytes of a box, which must be held, from volume `n`; of its sums, if it has several sweeps.
+    #[cfg(feature = "mpi")]
+    pub(super) fn values_of(&self, n: usize, wanted: VoxelBox) -> Vec<u8> {
+        let (bytes, size): (&[u8], usize) = match &self.sums[n] {
+            Some(sums) => (sums, size_of::<u16>()),
+            None => (&self.bytes[n], 1),
+        };
+        rows(&self.wanted.grid.held(), &wanted)
+            .flat_map(|Row { at, len, .. }| &bytes[size * at..size * (at + len)])
+            .copied()
+            .collect()
     }
 
     /// Calls `finish` with pieces of the sums of each volume and the bytes that they become. All light is in then.

@@ -4,6 +4,8 @@
 mod coarse;
 mod grid;
 mod host;
+#[cfg(feature = "mpi")]
+mod ranks;
 mod slabs;
 mod sources;
 mod sweeps;
@@ -11,14 +13,19 @@ mod sweeps;
 mod tests;
 
 pub(super) use grid::ValueGrid;
-pub(super) use host::{HostVolumes, Wanted};
-pub(super) use slabs::{LightOfParts, SweepGroup};
+pub(super) use host::HostVolumes;
+pub(crate) use host::Wanted;
+#[cfg(feature = "mpi")]
+pub(crate) use ranks::behind;
+#[cfg(feature = "mpi")]
+pub(crate) use slabs::Target;
+pub(crate) use slabs::{LightOfParts, SweepGroup};
 pub(super) use sources::LightSources;
 
 use super::classification::TableSizes;
 use super::frame::{Declaring, Resources};
 use super::scene::Scene;
-use super::store::{Key, Store};
+use super::store::{Key, Store, Version};
 use crate::device::Buffer;
 use crate::device::launch::Launcher;
 use crate::device::launch::light::{CoarseTransmittance, FinishLight, LightSweep, LightTable};
@@ -29,6 +36,7 @@ use crate::settings::{Blend, Clipping, GradientOpacity, LightGrid, Settings};
 use crate::transfer::Extinction;
 use crate::volume::VoxelBox;
 use sources::Source;
+use std::ops::Range;
 use std::sync::Arc;
 
 /// Cache budget in bytes. The newest volume is kept even if it is larger.
@@ -58,6 +66,8 @@ pub(super) struct LightVolumes {
 /// Light volumes that are uploaded with a part of a volume.
 #[derive(Default)]
 struct Given {
+    /// The light, and the layers of voxels of the part.
+    of: Option<(Version, Axis, Range<usize>)>,
     illumination: Illumination,
     /// The values that are held, of the lights and of the ambient light.
     grids: [Option<ValueGrid>; 2],

@@ -4,12 +4,13 @@
 use super::super::classification::TableSizes;
 use super::super::frame::{Declaring, Resources};
 use super::super::scene::Scene;
+use super::super::store::Version;
 use super::grid::ValueGrid;
 use super::host::{HostVolumes, Wanted};
 use super::sweeps::{self, State, Stored, Sweep, sum_of};
 use super::{Given, Illumination, KERNEL, PADDING, check_addressable, coarse, extinction_estimator};
 use crate::device::launch::light::LightSweep;
-use crate::device::{Buffer, Tuning};
+use crate::device::{Buffer, Device, Tuning};
 use crate::error::Error;
 use crate::layers::Axis;
 use crate::settings::Settings;
@@ -26,27 +27,27 @@ const FINISHED: usize = 1 << 18;
 
 /// A light volume to which a sweep contributes.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Target {
+pub(crate) struct Target {
     /// Index among the wanted volumes, and number of the volume of one of their lights.
-    wanted: usize,
-    volume: usize,
+    pub(super) wanted: usize,
+    pub(super) volume: usize,
     /// Whether the volume has several sweeps, and so has sums.
-    several: bool,
+    pub(super) several: bool,
     gain: f64,
-    reach: Option<f64>,
+    pub(super) reach: Option<f64>,
 }
 
 /// Sweeps through the same layers in the same order, which therefore share the voxels of a slab.
-pub(in crate::renderer) struct SweepGroup {
+pub(crate) struct SweepGroup {
     pub axis: Axis,
-    descends: bool,
+    pub(super) descends: bool,
     /// All values.
-    grid: ValueGrid,
+    pub(super) grid: ValueGrid,
     voxel_dims: [usize; 3],
-    spacing: DVec3,
+    pub(super) spacing: DVec3,
     /// Layers of voxels that gradients need around a slab.
     around: usize,
-    sweeps: Vec<(Target, Sweep)>,
+    pub(super) sweeps: Vec<(Target, Sweep)>,
     /// Layers of values of each slab, without the margin, in the order of the light.
     pub slabs: Vec<Range<usize>>,
     /// The rays of each sweep behind the slabs so far, tile by tile; empty where none are dimmed.
@@ -108,6 +109,15 @@ impl SweepGroup {
         }
     }
 
+    pub(super) fn rays(&self) -> MutexGuard<'_, Vec<Vec<f32>>> {
+        self.rays.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Whether the light leaves the volume behind a slab.
+    fn ends(&self, slab: &Range<usize>) -> bool {
+        if self.descends { slab.start == 0 } else { slab.end == self.layers() }
+    }
+
     /// The layers of values whose voxels a slab needs: its own, and the one before it in the order of the light.
     fn sampled(&self, slab: &Range<usize>) -> Range<usize> {
         if self.descends { slab.start..(slab.end + 1).min(self.layers()) } else { slab.start.saturating_sub(1)..slab.end }
@@ -130,7 +140,7 @@ impl SweepGroup {
     }
 
     /// The values of a slab. Those of the margin belong to the first and the last one.
-    fn values(&self, slab: &Range<usize>) -> ValueGrid {
+    pub(super) fn values(&self, slab: &Range<usize>) -> ValueGrid {
         let first = if slab.start == 0 { 0 } else { slab.start + 1 };
         let end = if slab.end == self.layers() { slab.end + 2 } else { slab.end + 1 };
         self.grid.with_layers(self.axis, &(first..end))
@@ -173,24 +183,35 @@ impl SweepGroup {
     }
 
     /// Number of states of a sweep's rays.
-    fn states(&self, sweep: &Sweep, tuning: &Tuning) -> usize {
+    pub(super) fn states(&self, sweep: &Sweep, tuning: &Tuning) -> usize {
         LightSweep::states(sweep.rays(&self.grid, self.spacing).size, tuning)
     }
 }
 
 /// The light volumes of a frame in parts, which its steps fill and look up.
-pub(in crate::renderer) struct LightOfParts {
+pub(crate) struct LightOfParts {
     volumes: Mutex<Vec<HostVolumes>>,
+    version: Version,
 }
 
 impl LightOfParts {
     /// The volumes in the order in which they are wanted.
     pub fn new(volumes: Vec<HostVolumes>) -> Self {
-        Self { volumes: Mutex::new(volumes) }
+        Self { volumes: Mutex::new(volumes), version: Version::new() }
     }
 
-    fn volumes(&self) -> MutexGuard<'_, Vec<HostVolumes>> {
+    pub(super) fn volumes(&self) -> MutexGuard<'_, Vec<HostVolumes>> {
         self.volumes.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Puts or adds values of boxes to the volumes that sweeps contribute to. Without volumes, they are ignored.
+    pub(super) fn merge(&self, found: impl IntoIterator<Item = (Target, VoxelBox, Vec<u8>)>) {
+        let mut volumes = self.volumes();
+        for (target, from, bytes) in found {
+            if let Some(volumes) = volumes.get_mut(target.wanted) {
+                volumes.merge(target.volume, from, &bytes);
+            }
+        }
     }
 
     pub fn into_volumes(self) -> Vec<HostVolumes> {
@@ -198,49 +219,54 @@ impl LightOfParts {
     }
 }
 
+/// The sums of several sweeps, or the bytes of one.
+fn read_values(device: &Device, from: Result<&Buffer<u16>, &Buffer<u8>>, values: usize) -> Result<Vec<u8>, Error> {
+    match from {
+        Ok(sums) => {
+            let mut found = vec![0u16; values];
+            sums.read(device, &mut found)?;
+            Ok(bytemuck::cast_slice(&found).to_vec())
+        }
+        Err(bytes) => {
+            let mut found = vec![0; values];
+            bytes.read(device, &mut found)?;
+            Ok(found)
+        }
+    }
+}
+
 impl Scene<'_> {
-    /// Sweeps light through slab number `slab` of a group, whose voxels are on the device.
+    /// Sweeps light through slab number `slab` of a group, whose voxels are on the device. Changes nothing if it fails.
     pub fn sweep_slab(&mut self, light: &LightOfParts, group: &SweepGroup, slab: usize) -> Result<(), Error> {
         let layers = &group.slabs[slab];
-        let (values, spacing) = (group.values(layers), self.field.grid().spacing());
+        let values = group.values(layers);
         let blocks = VoxelBox::layers(group.grid.inner(), group.axis.index(), &group.sampled(layers));
         let coarse = self.coarse(values, blocks)?;
-        let mut rays = group.rays.lock().unwrap_or_else(PoisonError::into_inner);
-        rays.resize(group.sweeps.len(), Vec::new());
-        let needs = |several: bool| group.sweeps.iter().any(|(target, _)| target.several == several);
-        let of = |several: bool| if needs(several) { values.values() } else { 1 };
-        let (volume, sums) =
-            (Buffer::new(self.device, of(false), super::SHADOWS)?, Buffer::new(self.device, of(true), sweeps::SUMS)?);
-        let mut added = 0;
-        for (n, &(target, sweep)) in group.sweeps.iter().enumerate() {
-            let states = LightSweep::states(sweep.rays(&group.grid, spacing).size, self.device.tuning());
-            let state = match rays[n].as_slice() {
-                [] => Buffer::new(self.device, states, sweeps::RAYS)?,
-                before => Buffer::from_slice(self.device, before, sweeps::RAYS)?,
-            };
-            let (sum, gain, steps) = sum_of(&sweep, target.several, added, target.gain);
-            let stored = Stored { volume: &volume, number: 0, sums: &sums, sum, gain, steps };
-            let continued = State { rays: &state, continues: !rays[n].is_empty() };
-            self.sweep(&sweep, coarse.as_ref(), values, &stored, target.reach, continued)?;
-            added += 1;
-            if slab + 1 < group.slabs.len() {
-                rays[n].resize(states, 1.0);
-                state.read(self.device, &mut rays[n])?;
-            }
-            if group.sweeps.get(n + 1).is_none_or(|(next, _)| *next != target) {
-                let host = &mut light.volumes()[target.wanted];
-                if target.several {
-                    let mut found = vec![0; values.values()];
-                    sums.read(self.device, &mut found)?;
-                    host.add(target.volume, values.held(), &found);
-                } else {
-                    let mut found = vec![0; values.values()];
-                    volume.read(self.device, &mut found)?;
-                    host.put(target.volume, values.held(), &found);
+        let mut rays = group.rays();
+        let (mut states, mut found) = (Vec::new(), Vec::new());
+        for sweeps in group.sweeps.chunk_by(|(target, _), (other, _)| target == other) {
+            let (target, several) = (sweeps[0].0, sweeps[0].0.several);
+            let of = |needed: bool| if needed { values.values() } else { 1 };
+            let volume = Buffer::new(self.device, of(!several), super::SHADOWS)?;
+            let sums = Buffer::new(self.device, of(several), sweeps::SUMS)?;
+            for (n, (_, sweep)) in sweeps.iter().enumerate() {
+                let mut state = rays.get(states.len()).cloned().unwrap_or_default();
+                let continues = !state.is_empty();
+                state.resize(group.states(sweep, self.device.tuning()), 1.0);
+                let on_device = Buffer::from_slice(self.device, &state, sweeps::RAYS)?;
+                let (sum, gain, steps) = sum_of(sweep, several, n, target.gain);
+                let stored = Stored { volume: &volume, number: 0, sums: &sums, sum, gain, steps };
+                let continued = State { rays: &on_device, continues };
+                self.sweep(sweep, coarse.as_ref(), values, &stored, target.reach, continued)?;
+                if !group.ends(layers) {
+                    on_device.read(self.device, &mut state)?;
                 }
-                added = 0;
+                states.push(state);
             }
+            found.push((target, read_values(self.device, if several { Ok(&sums) } else { Err(&volume) }, values.values())?));
         }
+        *rays = states;
+        light.merge(found.into_iter().map(|(target, bytes)| (target, values.held(), bytes)));
         Ok(())
     }
 
@@ -258,11 +284,15 @@ impl Scene<'_> {
         Ok(())
     }
 
-    /// Uploads the light that a part of a view looks up, which holds these layers of voxels along an axis.
+    /// Uploads the light that a part of a view looks up, which holds these layers of voxels along an axis, unless it is there already.
     pub fn hold_light(&mut self, light: &LightOfParts, axis: Axis, voxels: &Range<usize>) -> Result<(), Error> {
+        let of = Some((light.version, axis, voxels.clone()));
+        if self.light.given.as_ref().is_some_and(|given| given.of == of) {
+            return Ok(());
+        }
         // Free its memory first.
         self.light.given = None;
-        let mut given = Given::default();
+        let mut given = Given { of, ..Given::default() };
         for volumes in light.volumes().iter() {
             let (grid, gathered) = volumes.around_part(axis, voxels);
             check_addressable(grid)?;
