@@ -18,7 +18,7 @@ pub(crate) struct Wanted {
     pub(super) gain: f64,
     medium: Medium,
     /// All values, or those that are wanted.
-    pub grid: ValueGrid,
+    pub(super) grid: ValueGrid,
 }
 
 #[derive(Clone, PartialEq)]
@@ -29,7 +29,7 @@ enum WantedLight {
 
 impl Wanted {
     /// The light volumes of a view: of its lights that are swept, and of the ambient light.
-    pub fn all(sources: &LightSources, settings: &Settings) -> Vec<Self> {
+    pub(in crate::renderer) fn all(sources: &LightSources, settings: &Settings) -> Vec<Self> {
         let (medium, [shadows, sky]) = (Medium::new(settings), sources.grids());
         let lights = settings.shadows.filter(|_| !sources.swept.is_empty()).map(|of| Self {
             light: WantedLight::Lights(sources.swept.clone()),

@@ -137,3 +137,72 @@ pub(crate) fn behind(a: Option<&[f32]>, b: &[f32], before: &[f32]) -> Vec<f32> {
         Some(a) => a.iter().zip(b).zip(before).map(|((a, b), before)| a + (b - a) * before).collect(),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::{SIZE, device, light_of, shadow_of, transfer, volume};
+    use super::*;
+    use crate::camera::{Camera, Orbit};
+    use crate::renderer::parts::LatticeView;
+    use crate::renderer::{PartRenderer, UploadedVolume};
+    use crate::settings::{AmbientOcclusion, Light};
+    use crate::transfer::TransferFunction;
+    use crate::volume::Volume;
+    use glam::DVec3;
+
+    const RANKS: usize = 3;
+
+    /// The light volume that ranks sweep together. `sees_others`: whether rays continue from the slabs before.
+    fn together(volume: &Volume, transfer: &TransferFunction, settings: &Settings, sees_others: bool) -> Vec<u8> {
+        let (description, grid) = (volume.description(), volume.grid());
+        let camera = Camera::fit_parallel(grid.centre(), grid.diagonal(), SIZE, Orbit { azimuth: 9.0, ..Orbit::default() });
+        let (view, _) = LatticeView::all(description, &camera, SIZE, settings).unwrap().remove(0);
+        let (light, groups) = view.light(description, None, &view.wanted_light(description)).unwrap();
+        for mut group in groups {
+            group.divide(RANKS);
+            let (mut before, slabs) = (Vec::new(), std::mem::take(&mut group.slabs));
+            for slab in slabs {
+                group.slabs = vec![slab.clone()];
+                let voxels = group.voxels(&slab);
+                let part = volume.part(voxels.first, voxels.dims).unwrap();
+                let mut renderer = PartRenderer::from_uploaded(&UploadedVolume::part(&device(), &part).unwrap(), transfer);
+                let ignored = LightOfParts::new(Vec::new());
+                let mut after = |transmittance: f32| {
+                    group.begin_with(transmittance, renderer.tuning());
+                    renderer.sweep(&view, &ignored, &group).unwrap();
+                    group.take_rays().concat()
+                };
+                let (dark, undimmed) = (after(0.0), after(1.0));
+                if before.is_empty() || !sees_others {
+                    before = vec![1.0; undimmed.len()];
+                }
+                group.set_rays(group.split_states(&before, renderer.tuning()));
+                renderer.sweep(&view, &light, &group).unwrap();
+                before = behind(group.recovers().then_some(&dark[..]), &undimmed, &before);
+            }
+        }
+        let part = volume.part([0; 3], grid.dims()).unwrap();
+        let mut renderer = PartRenderer::from_uploaded(&UploadedVolume::part(&device(), &part).unwrap(), transfer);
+        renderer.finish_light(&view, &light).unwrap();
+        let volumes = light.into_volumes().remove(0);
+        volumes.values_of(0, volumes.wanted.grid.held())
+    }
+
+    /// Rounding of composed maps changes a byte by 1 at most.
+    #[test]
+    fn light_of_ranks_is_that_of_the_whole_volume() {
+        let blobs = volume([50, 41, 37], DVec3::new(1.0, 1.3, 0.8), |p| (p * 0.31).sin().element_sum() > 1.4);
+        let transfer = transfer(0.05);
+        let shadows = |x, y, z| shadow_of(Light::towards(DVec3::new(x, y, z)));
+        let occlusion = |reach| Some(AmbientOcclusion { reach, gain: 1.0 });
+        let sky = |reach| Settings { shadows: None, ambient_occlusion: occlusion(reach), ..shadow_of(Light::AT_CAMERA) };
+        for settings in [shadows(0.3, 0.2, -1.0), shadows(-1.0, 0.4, 0.3), shadows(0.1, 1.0, 0.6), sky(None), sky(Some(8.0))] {
+            let whole = light_of(&blobs, &transfer, &settings).bytes;
+            let apart = |found: &[u8]| found.iter().zip(&whole).map(|(a, b)| a.abs_diff(*b)).max().unwrap();
+            let found = apart(&together(&blobs, &transfer, &settings, true));
+            assert!(found <= 1, "{settings:?}: {found} of 255");
+            let alone = apart(&together(&blobs, &transfer, &settings, false));
+            assert!(alone > 20, "{settings:?}: shadows of other ranks must be noticed, but change light by {alone} of 255 only");
+        }
+    }
+}

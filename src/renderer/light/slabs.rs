@@ -152,7 +152,7 @@ impl SweepGroup {
     }
 
     /// Declares what sweeps through slabs of at most this many layers need besides the voxels.
-    pub fn declare(&self, declaring: &Declaring, layers: usize, resources: &mut Resources) {
+    pub(in crate::renderer) fn declare(&self, declaring: &Declaring, layers: usize, resources: &mut Resources) {
         let entries = declaring.tables.entries(KERNEL);
         if self.grid.voxels() == 1 {
             declaring.visibility(self.axis, KERNEL, resources);
