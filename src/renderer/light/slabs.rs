@@ -23,7 +23,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 const AROUND_GRADIENTS: usize = 3;
 
 /// Sums that become bytes at once.
-const FINISHED: usize = 1 << 18;
+const FINISHED: usize = 1 << 16;
 
 /// A light volume to which a sweep contributes.
 #[derive(Clone, Copy, Debug, PartialEq)]
