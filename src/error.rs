@@ -212,6 +212,26 @@ pub enum Error {
         /// Largest buffer of the device in bytes.
         available: u64,
     },
+    /// The memory budget of the device is exceeded by a view with shadows or ambient occlusion.
+    #[error(
+        "{what} needs {needed} bytes on the device in addition to {taken} in use, {} more than the memory budget of {budget}: set at least \
+         {}{}",
+        needed.saturating_add(*taken).saturating_sub(*budget),
+        needed.saturating_add(*taken),
+        if *can_be_coarser { "; light_grid half needs less" } else { "" }
+    )]
+    LightMemory {
+        /// The object to be stored.
+        what: String,
+        /// Bytes needed.
+        needed: u64,
+        /// Bytes of the budget in use.
+        taken: u64,
+        /// The budget in bytes: [`Device::with_memory`](crate::Device::with_memory).
+        budget: u64,
+        /// Whether light of half the resolution would need less.
+        can_be_coarser: bool,
+    },
     /// The memory budget of the device is exceeded.
     #[error("{what} needs {needed} bytes on the device in addition to {taken} in use, but the memory budget is {budget}: set at least {}", needed.saturating_add(*taken))]
     MemoryBudget {
@@ -339,6 +359,7 @@ impl Error {
             Error::FileSize { .. } => &["dims", "voxel_type", "header_bytes"],
             Error::DeviceFailed { .. } => &["device", "device_unchecked"],
             Error::MemoryBudget { .. } | Error::NeedsWholeVolume { .. } => &["memory"],
+            Error::LightMemory { .. } => &["memory", "light_grid"],
             Error::TooLong { .. } => &["longest"],
             Error::DeviceMemory { .. } | Error::OutOfDeviceMemory { .. } => &["device"],
             _ => &[],
@@ -347,7 +368,7 @@ impl Error {
 
     /// Whether a device or its budget has too little memory left. Freeing other buffers may help.
     pub(crate) fn is_lack_of_device_memory(&self) -> bool {
-        matches!(self, Error::MemoryBudget { .. } | Error::OutOfDeviceMemory { .. })
+        matches!(self, Error::MemoryBudget { .. } | Error::LightMemory { .. } | Error::OutOfDeviceMemory { .. })
     }
 
     pub(crate) fn read(path: &Path, source: io::Error) -> Self {

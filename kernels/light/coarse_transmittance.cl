@@ -1,7 +1,8 @@
 // Mean transmittance of blocks of COARSE^3 voxels, for light volumes of lower resolution.
 //
 // One work-item per row of blocks. `transmittance`: of each voxel along the edge of a block, per table entry. Voxels outside the clip
-// region count as clear. Blocks at the far faces may be incomplete: what is missing is clear. coarse[(z*dims_y + y)*dims_x + x].
+// region count as clear. Blocks at the far faces may be incomplete: what is missing is clear. coarse[(z*dims_y + y)*dims_x + x] is block
+// (first_x + x, first_y + y, first_z + z).
 
 #include "shared/clipping.cl"
 #include "shared/field.cl"
@@ -28,7 +29,8 @@ static inline intv unclipped(const Clipping *clip, realv u, realv v, realv a) {
 
 __kernel void coarse_transmittance(__global const VOXEL *voxels, VolumeView view, __global const GRADIENT_VOXEL *gradient_voxels,
                                    VolumeView gradient_view, __global const float *transmittance, SampleParams sample, Clipping clip,
-                                   int dims_x, int dims_y, int dims_z, __global float *coarse) {
+                                   int first_x, int first_y, int first_z, int dims_x, int dims_y, int dims_z,
+                                   __global float *coarse) {
     const int id = get_global_id(0);
     if (id >= dims_y * dims_z)
         return;
@@ -37,7 +39,8 @@ __kernel void coarse_transmittance(__global const VOXEL *voxels, VolumeView view
     __global const uchar *light = 0, *sky = 0;
     const ShadingSource shading = SHADING_SOURCE;
 #endif
-    const int first_v = id % dims_y * COARSE, first_a = id / dims_y * COARSE;
+    const int first_v = (first_y + id % dims_y) * COARSE, first_a = (first_z + id / dims_y) * COARSE;
+    const int end_u = min((first_x + dims_x) * COARSE, view.dims_u);
     for (int first = 0; first < dims_x; first += BLOCKS) {
         float absorbed_by[COLUMNS];
         for (int c = 0; c < COLUMNS; c += VW)
@@ -48,16 +51,19 @@ __kernel void coarse_transmittance(__global const VOXEL *voxels, VolumeView view
             if (j >= view.dims_v || k >= view.dims_a)
                 continue;
             __global const VOXEL *row = voxels + (k - view.first_a) * view.stride_a + j * view.stride_v;
-            for (int c = 0; c < COLUMNS && first * COARSE + c < view.dims_u; c += VW) {
-                const int i = first * COARSE + c;
+            for (int c = 0; c < COLUMNS && (first_x + first) * COARSE + c < end_u; c += VW) {
+                const int i = (first_x + first) * COARSE + c;
                 realv value = (realv)(view.background);
-                if (i + VW <= view.dims_u)
+                if (i + VW <= end_u)
                     value = VOXEL_VALUES(&view, LOAD_VOXELS(row + i));
                 else
-                    for (int lane = 0; lane < view.dims_u - i; lane++)
+                    for (int lane = 0; lane < end_u - i; lane++)
                         ((float *)&value)[lane] = VOXEL_VALUE(&view, convert_float(row[i + lane]));
                 const intv index = table_index(&sample, value);
                 intv absorbs = index >= sample.classification.first_visible && index <= sample.classification.last_visible;
+                // Beside the blocks of a part, voxels are not held.
+                if (end_u < view.dims_u)
+                    absorbs &= LANES + i < end_u;
 #if defined(CLIPPED) || defined(THINNED)
                 const realv u = CONVERT_REALV(LANES + i), v = (realv)(j), a = (realv)(k);
 #endif

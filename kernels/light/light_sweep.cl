@@ -6,7 +6,8 @@
 // interpolated once, when it is written to the voxels of the layer.
 //
 // One work-item per tile of rays. A tile has one column and one row in common with its neighbours, so that each voxel between two rays
-// belongs to one tile. Voxels -1 ... n are written along each axis. Segments between two layers are pre-integrated, as those of views are
+// belongs to one tile. Voxels -1 ... n are written along each axis. A sweep may visit some of the layers only, numbered from 0 in the order
+// of the light: then each tile continues from its rays in `state` and leaves them there, SWEEP_ROWS rows of COLUMNS. Segments between two layers are pre-integrated, as those of views are
 // (`integrals`: preintegration.cl). COARSE: voxels are transmittances (coarse_transmittance.cl), of which each layer has half a length.
 
 #include "layered/beam.cl"
@@ -46,11 +47,11 @@ static inline RayLayer ray_layer(const LightSweepParams *p, __global const Layer
 }
 
 // Whether anything can be visible to the rays of a tile between two neighbouring layers.
-static inline bool is_slab_visible_between(__global const uchar *visible, const LightSweepParams *p, const RayLayer *one,
-                                           const RayLayer *other) {
+static inline bool is_slab_visible_between(__global const uchar *visible, const LightSweepParams *p, int first_held,
+                                           const RayLayer *one, const RayLayer *other) {
     const int4 window = {min(one->first_u, other->first_u), min(one->first_v, other->first_v),
                          max(one->first_u, other->first_u) + COLUMNS, max(one->first_v, other->first_v) + SWEEP_ROWS};
-    const int slab = max(one->k, other->k);
+    const int slab = max(one->k, other->k) - first_held;
     return slabs_in_window(visible, p->blocks_u, p->blocks_v, slab >> 3, window) >> (slab & 7) & 1;
 }
 
@@ -117,7 +118,7 @@ static inline void store_layer(const LightSweepParams *p, const RayLayer *layer,
     const realv before_u = layer->between_u, before_v = layer->between_v;
     for (int r = from_row; r < to_row; r++) {
         const size_t first =
-            (size_t)(layer->k + 1) * p->stride_a + (size_t)(j + r + 1) * p->stride_v + (size_t)(i + 1) * p->stride_u;
+            (size_t)(layer->k - p->first_stored) * p->stride_a + (size_t)(j + r + 1) * p->stride_v + (size_t)(i + 1) * p->stride_u;
         for (int c = from; c < to; c += VW) {
             realv level = 1.0f;
             if (!lit) {
@@ -166,11 +167,12 @@ static inline void recover(float (*rays)[PADDED_COLUMNS], float recovered) {
 __kernel void light_sweep(__global const VOXEL *voxels, VolumeView view, __global const GRADIENT_VOXEL *gradient_voxels,
                           VolumeView gradient_view, __global const uchar *visible, __global const int4 *integrals,
                           __global const LayerOffset *offsets, LightSweepParams p, SampleParams sample, Clipping clip,
-                          __global uchar *light, __global ushort *sums) {
+                          __global uchar *light, __global ushort *sums, __global float *state) {
     const int id = get_global_id(0);
     if (id >= p.tiles_u * p.tiles_v)
         return;
     voxels += view.first;
+    state += (size_t)id * (SWEEP_ROWS * COLUMNS);
     const int column = id % p.tiles_u * (COLUMNS - 1), row = id / p.tiles_u * (SWEEP_ROWS - 1);
     // Transmittance of the rays, and their samples in the layer before: table nodes and their integrals, transmittances of half a layer
     // (COARSE), or values (ISO).
@@ -189,22 +191,31 @@ __kernel void light_sweep(__global const VOXEL *voxels, VolumeView view, __globa
     const ShadingSource gradients = SHADING_SOURCE;
 #endif
     bool lit = true;          // no ray of the tile is dimmed
+    for (int r = 0; p.continues && r < SWEEP_ROWS; r++) {
+        for (int c = 0; c < COLUMNS; c += VW) {
+            const realv ray = CAT(vload, VW)(0, state + r * COLUMNS + c);
+            lit = lit && !ANY(ray != 1.0f);
+            STOREV(rays[r] + c, ray);
+        }
+    }
     int sampled_last = -2;    // number of the layer that the samples before belong to
-    for (int n = 0; n < p.layers + 2; n++) {
+    for (int n = max(p.from - 1, 0); n < p.to; n++) {
+        // The layer before the first one has the samples at which the first segment begins.
+        const bool begins = n < p.from;
         const int k = p.layer_step > 0 ? n - 1 : p.layers - n;
         const RayLayer layer = ray_layer(&p, offsets, column, row, k);
         if (is_beside_volume(&p, &layer))
             continue;
-        if (!lit)
+        if (!lit && !begins)
             recover(rays, p.recovered);
-        bool crossed = n > 0, crosses_next = n < p.layers + 1;
+        bool crossed = n > 0 && !begins, crosses_next = n < p.to - 1;
         if (p.culling && crossed) {
             const RayLayer last = ray_layer(&p, offsets, column, row, k - p.layer_step);
-            crossed = is_slab_visible_between(visible, &p, &last, &layer);
+            crossed = is_slab_visible_between(visible, &p, view.first_a, &last, &layer);
         }
         if (p.culling && crosses_next) {
             const RayLayer next = ray_layer(&p, offsets, column, row, k + p.layer_step);
-            crosses_next = is_slab_visible_between(visible, &p, &layer, &next);
+            crosses_next = is_slab_visible_between(visible, &p, view.first_a, &layer, &next);
         }
         if (crossed || crosses_next) {
             const int odd = n & 1;
@@ -300,8 +311,13 @@ __kernel void light_sweep(__global const VOXEL *voxels, VolumeView view, __globa
                 }
             }
         }
+        if (begins)
+            continue;
         if (!lit)
             recover(rays, p.recovered);
         store_layer(&p, &layer, rays, lit, light, sums);
     }
+    for (int r = 0; p.to < p.layers + 2 && r < SWEEP_ROWS; r++)
+        for (int c = 0; c < COLUMNS; c += VW)
+            CAT(vstore, VW)(LOADV(rays[r] + c), 0, state + r * COLUMNS + c);
 }

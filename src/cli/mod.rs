@@ -180,7 +180,8 @@ fn exit_code(error: &Error) -> u8 {
         | Error::UnknownName { .. }
         | Error::Settings { .. }
         | Error::Camera { .. }
-        | Error::MemoryBudget { .. } => 2,
+        | Error::MemoryBudget { .. }
+        | Error::LightMemory { .. } => 2,
         #[cfg(feature = "mpi")]
         Error::Distributed(DistributedError::Rank { own: Some(own), .. }) => exit_code(own),
         _ => 1,

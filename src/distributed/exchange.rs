@@ -126,6 +126,36 @@ impl Boxes {
     }
 }
 
+/// Sends each rank the values of the box that it has in common with this one: `common` of the ranks that have and that need values, packed by
+/// `pack`. `size`: bytes per value. Collective.
+pub(super) fn swap_boxes(
+    group: &Group,
+    size: usize,
+    common: &dyn Fn(usize, usize) -> Option<VoxelBox>,
+    pack: &dyn Fn(VoxelBox) -> Vec<u8>,
+    receive: &dyn Fn(VoxelBox, Vec<u8>),
+) -> Exchanged {
+    let (rank, ranks) = (group.rank(), group.size());
+    let mut exchanged = Exchanged::default();
+    for step in 0..ranks {
+        let (to, from) = ((rank + step) % ranks, (rank + ranks - step) % ranks);
+        let outgoing = common(rank, to).map_or(Vec::new(), pack);
+        let common = common(from, rank);
+        let mut incoming = vec![0; common.map_or(0, |common| common.count() * size)];
+        if step == 0 {
+            incoming = outgoing;
+        } else {
+            group.swap(to, &outgoing, from, &mut incoming);
+            exchanged.sent_bytes += outgoing.len() as u64;
+            exchanged.received_bytes += incoming.len() as u64;
+        }
+        if let Some(common) = common {
+            receive(common, incoming);
+        }
+    }
+    exchanged
+}
+
 /// Copies the voxels of a box, x fastest, to the beginning of `bytes`. Returns that part.
 fn pack<'a>(volume: &Volume, wanted: &VoxelBox, bytes: &'a mut [u8]) -> Result<&'a [u8], Error> {
     let bytes = &mut bytes[..wanted.count() * volume.voxel_type().bytes()];

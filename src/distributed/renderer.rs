@@ -1,6 +1,7 @@
 //! The distributed renderer.
 
 mod frames;
+mod light;
 mod volume_renderer;
 
 use super::compose::Composer;
@@ -12,7 +13,7 @@ use crate::device::{Cancel, Device};
 use crate::error::Error;
 use crate::layers::Axis;
 use crate::memory;
-use crate::renderer::{DeviceVoxels, Exchanged, LatticeView, Measured, PartRenderer, Shares, UploadedVolume};
+use crate::renderer::{DeviceVoxels, Exchanged, LatticeView, LightOfParts, Measured, PartRenderer, Shares, UploadedVolume};
 use crate::settings::{Blend, Settings};
 use crate::transfer::TransferFunction;
 use crate::viewport::Viewport;
@@ -64,6 +65,8 @@ struct Partition {
     around: usize,
     /// This rank's layers, split to fit the largest buffer of the device. Never empty.
     slabs: Vec<(Range<usize>, PartRenderer)>,
+    /// The light that these layers look up.
+    light: Option<LightOfParts>,
 }
 
 impl Partition {
@@ -73,7 +76,7 @@ impl Partition {
         let mut done = None;
         for n in 0..=last {
             let (layers, renderer) = &mut self.slabs[if view.ascending() { n } else { last - n }];
-            let (samples, measured) = renderer.raw(view, layers, done.as_deref())?;
+            let (samples, measured) = renderer.raw(view, layers, done.as_deref(), self.light.as_ref())?;
             if let (Some(total), Some(measured)) = (total.as_deref_mut(), measured) {
                 total.add_stages(measured.stages);
                 total.active_samples += measured.active_samples;
@@ -180,6 +183,7 @@ impl<'v> Renderer<'v> {
             self.transfer = transfer.clone();
             self.work = None;
             self.renderers().for_each(|renderer| renderer.set_transfer_function(transfer));
+            self.forget_light();
         }
     }
 
@@ -200,8 +204,13 @@ impl<'v> Renderer<'v> {
     /// # Errors
     /// OpenCL errors.
     pub fn volume_changed(&mut self, wait: &[&Event]) -> Result<(), Error> {
+        self.forget_light();
         let result = self.renderers().try_for_each(|renderer| renderer.volume_changed(wait));
         self.group.agree(result)
+    }
+
+    fn forget_light(&mut self) {
+        self.partitions.iter_mut().flatten().for_each(|partition| partition.light = None);
     }
 
     /// All renderers that hold voxels on this rank.
@@ -244,7 +253,7 @@ impl<'v> Renderer<'v> {
             exchanged.sent_bytes,
             exchanged.received_bytes
         );
-        self.partitions[axis.index()] = Some(Partition { ranges, around, slabs });
+        self.partitions[axis.index()] = Some(Partition { ranges, around, slabs, light: None });
         Ok(exchanged)
     }
 

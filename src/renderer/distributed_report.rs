@@ -3,6 +3,7 @@
 use super::report::LatticeReport;
 use crate::layers::Axis;
 use serde::{Serialize, Serializer};
+use std::ops::AddAssign;
 
 /// Statistics of one process for a frame.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -73,7 +74,7 @@ pub struct Composed {
     pub bytes: u64,
 }
 
-/// Voxel traffic of a rank.
+/// Traffic of voxels and of light of a rank.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Exchanged {
@@ -81,4 +82,11 @@ pub struct Exchanged {
     pub sent_bytes: u64,
     /// Bytes that this rank received.
     pub received_bytes: u64,
+}
+
+impl AddAssign for Exchanged {
+    fn add_assign(&mut self, more: Self) {
+        self.sent_bytes += more.sent_bytes;
+        self.received_bytes += more.received_bytes;
+    }
 }

@@ -2,10 +2,11 @@
 
 use super::depth_cue::CuePlane;
 use super::field::Field;
-use super::light::LightSources;
+use super::light::{LightSources, ValueGrid};
 use crate::device::launch::structs::{LightParams, LightVolumeParams};
 use crate::layers::{AxisFrame, Rays};
 use crate::settings::{GradientOpacity, Light, LightSpace, Lights, Settings, Shading};
+use crate::volume::Grid;
 use glam::DVec3;
 
 /// Shading that leaves colours unchanged, for frames with gradient opacity or depth cueing alone.
@@ -35,10 +36,10 @@ struct LightDirections {
 }
 
 impl LightDirections {
-    fn new(light: &Light, field: &Field, rays: &Rays) -> Self {
+    fn new(light: &Light, grid: &Grid, rays: &Rays) -> Self {
         let to_eye = rays.to_eye;
         let to_light = light.direction.map_or(to_eye, |l| match light.space {
-            LightSpace::World => field.grid().world_to_grid_axes() * l.normalize(),
+            LightSpace::World => grid.world_to_grid_axes() * l.normalize(),
             LightSpace::Camera => rays.from_camera_axes(l.normalize()),
         });
         Self { to_light, half_way: (to_light + to_eye).normalize_or(to_eye) }
@@ -52,19 +53,31 @@ impl LightDirections {
 impl Lighting {
     /// The lighting of a field seen along `rays`.
     pub fn new(settings: &Settings, field: &Field, rays: &Rays) -> Self {
-        let shading = settings.shading.unwrap_or(UNLIT);
-        let directions =
-            shading.lights.as_slice().iter().map(|light| LightDirections::new(light, field, rays)).collect::<Vec<_>>();
-        let to_lights = directions.iter().map(|light| light.to_light);
         Self {
-            sources: LightSources::new(settings, field, to_lights, rays.to_eye),
-            shading,
-            directions,
+            sources: Self::sources_in(settings, field.grid(), rays),
+            shading: settings.shading.unwrap_or(UNLIT),
+            directions: Self::directions(settings, field.grid(), rays),
             gradient_opacity: settings.gradient_opacity.map(|opacity| opacity.times(field.gradient_per_value())),
             depth_cue: CuePlane::new(settings, field, rays),
             to_eye: rays.to_eye,
             needs_gradients: settings.looks_at_gradients(),
         }
+    }
+
+    fn directions(settings: &Settings, grid: &Grid, rays: &Rays) -> Vec<LightDirections> {
+        let lights = settings.shading.unwrap_or(UNLIT).lights;
+        lights.as_slice().iter().map(|light| LightDirections::new(light, grid, rays)).collect()
+    }
+
+    /// The light volumes of a grid seen along `rays`, if any.
+    pub fn sources_in(settings: &Settings, grid: &Grid, rays: &Rays) -> Option<LightSources> {
+        let directions = Self::directions(settings, grid, rays);
+        LightSources::new(settings, grid, directions.iter().map(|light| light.to_light), rays.to_eye)
+    }
+
+    /// Looks light up in these layers of the volumes.
+    pub fn set_light_grids(&mut self, grids: [Option<ValueGrid>; 2]) {
+        self.sources.iter_mut().for_each(|sources| sources.set_grids(grids));
     }
 
     /// The light volumes that samples look up, if any.

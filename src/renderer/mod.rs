@@ -47,6 +47,8 @@ pub(crate) use depths::depth_settings;
 pub use distributed_report::{Composed, DistributedReport, Exchanged, RankMeasured, RankReport};
 pub use field::{DeviceVoxels, UploadedVolume};
 pub use lattice_picture::LatticePicture;
+#[cfg(feature = "mpi")]
+pub(crate) use light::{LightOfParts, SweepGroup, Target, Wanted, behind};
 pub use onto::{PictureFormat, PictureMemory};
 pub use parts::{CompositedLayers, PartRenderer};
 #[cfg(feature = "mpi")]

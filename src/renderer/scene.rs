@@ -144,7 +144,9 @@ impl Scene<'_> {
     /// Sample parameters along the axes of `frame`. Kernels in which each ray may have its own layer axis permute them from axis
     /// z themselves.
     pub fn sample(&self, frame: AxisFrame, classification: ClassificationParams, segments: SegmentParams) -> SampleParams {
-        let light = Lighting::new(self.settings, self.field, self.rays).params(frame);
+        let mut lighting = Lighting::new(self.settings, self.field, self.rays);
+        self.light.given_grids().into_iter().for_each(|grids| lighting.set_light_grids(grids));
+        let light = lighting.params(frame);
         SampleParams { field: self.field.params(self.settings.needed_gradient(), frame), classification, light, segments }
     }
 

@@ -28,6 +28,7 @@ pub use rescale::Rescale;
 #[cfg(feature = "mpi")]
 pub(crate) use shared::Together;
 pub use shared::VoxelBox;
+pub(crate) use spool::MappedBytes;
 pub use statistics::{HISTOGRAM_BINS, Statistics};
 pub use storage::Storage;
 #[cfg(feature = "mpi")]

@@ -5,9 +5,10 @@
 
 use crate::error::Error;
 use crate::files::temporary_failed;
-use memmap2::Mmap;
+use memmap2::{Mmap, MmapMut};
 use std::fs::File;
 use std::io::Write;
+use std::ops::{Deref, DerefMut};
 
 /// A temporary file without a name. The system deletes it when it is closed, even if the process is killed.
 pub(super) struct Spool(File);
@@ -32,5 +33,38 @@ impl Spool {
     pub fn mapped(self) -> Result<Mmap, Error> {
         // SAFETY: no other process can open the file, and nothing writes to it from now on.
         unsafe { Mmap::map(&self.0) }.map_err(temporary_failed)
+    }
+}
+
+/// Bytes in a mapped temporary file, for values that are written in any order and need not stay in memory.
+pub(crate) struct MappedBytes(MmapMut);
+
+impl MappedBytes {
+    /// `bytes` zeros, at least one. They are written, so that a full disk is found here.
+    pub fn zeroed(bytes: usize) -> Result<Self, Error> {
+        const PIECE: usize = 1 << 20;
+        let (mut file, zeros) = (tempfile::tempfile().map_err(temporary_failed)?, vec![0; PIECE.min(bytes.max(1))]);
+        let mut left = bytes.max(1);
+        while left > 0 {
+            let piece = left.min(PIECE);
+            file.write_all(&zeros[..piece]).map_err(temporary_failed)?;
+            left -= piece;
+        }
+        // SAFETY: no other process can open the file, and nothing else in this one writes to it.
+        Ok(Self(unsafe { MmapMut::map_mut(&file) }.map_err(temporary_failed)?))
+    }
+}
+
+impl Deref for MappedBytes {
+    type Target = [u8];
+
+    fn deref(&self) -> &[u8] {
+        &self.0
+    }
+}
+
+impl DerefMut for MappedBytes {
+    fn deref_mut(&mut self) -> &mut [u8] {
+        &mut self.0
     }
 }

@@ -5,6 +5,7 @@ mod command;
 #[path = "../common/mod.rs"]
 mod common;
 mod launch;
+mod light;
 mod pictures;
 mod volumes;
 
@@ -25,6 +26,9 @@ fn as_a_rank() {
         "changes" => pictures::follow_changes(group),
         "buffers" => pictures::in_several_buffers(group),
         "devices" => pictures::of_bricks_on_devices(group),
+        "light" => light::is_that_of_one_process(group),
+        "light again" => light::is_the_same_again(group),
+        "light on devices" => light::of_bricks_on_devices(group),
         "reductions" => volumes::are_looked_at_together(group),
         "files" => volumes::are_read_in_parts(group),
         "refusals" => volumes::are_refused_on_all(group),
@@ -70,6 +74,21 @@ fn several_buffers() {
 #[test]
 fn bricks_on_devices() {
     [1, 3].iter().for_each(|&ranks| on_ranks(ranks, "devices"));
+}
+
+#[test]
+fn light_is_that_of_one_process() {
+    RANKS.iter().for_each(|&ranks| on_ranks(ranks, "light"));
+}
+
+#[test]
+fn the_same_light_again() {
+    [1, 3].iter().for_each(|&ranks| on_ranks(ranks, "light again"));
+}
+
+#[test]
+fn light_of_bricks_on_devices() {
+    [1, 3].iter().for_each(|&ranks| on_ranks(ranks, "light on devices"));
 }
 
 #[test]

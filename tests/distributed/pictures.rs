@@ -13,7 +13,7 @@ use layersplat::volume::{Description, VoxelBox, VoxelType};
 use layersplat::{Camera, Cancel, Device, Frame, Quality, Settings, TransferFunction, Viewport, Volume};
 
 /// Not multiples of any number of ranks, and all different.
-const DIMS: [usize; 3] = [23, 19, 26];
+pub const DIMS: [usize; 3] = [23, 19, 26];
 const SEED: u64 = 5;
 /// Rounding of `over` in another order.
 const REASSOCIATED: f64 = 2e-6;
@@ -21,7 +21,7 @@ const REASSOCIATED: f64 = 2e-6;
 const TERMINATED: f64 = Settings::OPAQUE + REASSOCIATED;
 
 /// All voxels, which every rank has for comparison.
-fn whole() -> Volume<'static> {
+pub fn whole() -> Volume<'static> {
     whole_of(SEED)
 }
 
@@ -30,7 +30,7 @@ fn whole_of(seed: u64) -> Volume<'static> {
 }
 
 /// Brick of a rank: a slab along z without ghosts, or a box that another rank's axis divides, with some ghosts.
-fn brick(group: &Group, axis: usize, ghosts: usize) -> Brick {
+pub fn brick(group: &Group, axis: usize, ghosts: usize) -> Brick {
     let (rank, size) = (group.rank(), group.size());
     let (mut own, mut held) = (VoxelBox::whole(DIMS), VoxelBox::whole(DIMS));
     let layers = rank * DIMS[axis] / size..(rank + 1) * DIMS[axis] / size;
@@ -41,7 +41,7 @@ fn brick(group: &Group, axis: usize, ghosts: usize) -> Brick {
 }
 
 /// A rank's part of the same voxels.
-fn shared(group: &Group, axis: usize, ghosts: usize) -> Volume<'static> {
+pub fn shared(group: &Group, axis: usize, ghosts: usize) -> Volume<'static> {
     shared_of(SEED, group, axis, ghosts)
 }
 
@@ -64,7 +64,12 @@ fn views(volume: &Volume, size: Viewport) -> Vec<Camera> {
     parallel.chain(turns[..5].iter().map(|&(azimuth, elevation)| perspective(volume, azimuth, elevation, 25.0))).collect()
 }
 
-fn drawn(renderer: &mut Renderer, camera: &Camera, size: Viewport, settings: &Settings) -> Option<(Frame, DistributedReport)> {
+pub fn drawn(
+    renderer: &mut Renderer,
+    camera: &Camera,
+    size: Viewport,
+    settings: &Settings,
+) -> Option<(Frame, DistributedReport)> {
     let (frame, report) = renderer.render(camera, size, settings).unwrap();
     frame.map(|frame| (frame, report))
 }

@@ -64,6 +64,7 @@ impl Status {
             Error::HostMemory { .. }
             | Error::DeviceMemory { .. }
             | Error::MemoryBudget { .. }
+            | Error::LightMemory { .. }
             | Error::OutOfDeviceMemory { .. } => Status::OutOfMemory,
             Error::NeedsWholeVolume { .. } => Status::NeedsWholeVolume,
             Error::Build { .. } => Status::Build,

@@ -90,9 +90,11 @@ fn class(error: &Error) -> &'static str {
         | Error::Image { .. }
         | Error::Cameras { .. }
         | Error::Keys { .. } => "InvalidFile",
-        Error::HostMemory { .. } | Error::DeviceMemory { .. } | Error::OutOfDeviceMemory { .. } | Error::MemoryBudget { .. } => {
-            "OutOfMemory"
-        }
+        Error::HostMemory { .. }
+        | Error::DeviceMemory { .. }
+        | Error::OutOfDeviceMemory { .. }
+        | Error::MemoryBudget { .. }
+        | Error::LightMemory { .. } => "OutOfMemory",
         Error::TooLong { .. } => "TimedOut",
         Error::Cancelled { .. } => "Cancelled",
         Error::VoxelCount { .. }

@@ -61,6 +61,7 @@ fn stream_plan<'py>(py: Python<'py>, plan: &StreamPlan) -> PyResult<Bound<'py, P
     let dict = PyDict::new(py);
     dict.set_item("lattices", lattices.collect::<PyResult<Vec<_>>>()?)?;
     dict.set_item("voxel_bytes", plan.voxel_bytes)?;
+    dict.set_item("light_bytes", plan.light_bytes)?;
     dict.set_item("volume_bytes", plan.volume_bytes)?;
     dict.set_item("device_bytes", plan.device_bytes)?;
     dict.set_item("available_bytes", plan.memory)?;
@@ -279,8 +280,9 @@ impl Renderer {
     /// The streaming plan of a view, a dict; None if the renderer holds all voxels.
     ///
     /// lattices: a list of dicts with the layer axis, the number of parts that are uploaded in sequence, and held_layers, the maximum
-    /// number of layers on the device. voxel_bytes: bytes of voxels that a frame uploads. volume_bytes: bytes of all voxels. device_bytes:
-    /// peak bytes of buffers. available_bytes: bytes available for these buffers.
+    /// number of layers on the device. voxel_bytes: bytes of voxels that a frame uploads. light_bytes: bytes of those that it uploads before,
+    /// for shadows and ambient occlusion; 0 if these are kept from an earlier frame. volume_bytes: bytes of all voxels. device_bytes: peak
+    /// bytes of buffers. available_bytes: bytes available for these buffers.
     ///
     /// Raises OutOfMemory if the budget is too small for the view.
     #[pyo3(signature = (camera, size, settings = None))]

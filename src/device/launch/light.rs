@@ -56,6 +56,8 @@ kernel! {
         light: &'a Buffer<u8>,
         /// One per voxel, for light that is averaged over several sweeps; otherwise not read.
         sums: &'a Buffer<u16>,
+        /// Transmittances of rays, tile by tile, for sweeps of some layers; otherwise neither read nor written.
+        state: &'a Buffer<f32>,
     }
 }
 
@@ -69,6 +71,12 @@ impl LightSweep {
     pub fn tiles(size: [usize; 2], tuning: &Tuning) -> [i32; 2] {
         let [columns, rows] = [Self::VECTORS * tuning.vector_width.max(4) as usize - 1, Self::ROWS - 1];
         [(size[0] - 1).div_ceil(columns), (size[1] - 1).div_ceil(rows)].map(|n| n as i32)
+    }
+
+    /// Number of rays of all tiles, which overlap, for this many rays along u and v.
+    pub fn states(size: [usize; 2], tuning: &Tuning) -> usize {
+        let rays = Self::VECTORS * tuning.vector_width.max(4) as usize * Self::ROWS;
+        rays * tiles(Self::tiles(size, tuning))
     }
 }
 
@@ -132,7 +140,10 @@ kernel! {
         transmittance: &'a Buffer<f32>,
         sample: SampleParams,
         clip: Clipping,
-        /// Blocks along each axis.
+        /// First block and blocks along each axis.
+        first_x: i32,
+        first_y: i32,
+        first_z: i32,
         dims_x: i32,
         dims_y: i32,
         dims_z: i32,

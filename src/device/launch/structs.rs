@@ -85,6 +85,8 @@ kernel_struct! {
         volumes: [i32; 4],
         /// Bytes of a volume.
         volume_bytes: i32,
+        /// First layers of values that the volumes hold: 0, but for parts of a volume.
+        first_layers as [shadow_first, sky_first]: f32,
         /// Share of the shadows.
         strength: f32,
         /// 1: the ambient light is dimmed by a volume.
@@ -115,8 +117,13 @@ kernel_struct! {
         centre_layer: f32,
         /// Voxels along u and v from layer to layer, in the direction in which the light shines.
         along as [along_u, along_v]: f32,
-        /// Of the voxels written, from voxel -1 on.
+        /// Layers from the first up to but excluding the last, numbered in the order in which the light shines: of all, 0 ... n + 2.
+        order as [from, to]: i32,
+        /// 1: rays continue from their state, else they are not dimmed.
+        continues: i32,
+        /// Of the voxels written, from voxel -1 on, and number of the first layer written.
         stride as [stride_u, stride_v, stride_a]: i32,
+        first_stored: i32,
         /// Number of the volume among those of the buffer, and the bytes of one.
         volume: i32,
         volume_bytes: i32,

@@ -70,9 +70,10 @@ impl Renderer<'_> {
         let (mut composed, mut compose_ms) = (Vec::new(), 0.0);
         self.shares.begin();
         for (view, share) in &views {
-            let exchanged = self.hold(view, settings)?;
-            totals.exchanged.sent_bytes += exchanged.sent_bytes;
-            totals.exchanged.received_bytes += exchanged.received_bytes;
+            totals.exchanged += self.hold(view, settings)?;
+            if settings.sweeps_light() {
+                totals.exchanged += self.hold_light(view)?;
+            }
             let (measuring, longest, cancel) = (self.measuring, self.longest, self.cancel.clone());
             self.renderers().for_each(|renderer| {
                 renderer.measure(measuring);
@@ -90,7 +91,9 @@ impl Renderer<'_> {
             composed.push(composer.compose(group, view, !layers.is_empty(), &mut samples));
             compose_ms += milliseconds(started);
             let leads = group.leads();
-            let stages = leads.then(|| shares.add(partition.renderer(), view, *share, &samples)).transpose();
+            let light = partition.light.take();
+            let stages = leads.then(|| shares.add(partition.renderer(), view, *share, &samples, light.as_ref())).transpose();
+            partition.light = light;
             // The warp reads how many samples are visible in each tile; these counts are not samples of layers.
             if let (Some(measured), Some(stages)) = (&mut totals.measured, group.agree(stages)?) {
                 measured.add_stages(stages);

@@ -7,10 +7,13 @@ use crate::error::Error;
 use crate::image::Background;
 use crate::layers::{Axis, Correction, Kernel};
 use crate::renderer::{PartRenderer, PictureFormat, PictureMemory, Renderer, StreamedRenderer};
-use crate::settings::{Algorithm, Blend, Classification, Evaluation, LayerAxis, Layered, Settings};
+use crate::settings::{
+    Algorithm, Blend, Classification, Evaluation, LayerAxis, Layered, Light, Lights, Settings, Shading, Shadows,
+};
 use crate::transfer::TransferFunction;
 use crate::viewport::Viewport;
 use crate::volume::{OpenOptions, Volume};
+use glam::DVec3;
 
 const SIZE: Viewport = Viewport { width: 21, height: 17 };
 
@@ -160,18 +163,26 @@ pub fn in_parts(scene: &Scene) -> Case<'_> {
 
 /// A volume streamed in several parts, and one that fits as a whole.
 pub fn streamed(scene: &Scene) -> Vec<Case<'_>> {
-    let case = |name: &str, budget: Option<u64>, parts: fn(usize) -> bool| Case {
+    let case = |name: &str, budget: Option<u64>, settings: Settings, parts: fn(usize) -> bool| Case {
         name: format!("streamed {name}"),
         make: Box::new(move |device| {
             let device = budget.map_or(device.clone(), |bytes| device.with_memory(bytes));
             let mut renderer = StreamedRenderer::new(&device, &scene.volume, &scene.transfer);
-            let (camera, settings) = (scene.camera(20.0, None), Settings::default());
+            let camera = scene.camera(20.0, None);
             let plan = renderer.plan(&camera, SIZE, &settings)?.expect("a lattice");
             assert!(plan.lattices.iter().all(|lattice| parts(lattice.parts)), "{plan}");
             Ok(Box::new(move || Ok(bytemuck::cast_slice(renderer.render(&camera, SIZE, &settings)?.0.pixels()).to_vec())))
         }),
     };
-    vec![case("in parts", Some(BUDGET), |parts| parts > 1), case("as a whole", None, |parts| parts == 1)]
+    let own = Settings::default();
+    // Swept along two axes, and added up.
+    let lights = Lights::new(&[Light::towards(DVec3::new(1.0, 0.1, 1.0))]).expect("a light");
+    let lit = Settings { shading: Some(Shading { lights, ..Shading::default() }), shadows: Some(Shadows::default()), ..own };
+    vec![
+        case("in parts", Some(BUDGET), own, |parts| parts > 1),
+        case("in parts with shadows", Some(2 * BUDGET), lit, |_| true),
+        case("as a whole", None, own, |parts| parts == 1),
+    ]
 }
 
 /// Memory budget in bytes: less than the streamed volume.

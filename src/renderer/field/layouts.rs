@@ -152,6 +152,12 @@ impl Field {
         })
     }
 
+    /// A layout of layer axis z for kernels that count rows and columns from those of the whole volume. Parts along x or y hold some only.
+    pub fn in_whole(&self, Layout { voxels, view }: Layout) -> Layout {
+        let [x, y, _] = self.held.first.map(|n| n as i64);
+        Layout { voxels, view: VolumeView { first: view.first - x - y * view.stride[1], ..view } }
+    }
+
     /// Kernel input in the uploaded layout.
     fn upright(&self, kernels: &mut FieldKernels, device: &Device, weighted: Weighted) -> Result<Arc<VoxelBuffer>, Error> {
         match weighted {

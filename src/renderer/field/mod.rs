@@ -104,8 +104,8 @@ impl Field {
         Self { store: Arc::new(Mutex::new(Store::new(budget(&self.voxels, self.held)))), ..self.clone() }
     }
 
-    /// Replaces the voxels. The buffer is reused if it is large enough and no other renderer uses it; otherwise a new buffer for
-    /// `capacity` voxels is allocated.
+    /// Replaces the voxels. The buffer is reused if it is large enough, no larger than for `capacity` voxels, and no other renderer uses
+    /// it; otherwise a new buffer for `capacity` voxels is allocated.
     ///
     /// # Errors
     /// If they do not fit into a buffer of the device, in which case the field is unchanged. After all other errors it has no
@@ -114,7 +114,8 @@ impl Field {
         let bytes = held.dims().iter().product::<usize>() * held.description.voxel_type().bytes();
         let voxel_box = VoxelBox { first: held.first, dims: held.dims() };
         let same_type = held.description.voxel_type() == self.voxels.voxel_type();
-        let in_place = same_type && bytes <= self.voxels.bytes() && self.voxels.is_owned();
+        let most_bytes = capacity * held.description.voxel_type().bytes();
+        let in_place = same_type && (bytes..=most_bytes).contains(&self.voxels.bytes()) && self.voxels.is_owned();
         VoxelBuffer::check_capacity(device, capacity, held.description.voxel_type(), held.description.name())?;
         self.store().clear();
         self.is_lost = true;
@@ -140,6 +141,20 @@ impl Field {
         (self.version, self.changes, self.all_changes) = (Version::new(), 0, Arc::default());
         self.range_is_declared = false;
         self.is_lost = false;
+        Ok(())
+    }
+
+    /// Number of voxels for which the buffer has room.
+    pub fn capacity(&self) -> usize {
+        self.voxels.bytes() / self.voxels.voxel_type().bytes()
+    }
+
+    /// Frees the voxels if their buffer is larger than for `capacity` voxels. They must be replaced then.
+    pub fn release_beyond(&mut self, device: &Device, capacity: Option<usize>) -> Result<(), Error> {
+        if capacity.is_some_and(|capacity| self.capacity() > capacity) {
+            self.is_lost = true;
+            self.voxels = Arc::new(VoxelBuffer::new(device, 1, self.voxels.voxel_type(), "no voxels")?);
+        }
         Ok(())
     }
 

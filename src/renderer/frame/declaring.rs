@@ -29,6 +29,18 @@ pub(in crate::renderer) struct DeclaredLight {
     /// Whether there is one of the ambient light.
     pub sky: bool,
     pub grid: LightGrid,
+    /// Of a part of a volume, light is uploaded and not swept.
+    pub part: Option<PartOfLight>,
+}
+
+/// The light of a part of a volume.
+#[derive(Clone, Copy)]
+pub(in crate::renderer) struct PartOfLight {
+    /// Voxels of the whole volume along x, y, z.
+    pub whole: [usize; 3],
+    /// Axis of the layers that are held, and their number.
+    pub axis: Axis,
+    pub layers: usize,
 }
 
 impl DeclaredLight {
@@ -37,7 +49,7 @@ impl DeclaredLight {
         let lights = settings.shading.map_or(0, |shading| shading.lights.as_slice().len());
         let volumes = settings.shadows.map_or(0, |_| lights);
         let sky = settings.ambient_occlusion.is_some();
-        (volumes > 0 || sky).then_some(Self { volumes, sky, grid: settings.swept_grid() })
+        (volumes > 0 || sky).then_some(Self { volumes, sky, grid: settings.swept_grid(), part: None })
     }
 }
 

@@ -150,7 +150,7 @@ impl Engine {
     pub fn replace_field(&mut self, held: &Held) -> Result<(), Error> {
         self.device.begin(&[])?;
         let before = Numbers::new(&self.field);
-        let capacity = held.dims().iter().product();
+        let capacity = held.dims().iter().product::<usize>().max(self.field.capacity());
         let replaced = self.field.replace(&self.device, held, capacity);
         self.reclassify(before);
         replaced
@@ -243,6 +243,7 @@ impl Engine {
                 self.classification.drop_cached();
                 self.light.drop_cached();
                 self.target.keep_picture();
+                self.field.release_beyond(&device, stage.capacity())?;
             }
             self.require(&device, frame, &stage.resources)?;
             self.target.arena.reserve(&device, &stage.resources)?;
@@ -266,6 +267,9 @@ impl Engine {
     fn step(&mut self, view: View, frame: &Frame, step: &Step, done: &mut Done) -> Result<(), Error> {
         let View { device, rays, viewport, .. } = view;
         match *step {
+            Step::Sweep { light, group, slab } => self.scene(view).sweep_slab(light, group, slab)?,
+            Step::FinishLight(light) => self.scene(view).finish_light(light)?,
+            Step::HoldLight { light, axis, ref voxels } => self.scene(view).hold_light(light, axis, voxels)?,
             Step::Hold { voxels, capacity } => {
                 let volume = frame.volume.expect("only streamed frames replace voxels");
                 let part = volume.part(voxels.first, voxels.dims)?;
@@ -296,6 +300,11 @@ impl Engine {
             }
         }
         Ok(())
+    }
+
+    fn scene<'a>(&'a mut self, view: View<'a>) -> Scene<'a> {
+        let Self { field, classification, kernels, light, .. } = self;
+        Scene::new(view, field, classification, kernels, light)
     }
 
     /// Adds the number of samples with opacity of the last pass, if the frame is measured.

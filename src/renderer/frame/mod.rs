@@ -7,7 +7,7 @@ mod resources;
 mod steps;
 
 pub(super) use arena::Arena;
-pub(super) use declaring::{DeclaredLight, Declaring};
+pub(super) use declaring::{DeclaredLight, Declaring, PartOfLight};
 pub(super) use engine::{Engine, Frame, Mode};
 pub(super) use resources::{Bytes, Resources, Slot};
 pub(super) use steps::{Output, Stage, Step};

@@ -1,7 +1,7 @@
 //! Steps of a frame on the device and their resources.
 
 use super::super::layered::{points, splats};
-use super::super::light;
+use super::super::light::{self, LightOfParts, SweepGroup};
 use super::super::picture::{Share, declare_displayed, declare_floats};
 use super::super::plan::Plan;
 use super::super::range::LayerRange;
@@ -10,15 +10,22 @@ use super::super::sheets;
 use super::declaring::Declaring;
 use super::resources::Resources;
 use crate::image::Background;
-use crate::layers::Lattice;
+use crate::layers::{Axis, Lattice};
 use crate::settings::{Classification, Layered};
 use crate::volume::VoxelBox;
+use std::ops::Range;
 
 /// A step of a frame.
 #[derive(Clone)]
 pub(in crate::renderer) enum Step<'a> {
     /// Replaces the voxels on the device by those of a box, in a buffer for `capacity` voxels.
     Hold { voxels: VoxelBox, capacity: usize },
+    /// Sweeps light through slab number `slab` of a group, whose voxels are on the device.
+    Sweep { light: &'a LightOfParts, group: &'a SweepGroup, slab: usize },
+    /// Completes the light of parts.
+    FinishLight(&'a LightOfParts),
+    /// Uploads the light of a part that holds these layers of voxels along an axis.
+    HoldLight { light: &'a LightOfParts, axis: Axis, voxels: Range<usize> },
     /// Uploads raw samples from which layers continue.
     Continue(&'a [[f32; 4]]),
     /// Composites layers of a lattice.
@@ -67,6 +74,11 @@ impl<'a> Stage<'a> {
         steps.iter().for_each(|step| step.declare(declaring, bound, &mut resources));
         Self { steps, resources }
     }
+
+    /// Number of voxels of the buffer in which the stage holds parts; `None` if it renders the voxels that are there.
+    pub fn capacity(&self) -> Option<usize> {
+        self.steps.iter().find_map(|step| if let Step::Hold { capacity, .. } = step { Some(*capacity) } else { None })
+    }
 }
 
 fn steps(plan: &Plan, output: Output) -> Steps<'_> {
@@ -104,7 +116,8 @@ impl Step<'_> {
     /// Declares the resources of this step. With `bound`, the finished picture goes to the caller's memory.
     fn declare(&self, declaring: &Declaring, bound: bool, resources: &mut Resources) {
         match self {
-            Step::Hold { .. } | Step::Continue(_) => {}
+            Step::Hold { .. } | Step::HoldLight { .. } | Step::FinishLight(_) | Step::Continue(_) => {}
+            Step::Sweep { group, .. } => group.declare(declaring, group.most_layers(), resources),
             Step::Layers { lattice, layered, .. } => {
                 light::declare(declaring, resources);
                 match layered.classification {

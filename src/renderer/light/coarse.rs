@@ -13,7 +13,7 @@ use crate::device::launch::{Floats, VoxelBuffer};
 use crate::error::Error;
 use crate::layers::Axis;
 use crate::transfer::Extinction;
-use crate::volume::VoxelType;
+use crate::volume::{VoxelBox, VoxelType};
 use std::sync::Arc;
 
 pub(super) const COARSE: &str = "the coarse transmittances";
@@ -25,7 +25,9 @@ pub(super) struct Coarse {
     upright: Arc<VoxelBuffer>,
     /// z fastest: the layout of layer axis x.
     transposed: Arc<VoxelBuffer>,
-    dims: [usize; 3],
+    /// The blocks, of all.
+    held: VoxelBox,
+    all: [usize; 3],
     /// Length that they are for, in unit distances.
     pub length: f64,
 }
@@ -34,41 +36,44 @@ impl Coarse {
     /// The layout of a layer axis.
     pub fn layout(&self, axis: Axis) -> Layout {
         let frame = axis.frame();
-        let [x, y, z] = self.dims.map(|n| n as i64);
+        let [x, y, z] = self.held.dims.map(|n| n as i64);
         let (voxels, stride) = match axis {
             Axis::X => (&self.transposed, [1, z, y * z]),
             Axis::Y => (&self.upright, [1, x * y, x]),
             Axis::Z => (&self.upright, [1, x, x * y]),
         };
-        let dims = [frame.u, frame.v, frame.a].map(|i| self.dims[i] as i32);
+        let dims = [frame.u, frame.v, frame.a].map(|i| self.all[i] as i32);
         // Beside the volume all is clear.
-        let view = VolumeView { stride, first: 0, dims, background: 1.0, offset: 0.0, first_a: 0 };
+        let first_a = self.held.first[frame.a] as i32;
+        let view = VolumeView { stride, first: 0, dims, background: 1.0, offset: 0.0, first_a };
         Layout { voxels: voxels.clone(), view }
     }
 }
 
-/// Bytes of the buffers behind coarse transmittances: two layouts, and a table of this many entries.
-pub(super) fn buffers(values: ValueGrid, entries: usize) -> [(&'static str, usize); 3] {
-    let bytes = size_of::<f32>() * values.inner().iter().product::<usize>();
+/// Bytes of the buffers behind this many coarse transmittances: two layouts, and a table of this many entries.
+pub(super) fn buffers(blocks: usize, entries: usize) -> [(&'static str, usize); 3] {
+    let bytes = size_of::<f32>() * blocks;
     [(COARSE, bytes), (COARSE, bytes), (TRANSMITTANCE, size_of::<f32>() * entries)]
 }
 
 impl Scene<'_> {
-    /// The coarse transmittances for a grid of values; `None` at full resolution.
-    pub(super) fn coarse(&mut self, values: ValueGrid) -> Result<Option<Coarse>, Error> {
+    /// The coarse transmittances of these blocks for a grid of values; `None` at full resolution.
+    pub(super) fn coarse(&mut self, values: ValueGrid, held: VoxelBox) -> Result<Option<Coarse>, Error> {
         if values.voxels() == 1 {
             return Ok(None);
         }
-        let dims = values.inner();
-        let [dims_x, dims_y, dims_z] = dims.map(|n| n as i32);
+        let [first_x, first_y, first_z] = held.first.map(|n| n as i32);
+        let [dims_x, dims_y, dims_z] = held.dims.map(|n| n as i32);
         let length = values.voxels() as f64 * self.steps(1).shortest();
         let transmittance = self.transmittances(length)?;
         let frame = Axis::Z.frame();
         let table = self.table(KERNEL)?;
         let layout = self.weighted(Axis::Z, KERNEL)?;
-        let gradients = self.extinction_gradients(Axis::Z, &layout)?;
+        let mut gradients = self.extinction_gradients(Axis::Z, &layout)?;
+        let layout = self.field.in_whole(layout);
+        gradients.layout = self.field.in_whole(gradients.layout);
         let region = Region::for_light(self);
-        let count = dims.iter().product();
+        let count = held.count();
         let float = VoxelType::Float32;
         let upright = VoxelBuffer::new(self.device, count, float, COARSE)?;
         let arguments = CoarseTransmittanceArguments {
@@ -79,6 +84,9 @@ impl Scene<'_> {
             transmittance: &transmittance,
             sample: self.light_samples(frame, ClassificationParams::from_table(self, &table)),
             clip: region.for_kernels(frame),
+            first_x,
+            first_y,
+            first_z,
             dims_x,
             dims_y,
             dims_z,
@@ -91,7 +99,7 @@ impl Scene<'_> {
         let arguments =
             TransposeArguments { voxels: &upright, first: 0, pitch_y, pitch_z, dims_x, dims_y, dims_z, transposed: &transposed };
         self.light.transpose.launch(self.device, upright.kind(), &arguments)?;
-        Ok(Some(Coarse { upright: Arc::new(upright), transposed: Arc::new(transposed), dims, length }))
+        Ok(Some(Coarse { upright: Arc::new(upright), transposed: Arc::new(transposed), held, all: values.inner(), length }))
     }
 
     /// The transmittance of a length in unit distances, for each table entry.

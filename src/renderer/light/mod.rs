@@ -3,17 +3,29 @@
 
 mod coarse;
 mod grid;
+mod host;
+#[cfg(feature = "mpi")]
+mod ranks;
+mod slabs;
 mod sources;
 mod sweeps;
 #[cfg(test)]
 mod tests;
 
+pub(super) use grid::ValueGrid;
+pub(super) use host::HostVolumes;
+pub(crate) use host::Wanted;
+#[cfg(feature = "mpi")]
+pub(crate) use ranks::behind;
+#[cfg(feature = "mpi")]
+pub(crate) use slabs::Target;
+pub(crate) use slabs::{LightOfParts, SweepGroup};
 pub(super) use sources::LightSources;
 
 use super::classification::TableSizes;
 use super::frame::{Declaring, Resources};
 use super::scene::Scene;
-use super::store::{Key, Store};
+use super::store::{Key, Store, Version};
 use crate::device::Buffer;
 use crate::device::launch::Launcher;
 use crate::device::launch::light::{CoarseTransmittance, FinishLight, LightSweep, LightTable};
@@ -22,8 +34,9 @@ use crate::error::Error;
 use crate::layers::{Axis, GradientEstimator, Kernel};
 use crate::settings::{Blend, Clipping, GradientOpacity, LightGrid, Settings};
 use crate::transfer::Extinction;
-use grid::ValueGrid;
+use crate::volume::VoxelBox;
 use sources::Source;
+use std::ops::Range;
 use std::sync::Arc;
 
 /// Cache budget in bytes. The newest volume is kept even if it is larger.
@@ -46,17 +59,30 @@ pub(super) struct LightVolumes {
     finish: Launcher<FinishLight>,
     coarse: Launcher<CoarseTransmittance>,
     transpose: Launcher<Transpose>,
+    /// The light volumes of the part that is on the device; `None` if the volume is there as a whole.
+    given: Option<Given>,
+}
+
+/// Light volumes that are uploaded with a part of a volume.
+#[derive(Default)]
+struct Given {
+    /// The light, and the layers of voxels of the part.
+    of: Option<(Version, Axis, Range<usize>)>,
+    illumination: Illumination,
+    /// The values that are held, of the lights and of the ambient light.
+    grids: [Option<ValueGrid>; 2],
 }
 
 impl Default for LightVolumes {
     fn default() -> Self {
         let (table, sweep, finish) = Default::default();
-        Self { store: Store::new(BUDGET), table, sweep, finish, coarse: Launcher::default(), transpose: Launcher::default() }
+        let (coarse, transpose) = Default::default();
+        Self { store: Store::new(BUDGET), table, sweep, finish, coarse, transpose, given: None }
     }
 }
 
 /// The light volumes of a frame: of the lights, one after another, and of the ambient light.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub(super) struct Illumination {
     pub lights: Option<Arc<Buffer<u8>>>,
     pub sky: Option<Arc<Buffer<u8>>>,
@@ -122,6 +148,12 @@ impl LightVolumes {
     /// Drops all volumes.
     pub fn drop_cached(&mut self) {
         self.store.clear();
+        self.given = None;
+    }
+
+    /// The values that a part of a volume holds, of the lights and of the ambient light.
+    pub fn given_grids(&self) -> Option<[Option<ValueGrid>; 2]> {
+        self.given.as_ref().map(|given| given.grids)
     }
 
     /// Number of volumes made so far.
@@ -134,6 +166,9 @@ impl LightVolumes {
 impl Scene<'_> {
     /// The light volumes that samples of this view look up, swept on first use.
     pub fn illumination(&mut self) -> Result<Illumination, Error> {
+        if let Some(given) = &self.light.given {
+            return Ok(given.illumination.clone());
+        }
         let Some(sources) = self.light_sources() else { return Ok(Illumination::default()) };
         let medium = Medium::new(self.settings);
         let lights = match self.settings.shadows {
@@ -154,7 +189,7 @@ impl Scene<'_> {
         }
         let values = ValueGrid::new(self.field.grid().dims(), medium.grid.voxels().min(2));
         let volume = self.volume(&key, swept.len(), values, SHADOWS)?;
-        let coarse = self.coarse(values)?;
+        let coarse = self.coarse(values, VoxelBox::whole(values.inner()))?;
         for (n, source) in swept.iter().enumerate() {
             let sweeps = sweeps::of_light(source, self.field.grid().spacing());
             self.sweep_all(&sweeps, coarse.as_ref(), values, (&volume, n), gain, None)?;
@@ -169,7 +204,7 @@ impl Scene<'_> {
         }
         let values = ValueGrid::new(self.field.grid().dims(), medium.grid.voxels());
         let volume = self.volume(&key, 1, values, SKY)?;
-        let coarse = self.coarse(values)?;
+        let coarse = self.coarse(values, VoxelBox::whole(values.inner()))?;
         self.sweep_all(&sweeps::of_sky(self.field.grid().spacing()), coarse.as_ref(), values, (&volume, 0), gain, reach)?;
         Ok(self.light.store.keep(key, inputs, self.device.produced()?, volume))
     }
@@ -204,22 +239,32 @@ fn check_addressable(values: ValueGrid) -> Result<(), Error> {
 /// Declares the light volumes of a frame, and what they are made from.
 pub(super) fn declare(declaring: &Declaring, resources: &mut Resources) {
     let Some(light) = &declaring.light else { return };
+    let grid = |voxels: usize| match light.part {
+        Some(part) => ValueGrid::new(part.whole, voxels).around_any_part(part.axis, part.layers),
+        None => ValueGrid::new(declaring.shape.dims, voxels),
+    };
+    let voxels = light.grid.voxels();
+    let volumes = [(SHADOWS, light.volumes, grid(voxels.min(2))), (SKY, usize::from(light.sky), grid(voxels))];
+    let volumes = volumes.into_iter().filter(|(_, count, _)| *count > 0);
+    let bytes = |count: usize, values: ValueGrid| count * values.values() + PADDING;
+    if light.part.is_some() {
+        volumes.for_each(|(name, count, values)| resources.kept((name, None, None), [(name, bytes(count, values))]));
+        return;
+    }
     for axis in Axis::ALL {
         declaring.visibility(axis, KERNEL, resources);
         declaring.gradients(axis, KERNEL, resources);
     }
     // Those of the frame may be for shorter segments.
-    resources.kept(("integrals of light", None, Some(KERNEL)), [TableSizes::integrals(declaring.tables.entries(KERNEL))]);
+    let entries = declaring.tables.entries(KERNEL);
+    resources.kept(("integrals of light", None, Some(KERNEL)), [TableSizes::integrals(entries)]);
     declaring.table(KERNEL, resources);
-    let dims = declaring.shape.dims;
-    let volumes = [(SHADOWS, light.volumes, light.grid.voxels().min(2)), (SKY, usize::from(light.sky), light.grid.voxels())];
-    for (name, count, voxels) in volumes.into_iter().filter(|(_, count, _)| *count > 0) {
-        let values = ValueGrid::new(dims, voxels);
-        resources
-            .kept((name, None, None), [(name, count * values.values() + PADDING), sweeps::sums(values), sweeps::offsets(dims)]);
-        if voxels > 1 {
-            let entries = declaring.tables.entries(KERNEL);
-            resources.kept((coarse::COARSE, None, None), coarse::buffers(values, entries));
+    resources.kept((sweeps::RAYS, None, None), [(sweeps::RAYS, size_of::<f32>())]);
+    for (name, count, values) in volumes {
+        let offsets = sweeps::offsets(declaring.shape.dims);
+        resources.kept((name, None, None), [(name, bytes(count, values)), sweeps::sums(values), offsets]);
+        if values.voxels() > 1 {
+            resources.kept((coarse::COARSE, None, None), coarse::buffers(values.inner().iter().product(), entries));
         }
     }
 }

@@ -1,10 +1,10 @@
 //! The lights of a frame that cast shadows, and where samples look their light up.
 
-use super::super::field::Field;
 use super::grid::ValueGrid;
 use crate::device::launch::structs::LightVolumeParams;
 use crate::layers::AxisFrame;
 use crate::settings::{Blend, Light, LightGrid, Settings, Shading};
+use crate::volume::Grid;
 use glam::DVec3;
 
 /// Distance towards the light at which its transmittance is looked up, in smallest spacings. Interpolation mixes in what lies behind the
@@ -46,7 +46,7 @@ pub(in crate::renderer) struct LightSources {
 
 impl LightSources {
     /// The light volumes for lights in these directions (unit vectors in grid axes); `None` without shadows and ambient occlusion.
-    pub fn new(settings: &Settings, field: &Field, directions: impl Iterator<Item = DVec3>, to_eye: DVec3) -> Option<Self> {
+    pub fn new(settings: &Settings, grid: &Grid, directions: impl Iterator<Item = DVec3>, to_eye: DVec3) -> Option<Self> {
         if !settings.sweeps_light() {
             return None;
         }
@@ -65,7 +65,7 @@ impl LightSources {
             }))
         });
         let volumes = volumes.collect();
-        let (dims, grid) = (field.grid().dims(), settings.swept_grid());
+        let (dims, spacing, grid) = (grid.dims(), grid.spacing(), settings.swept_grid());
         Some(Self {
             swept,
             volumes,
@@ -75,8 +75,18 @@ impl LightSources {
             shadows: ValueGrid::new(dims, grid.voxels().min(2)),
             sky: ValueGrid::new(dims, grid.voxels()),
             shift: shift_to_light(grid),
-            spacing: field.grid().spacing(),
+            spacing,
         })
+    }
+
+    /// The values of the volumes of the lights, and of that of the ambient light.
+    pub fn grids(&self) -> [ValueGrid; 2] {
+        [self.shadows, self.sky]
+    }
+
+    /// Replaces the grids by those of the layers that are held.
+    pub fn set_grids(&mut self, [shadows, sky]: [Option<ValueGrid>; 2]) {
+        (self.shadows, self.sky) = (shadows.unwrap_or(self.shadows), sky.unwrap_or(self.sky));
     }
 
     /// Kernel argument, in the axes of `frame`.
@@ -103,6 +113,7 @@ impl LightSources {
             sky_last: narrow(self.sky.last()),
             volumes: std::array::from_fn(|n| of_light(n).map_or(-1, |i| i as i32)),
             volume_bytes: self.shadows.values() as i32,
+            first_layers: [self.shadows, self.sky].map(|grid| grid.held().first[frame.a] as f32),
             strength: self.strength as f32,
             sky: i32::from(self.has_sky),
             unshaded: if sum > 0.0 { 0.0 } else { 1.0 },
@@ -127,6 +138,7 @@ impl LightVolumeParams {
         sky_last: [0.0; 3],
         volumes: [-1; 4],
         volume_bytes: 0,
+        first_layers: [0.0; 2],
         strength: 0.0,
         sky: 0,
         unshaded: 1.0,

@@ -15,20 +15,33 @@ use crate::layers::{Axis, AxisFrame, LightRays, disc_directions, sky_directions}
 use glam::DVec3;
 
 const OFFSETS: &str = "the offsets of rays from a light";
-const SUMS: &str = "the sums of light";
+pub(super) const SUMS: &str = "the sums of light";
+pub(super) const RAYS: &str = "the rays from a light";
 
 /// One sweep, and its share of the light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Sweep {
     /// Unit vector towards the light, in grid axes (world scale).
     to_light: DVec3,
-    axis: Axis,
+    pub axis: Axis,
     share: f64,
+}
+
+impl Sweep {
+    /// Whether the light shines towards lower layers.
+    pub fn descends(&self) -> bool {
+        self.to_light[self.axis.index()] > 0.0
+    }
+
+    /// The rays of this sweep through a grid of values. `spacing`: of the voxels.
+    pub fn rays(&self, values: &ValueGrid, spacing: DVec3) -> LightRays {
+        LightRays::new(values.inner(), self.to_light / (spacing * values.voxels() as f64), self.axis)
+    }
 }
 
 /// Where the light of a sweep goes.
 #[derive(Clone, Copy)]
-enum Sum {
+pub(super) enum Sum {
     /// To the bytes.
     None = 0,
     /// To the sums.
@@ -50,6 +63,16 @@ pub(super) fn of_light(source: &Source, spacing: DVec3) -> Vec<Sweep> {
 pub(super) fn of_sky(spacing: DVec3) -> Vec<Sweep> {
     let sweep = |(to_light, share): (DVec3, f64)| Sweep { to_light, axis: Axis::most_parallel(to_light / spacing), share };
     sky_directions().into_iter().map(sweep).collect()
+}
+
+/// Number `n` of several sweeps: where its light goes, the factor of the light, and the value of a light of 1. The factor `gain` of the sum
+/// of all is left to `finish_light`.
+pub(super) fn sum_of(sweep: &Sweep, several: bool, n: usize, gain: f64) -> (Sum, f64, f64) {
+    match (several, n) {
+        (false, _) => (Sum::None, gain, 255.0),
+        (true, 0) => (Sum::Store, 1.0, f64::from(WHOLE_SUM) * sweep.share),
+        (true, _) => (Sum::Add, 1.0, f64::from(WHOLE_SUM) * sweep.share),
+    }
 }
 
 /// Bytes of the sums of several sweeps.
@@ -76,41 +99,46 @@ impl Scene<'_> {
     ) -> Result<(), Error> {
         let several = sweeps.len() > 1;
         let sums = Buffer::new(self.device, if several { values.values() } else { 1 }, SUMS)?;
+        let unused = Buffer::new(self.device, 1, RAYS)?;
         for (i, sweep) in sweeps.iter().enumerate() {
-            let (sum, gain, steps) = match (several, i) {
-                (false, _) => (Sum::None, gain, 255.0),
-                (true, 0) => (Sum::Store, 1.0, f64::from(WHOLE_SUM) * sweep.share),
-                (true, _) => (Sum::Add, 1.0, f64::from(WHOLE_SUM) * sweep.share),
-            };
+            let (sum, gain, steps) = sum_of(sweep, several, i, gain);
             let stored = Stored { volume, number: n as i32, sums: &sums, sum, gain, steps };
-            self.sweep(sweep, coarse, values, &stored, reach)?;
+            self.sweep(sweep, coarse, values, &stored, reach, State { rays: &unused, continues: false })?;
         }
-        if several {
-            let arguments = FinishLightArguments {
-                sums: &sums,
-                values: values.values() as i32,
-                whole: WHOLE_SUM,
-                gain: gain as f32,
-                volume: n as i32,
-                light: volume,
-            };
-            self.light.finish.launch(self.device, (), &arguments)?;
-        }
-        Ok(())
+        if several { self.finish_sums(&sums, values.values(), gain, (volume, n)) } else { Ok(()) }
     }
 
-    fn sweep(
+    /// Converts the sums of several sweeps to the bytes of volume number `n` of a buffer.
+    pub(super) fn finish_sums(
+        &mut self,
+        sums: &Buffer<u16>,
+        values: usize,
+        gain: f64,
+        (volume, n): (&Buffer<u8>, usize),
+    ) -> Result<(), Error> {
+        let (values, volume_number) = (values as i32, n as i32);
+        let arguments =
+            FinishLightArguments { sums, values, whole: WHOLE_SUM, gain: gain as f32, volume: volume_number, light: volume };
+        self.light.finish.launch(self.device, (), &arguments)
+    }
+
+    /// Sweeps through the layers of `values`. If these are not all, the rays' state is read and written.
+    pub(super) fn sweep(
         &mut self,
         sweep: &Sweep,
         coarse: Option<&Coarse>,
         values: ValueGrid,
         stored: &Stored,
         reach: Option<f64>,
+        state: State,
     ) -> Result<(), Error> {
         let frame = sweep.axis.frame();
         let spacing = self.field.grid().spacing() * values.voxels() as f64;
         let dims = values.inner();
-        let rays = LightRays::new(dims, sweep.to_light / spacing, sweep.axis);
+        let rays = sweep.rays(&values, self.field.grid().spacing());
+        // Layers of values are counted from the margin, layers of rays from the one behind it.
+        let (first, end) = (values.held().first[frame.a] as i32, values.held().end(frame.a) as i32);
+        let all = values.outer()[frame.a] as i32;
         // Lengths of a step from layer to layer, in world units and in unit distances.
         let world = (DVec3::new(rays.shear[0], rays.shear[1], 1.0) * frame.local(spacing)).length();
         let unit = self.settings.unit_distance.unwrap_or(self.field.grid().spacing().min_element());
@@ -125,7 +153,11 @@ impl Scene<'_> {
             Some(coarse) => coarse.layout(sweep.axis),
             None => self.weighted(sweep.axis, KERNEL)?,
         };
-        let gradients = self.extinction_gradients(sweep.axis, &layout)?;
+        // Coarse media are thinned already.
+        let gradients = match coarse {
+            Some(_) => GradientVoxels { layout: layout.clone(), are_separate: false },
+            None => self.extinction_gradients(sweep.axis, &layout)?,
+        };
         let local = |i: usize| dims[i] as i32;
         let toward = f64::from(rays.layer_step);
         let p = LightSweepParams {
@@ -136,7 +168,10 @@ impl Scene<'_> {
             culling: i32::from(self.settings.culling && visible.is_some()),
             centre_layer: (dims[frame.a] as f32 - 1.0) / 2.0,
             along: rays.shear.map(|shear| (shear * toward) as f32),
+            order: if rays.layer_step > 0 { [first, end] } else { [all - end, all - first] },
+            continues: i32::from(state.continues),
             stride: values.strides(frame),
+            first_stored: first - 1,
             volume: stored.number,
             volume_bytes: values.values() as i32,
             sum: stored.sum as i32,
@@ -159,6 +194,7 @@ impl Scene<'_> {
             clip: region.for_kernels(frame),
             light: stored.volume,
             sums: stored.sums,
+            state: state.rays,
         };
         let variant = (layout.voxels.kind(), coarse.is_some(), region.rendering_from(&gradients));
         self.light.sweep.launch(self.device, variant, &arguments)
@@ -178,13 +214,21 @@ impl Scene<'_> {
 }
 
 /// Where and how a sweep stores light.
-struct Stored<'a> {
-    volume: &'a Buffer<u8>,
+pub(super) struct Stored<'a> {
+    pub volume: &'a Buffer<u8>,
     /// Number of the volume in the buffer.
-    number: i32,
-    sums: &'a Buffer<u16>,
-    sum: Sum,
-    gain: f64,
+    pub number: i32,
+    pub sums: &'a Buffer<u16>,
+    pub sum: Sum,
+    pub gain: f64,
     /// Value of a light of 1.
-    steps: f64,
+    pub steps: f64,
+}
+
+/// The rays of a sweep through some of the layers: their transmittances before and after it.
+#[derive(Clone, Copy)]
+pub(super) struct State<'a> {
+    pub rays: &'a Buffer<f32>,
+    /// Whether the rays are dimmed before it, as this state says.
+    pub continues: bool,
 }

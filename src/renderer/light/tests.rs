@@ -15,14 +15,14 @@ use glam::DVec3;
 
 /// Difference of the transmittance from closed forms: a step of 1/255 to store it, and the curvature of the field between voxels.
 const TOLERANCE: f64 = 0.01;
-const SIZE: Viewport = Viewport { width: 16, height: 16 };
+pub(super) const SIZE: Viewport = Viewport { width: 16, height: 16 };
 
-fn device() -> Device {
+pub(super) fn device() -> Device {
     Device::open(&DeviceChoice::Default).expect("the tests need an OpenCL device: scripts/test installs PoCL")
 }
 
 /// A volume of bytes, 0 or 200.
-fn volume(dims: [usize; 3], spacing: DVec3, is_dense: impl Fn(DVec3) -> bool) -> Volume<'static> {
+pub(super) fn volume(dims: [usize; 3], spacing: DVec3, is_dense: impl Fn(DVec3) -> bool) -> Volume<'static> {
     let [x, y, _] = dims;
     let place = |n: usize| DVec3::new((n % x) as f64, (n / x % y) as f64, (n / (x * y)) as f64);
     let voxels = (0..dims.iter().product()).map(|n| if is_dense(place(n)) { 200 } else { 0 }).collect();
@@ -30,19 +30,19 @@ fn volume(dims: [usize; 3], spacing: DVec3, is_dense: impl Fn(DVec3) -> bool) ->
 }
 
 /// Opacity from half the dense value on.
-fn transfer(opacity: f64) -> TransferFunction {
+pub(super) fn transfer(opacity: f64) -> TransferFunction {
     TransferFunction::new("step", vec![(0.0, [1.0; 3])], vec![(99.99, 0.0), (100.01, opacity)]).unwrap()
 }
 
 /// Settings with the exact shadow of one light.
-fn shadow_of(light: Light) -> Settings {
+pub(super) fn shadow_of(light: Light) -> Settings {
     let shading = Some(Shading { lights: Lights::new(&[light]).unwrap(), ..Shading::default() });
     Settings { shading, shadows: Some(Shadows { forgiveness: 1.0, ..Shadows::default() }), ..Settings::default() }
 }
 
 /// The values of a light volume.
-struct Light3 {
-    bytes: Vec<u8>,
+pub(super) struct Light3 {
+    pub bytes: Vec<u8>,
     outer: [usize; 3],
 }
 
@@ -61,7 +61,7 @@ impl Light3 {
     }
 }
 
-fn light_of(volume: &Volume, transfer: &TransferFunction, settings: &Settings) -> Light3 {
+pub(super) fn light_of(volume: &Volume, transfer: &TransferFunction, settings: &Settings) -> Light3 {
     let (grid, device) = (volume.grid(), device());
     let camera = Camera::fit_parallel(grid.centre(), grid.diagonal(), SIZE, Orbit { azimuth: 33.0, elevation: 5.0, roll: 0.0 });
     let mut renderer = Renderer::new(&device, volume, transfer).unwrap();

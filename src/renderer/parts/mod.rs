@@ -11,7 +11,8 @@ pub(crate) use shares::Shares;
 pub(crate) use view::{LatticeView, combined};
 
 use super::UploadedVolume;
-use super::frame::{Engine, Frame as Declared, Mode, Stage, Step};
+use super::frame::{DeclaredLight, Declaring, Engine, Frame as Declared, Mode, PartOfLight, Stage, Step};
+use super::light::LightOfParts;
 use super::picture::{Finished, Share};
 use super::range::LayerRange;
 use super::report::Measured;
@@ -201,7 +202,7 @@ impl PartRenderer {
             view.check_joined(&before.layers, &layers)?;
             done = union(&before.layers, &layers);
         }
-        let (samples, _) = self.samples(&view, layers, before.map(|b| b.samples.as_slice()))?;
+        let (samples, _) = self.samples(&view, layers, before.map(|b| b.samples.as_slice()), None)?;
         Ok(CompositedLayers { view, layers: done, samples })
     }
 
@@ -209,11 +210,15 @@ impl PartRenderer {
     pub fn finish(&mut self, composited: &CompositedLayers) -> Result<Frame, Error> {
         let view = &composited.view;
         let read = |device: &Device, finished: &Finished| read_samples(finished.floats(), device, view.viewport.pixels());
-        let (pixels, _) = self.run(view, self.warped(view, &composited.samples, Share::WHOLE), None, read)?;
+        let (pixels, _) = self.run(view, self.warped(view, &composited.samples, Share::WHOLE, None), None, read)?;
         Ok(Frame::new(view.viewport, pixels))
     }
 
     fn view(&self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<LatticeView, Error> {
+        if settings.sweeps_light() {
+            let problem = "a part alone has no shadows and no ambient occlusion: disable them, or use a StreamedRenderer or several processes";
+            return Err(view_error(problem.into()));
+        }
         let mut views = LatticeView::all(self.engine.field.description(), camera, viewport, settings)?;
         match views.pop() {
             Some((view, _)) if views.is_empty() => Ok(view),
@@ -239,19 +244,41 @@ impl PartRenderer {
         Ok(())
     }
 
-    /// Composites layers behind the raw samples `before`, or from an empty state, and returns raw samples.
-    fn samples(&mut self, view: &LatticeView, voxels: Range<usize>, before: Option<&[[f32; 4]]>) -> Result<RawSamples, Error> {
+    /// Composites layers behind the raw samples `before`, or from an empty state, and returns raw samples. `light`: that of the view, if
+    /// it has any.
+    fn samples(
+        &mut self,
+        view: &LatticeView,
+        voxels: Range<usize>,
+        before: Option<&[[f32; 4]]>,
+        light: Option<&LightOfParts>,
+    ) -> Result<RawSamples, Error> {
         let range = LayerRange { voxels, continues: before.is_some(), raw: true };
         let layers = Step::Layers { lattice: &view.lattice, layered: view.layered, range };
-        let steps = before.map(Step::Continue).into_iter().chain([layers]).collect();
+        let light = self.light_step(view, light);
+        let steps = before.map(Step::Continue).into_iter().chain(light).chain([layers]).collect();
         self.run(view, steps, None, |device, finished| read_samples(finished.floats(), device, view.lattice.samples()))
     }
 
     /// The steps that resolve and warp the raw samples of all layers of a view.
-    fn warped<'a>(&self, view: &'a LatticeView, samples: &'a [[f32; 4]], share: Share) -> Vec<Step<'a>> {
+    fn warped<'a>(
+        &self,
+        view: &'a LatticeView,
+        samples: &'a [[f32; 4]],
+        share: Share,
+        light: Option<&'a LightOfParts>,
+    ) -> Vec<Step<'a>> {
         let LatticeView { lattice, layered, .. } = view;
         let end = Step::Layers { lattice, layered: *layered, range: LayerRange::end() };
-        vec![Step::Continue(samples), end, Step::Warp { lattice, share }]
+        let light = self.light_step(view, light);
+        [Step::Continue(samples)].into_iter().chain(light).chain([end, Step::Warp { lattice, share }]).collect()
+    }
+
+    /// Uploads the light of a view for the layers that this part holds.
+    fn light_step<'a>(&self, view: &LatticeView, light: Option<&'a LightOfParts>) -> Option<Step<'a>> {
+        let (axis, held) = (view.axis(), self.engine.field.held());
+        let voxels = held.first[axis.index()]..held.end(axis.index());
+        light.map(|light| Step::HoldLight { light, axis, voxels })
     }
 
     /// Runs steps of a view; the last one writes to `into` if it is given. Also returns the frame statistics, if measured.
@@ -263,7 +290,12 @@ impl PartRenderer {
         deliver: impl FnOnce(&Device, &Finished) -> Result<T, Error>,
     ) -> Result<(T, Option<Measured>), Error> {
         let LatticeView { rays, viewport, settings, .. } = view;
-        let stage = self.engine.declaring(*viewport, settings, |declaring| Stage::new(steps, into.is_some(), declaring));
+        let (whole, axis) = (self.engine.field.grid().dims(), view.axis());
+        let part = Some(PartOfLight { whole, axis, layers: self.engine.field.held().dims[axis.index()] });
+        let stage = self.engine.declaring(*viewport, settings, |declaring| {
+            let light = declaring.light.map(|light| DeclaredLight { part, ..light });
+            Stage::new(steps, into.is_some(), &Declaring { light, ..*declaring })
+        });
         let frame = Declared { rays, viewport: *viewport, settings, stages: vec![stage], volume: None, into, host_bytes: 0 };
         let (delivered, statistics) = self.engine.run(&frame, Mode::Waited, deliver)?;
         Ok((delivered, statistics.measured))

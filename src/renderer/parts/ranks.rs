@@ -2,11 +2,22 @@
 
 use super::view::LatticeView;
 use super::{PartRenderer, RawSamples};
+use crate::device::Tuning;
 use crate::error::Error;
 use crate::renderer::LatticeReport;
-use crate::settings::Blend;
+use crate::renderer::frame::Step;
+use crate::renderer::light::{LightOfParts, SweepGroup, Wanted};
+use crate::renderer::lighting::Lighting;
+use crate::renderer::world::World;
+use crate::settings::{Blend, Settings};
+use crate::volume::{Description, Grid};
 use opencl3::event::Event;
 use std::ops::Range;
+
+/// The grid of a volume in normalised world units.
+fn normalised(description: &Description) -> Grid {
+    World::new(description.grid()).grid(description.grid())
+}
 
 impl LatticeView {
     /// Number of samples along u and v.
@@ -17,6 +28,30 @@ impl LatticeView {
     /// Blend mode of stored numbers.
     pub fn blend(&self) -> Blend {
         self.blend
+    }
+
+    /// Settings in normalised world units.
+    pub fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    /// The light volumes of the whole view.
+    pub fn wanted_light(&self, description: &Description) -> Vec<Wanted> {
+        let sources = Lighting::sources_in(&self.settings, &normalised(description), &self.rays);
+        sources.map_or(Vec::new(), |sources| Wanted::all(&sources, &self.settings))
+    }
+
+    /// The wanted volumes: those of `kept` that are among them, and others without light yet. With what must be swept for them.
+    pub fn light(
+        &self,
+        description: &Description,
+        kept: Option<LightOfParts>,
+        wanted: &[Wanted],
+    ) -> Result<(LightOfParts, Vec<SweepGroup>), Error> {
+        let grid = normalised(description);
+        let light = LightOfParts::continued(kept, wanted, &grid)?;
+        let missing = light.missing(&grid, &self.settings);
+        Ok((light, missing))
     }
 
     pub fn report(&self) -> LatticeReport {
@@ -37,11 +72,27 @@ impl PartRenderer {
         view: &LatticeView,
         layers: &Range<usize>,
         before: Option<&[[f32; 4]]>,
+        light: Option<&LightOfParts>,
     ) -> Result<RawSamples, Error> {
         if !layers.is_empty() {
             self.check_held(view, layers)?;
         }
-        self.samples(view, if layers.is_empty() { 0..0 } else { layers.clone() }, before)
+        self.samples(view, if layers.is_empty() { 0..0 } else { layers.clone() }, before, light)
+    }
+
+    /// Sweeps light through the first slab of a group, whose voxels the part holds.
+    pub(crate) fn sweep(&mut self, view: &LatticeView, light: &LightOfParts, group: &SweepGroup) -> Result<(), Error> {
+        self.run(view, vec![Step::Sweep { light, group, slab: 0 }], None, |_, _| Ok(())).map(drop)
+    }
+
+    /// Completes light volumes: all sweeps are in.
+    pub(crate) fn finish_light(&mut self, view: &LatticeView, light: &LightOfParts) -> Result<(), Error> {
+        self.run(view, vec![Step::FinishLight(light)], None, |_, _| Ok(())).map(drop)
+    }
+
+    /// Tuning values of the device.
+    pub(crate) fn tuning(&self) -> &Tuning {
+        self.engine.device.tuning()
     }
 
     /// Declares that the voxels in the caller's memory have changed.

@@ -1,5 +1,6 @@
 //! A picture into which several renderers warp lattices.
 
+use super::super::light::LightOfParts;
 use super::super::picture::{Finished, Share};
 use super::super::tiles::read_samples;
 use super::PartRenderer;
@@ -31,12 +32,13 @@ impl Shares {
         view: &LatticeView,
         share: f64,
         samples: &[[f32; 4]],
+        light: Option<&LightOfParts>,
     ) -> Result<StageTimes, Error> {
         let pixels = view.viewport.pixels();
         let added = self.picture.is_some();
         let again = self.last.take().filter(|(size, _)| *size == pixels).map(|(_, picture)| picture);
         let into = self.picture.take().or(again);
-        let steps = renderer.warped(view, samples, Share { share, added });
+        let steps = renderer.warped(view, samples, Share { share, added }, light);
         let (picture, measured) = renderer.run(view, steps, into, |_, finished| Ok(finished.clone()))?;
         self.last = Some((pixels, picture.clone()));
         self.picture = Some(picture);

@@ -52,11 +52,6 @@ impl LatticeView {
         let grid = world.grid(description.grid());
         let (rays, settings) = world.normalised_view(&grid, camera, viewport, settings)?;
         let rays = jitter.map_or(rays, |jitter| jitter.apply(rays));
-        if settings.sweeps_light() {
-            let problem =
-                "a part of a volume has no shadows and no ambient occlusion: disable them, or use the whole volume".into();
-            return Err(view_error(problem));
-        }
         let reversed = description.rescale().slope() < 0.0;
         let blend = if reversed { settings.blend.reversed() } else { settings.blend };
         let (lattices, layered) = match Plan::new(&rays, viewport, &grid, &settings)? {

@@ -1,5 +1,6 @@
 //! Streaming of volumes that do not fit on the device: their layers are uploaded in parts.
 
+mod light;
 mod needs;
 mod plan;
 mod whole;
@@ -9,7 +10,8 @@ pub use plan::{StreamPlan, StreamedLattice};
 use super::accumulation::Jitter;
 use super::classification::TableSizes;
 use super::field::FieldShape;
-use super::frame::{Declaring, Engine, Frame as Declared, Mode, Stage, Step};
+use super::frame::{DeclaredLight, Declaring, Engine, Frame as Declared, Mode, PartOfLight, Stage, Step};
+use super::light::{HostVolumes, LightOfParts};
 use super::picture::{Finished, Share};
 use super::plan::Plan;
 use super::range::LayerRange;
@@ -27,6 +29,7 @@ use crate::settings::{Layered, Settings};
 use crate::transfer::TransferFunction;
 use crate::viewport::Viewport;
 use crate::volume::{Grid, Volume, VoxelBox};
+use light::PlannedLight;
 use needs::{MemoryLimits, Needs};
 use plan::Parts;
 use std::ops::Range;
@@ -39,6 +42,8 @@ use std::time::Duration;
 /// gathered where the voxels are stored, for instance in a mapped file. Built-in volumes of more than 2^28 voxels are generated
 /// on demand. The other resources of a frame (lattice, tables, picture) count against the memory, too, and are released after
 /// each frame. If all voxels fit, they stay on the device, together with cached data as far as the memory allows.
+///
+/// Shadows and ambient occlusion are swept before, slab by slab, into a temporary file, and kept as long as they are those of the view.
 ///
 /// All other render paths (views in which each ray may have its own layer axis, sheets, slices, rays) need the whole volume and
 /// are rejected if it does not fit.
@@ -70,6 +75,8 @@ pub struct StreamedRenderer<'v> {
     kept: Option<Renderer>,
     /// Bytes on the device held by `whole` and `kept`.
     own: u64,
+    /// Light volumes of earlier frames in parts, of this volume and transfer function.
+    light: Vec<HostVolumes>,
     measuring: bool,
     limits: Limits,
 }
@@ -81,13 +88,14 @@ struct Streamed {
     settings: Settings,
     layered: Layered,
     lattices: Vec<(Lattice, f64, Parts)>,
+    light: Option<PlannedLight>,
     summary: StreamPlan,
 }
 
 impl Streamed {
-    /// Whether all voxels are on the device at once.
+    /// Whether all voxels are on the device at once, and nothing else is needed of the volume.
     fn holds_all(&self) -> bool {
-        self.lattices.iter().all(|(.., parts)| parts.ranges.len() == 1)
+        self.light.is_none() && self.lattices.iter().all(|(.., parts)| parts.ranges.len() == 1)
     }
 }
 
@@ -104,6 +112,7 @@ impl<'v> StreamedRenderer<'v> {
             whole: None,
             kept: None,
             own: 0,
+            light: Vec::new(),
             measuring: false,
             limits: Limits::default(),
         }
@@ -111,6 +120,9 @@ impl<'v> StreamedRenderer<'v> {
 
     /// Replaces the transfer function, from the next frame on.
     pub fn set_transfer_function(&mut self, transfer: &TransferFunction) {
+        if self.transfer != *transfer {
+            self.light.clear();
+        }
         self.transfer = transfer.clone();
         if let Some(kept) = &mut self.kept {
             kept.set_transfer_function(transfer);
@@ -127,6 +139,7 @@ impl<'v> StreamedRenderer<'v> {
         self.world = World::new(volume.grid());
         (self.grid, self.volume) = (self.world.grid(volume.grid()), volume.clone());
         (self.whole, self.kept, self.own) = (None, None, 0);
+        self.light.clear();
     }
 
     /// The grid that places the voxels in the world.
@@ -205,20 +218,27 @@ impl<'v> StreamedRenderer<'v> {
         rendered
     }
 
-    /// Divides the lattices of a plan into parts; returns the plan itself if it has no lattices.
+    /// Divides the lattices of a plan into parts. Returns the plan itself if it has no lattices, or if the volume fits with its light.
     fn streamed(&self, plan: Plan, rays: Rays, viewport: Viewport, settings: Settings) -> Result<Result<Streamed, Plan>, Error> {
+        let limits = self.memory_limits();
         let (lattices, layered) = match &plan {
-            // Light is swept through the whole volume.
-            _ if settings.sweeps_light() => return Ok(Err(plan)),
+            _ if settings.sweeps_light() && limits.fits(self.needs_as_whole(&plan, viewport, &settings)) => return Ok(Err(plan)),
             Plan::Lattice(lattice, layered) => (vec![(lattice.clone(), Share::WHOLE.share)], *layered),
             Plan::Shared(lattices, layered) => (lattices.clone(), *layered),
             _ => return Ok(Err(plan)),
         };
-        let limits = self.memory_limits();
+        let light = self.plan_light(&rays, viewport, &settings, limits)?;
+        let declared = light.as_ref().map(|light| light.declared(&settings));
         let tables = TableSizes::new(&self.transfer, self.volume.description());
         let with_parts = lattices.into_iter().map(|(lattice, share)| {
-            let needs =
-                Needs::new(&lattice, (layered, &settings), viewport, self.device.tuning(), self.volume.description(), &tables);
+            let needs = Needs::new(
+                &lattice,
+                (layered, &settings, declared),
+                viewport,
+                self.device.tuning(),
+                self.volume.description(),
+                &tables,
+            );
             let parts = Parts::new(&self.device, &lattice, &settings, &needs, limits)?;
             Ok((lattice, share, parts))
         });
@@ -233,78 +253,108 @@ impl<'v> StreamedRenderer<'v> {
                 })
                 .collect(),
             voxel_bytes: lattices.iter().map(|(.., parts)| parts.read).sum(),
+            light_bytes: light.as_ref().map_or(0, |light| light.read),
             volume_bytes: self.volume_bytes(),
-            device_bytes: lattices.iter().map(|(.., parts)| parts.bytes.sum).max().unwrap_or(0),
+            device_bytes: (lattices.iter().map(|(.., parts)| parts.bytes.sum))
+                .chain(light.as_ref().map(|light| light.bytes.sum))
+                .max()
+                .unwrap_or(0),
             memory: limits.free(),
         };
-        Ok(Ok(Streamed { plan, rays, settings, layered, lattices, summary }))
+        Ok(Ok(Streamed { plan, rays, settings, layered, lattices, light, summary }))
     }
 
     fn draw(&mut self, streamed: &Streamed, viewport: Viewport) -> Result<(Frame, FrameReport), Error> {
-        let Streamed { plan, rays, settings, lattices, summary, .. } = streamed;
-        tracing::info!("{}: {summary}", self.volume.name());
+        tracing::info!("{}: {}", self.volume.name(), streamed.summary);
         let mut engine = self.first_engine(streamed)?;
         (engine.measuring, engine.limits) = (self.measuring, self.limits.clone());
-        let stages =
-            lattices.iter().enumerate().map(|(n, streamed_lattice)| self.stage(&engine, streamed, n, streamed_lattice, viewport));
-        let frame = Declared {
-            rays,
-            viewport,
-            settings,
-            stages: stages.collect(),
-            volume: Some(&self.volume),
-            into: None,
-            host_bytes: 0,
+        let light = match &streamed.light {
+            Some(planned) => Some(self.take_light(planned)?),
+            None => None,
         };
+        let drawn = self.run(&mut engine, streamed, light.as_ref(), viewport);
+        let volumes = light.map_or(Vec::new(), LightOfParts::into_volumes);
+        self.light.extend(volumes.into_iter().filter(|volumes| volumes.is_complete));
+        drawn
+    }
+
+    fn run(
+        &self,
+        engine: &mut Engine,
+        streamed: &Streamed,
+        light: Option<&LightOfParts>,
+        viewport: Viewport,
+    ) -> Result<(Frame, FrameReport), Error> {
+        let Streamed { plan, rays, settings, lattices, .. } = streamed;
+        let mut stages = Vec::new();
+        if let Some((planned, light)) = streamed.light.as_ref().zip(light) {
+            stages = self.light_stages(engine, planned, light, (viewport, settings));
+        }
+        // What a frame begins with is on the device.
+        let mut is_held = stages.is_empty();
+        for n in 0..lattices.len() {
+            stages.push(self.stage(engine, streamed, n, (light, is_held), viewport));
+            is_held = streamed.holds_all();
+        }
+        let frame = Declared { rays, viewport, settings, stages, volume: Some(&self.volume), into: None, host_bytes: 0 };
         let read = |device: &Device, finished: &Finished| read_samples(finished.floats(), device, viewport.pixels());
         let (pixels, statistics) = engine.run(&frame, Mode::Waited, read)?;
         Ok((Frame::new(viewport, pixels), FrameReport::new(plan, statistics)))
     }
 
-    /// The steps of the `n`-th lattice of a view: each part in turn. The first part of the first lattice is already on the
-    /// device.
+    /// The steps of the `n`-th lattice of a view: each part in turn. `is_held`: whether the first is already on the device.
     fn stage<'a>(
         &self,
         engine: &Engine,
-        streamed: &Streamed,
+        streamed: &'a Streamed,
         n: usize,
-        (lattice, share, parts): &'a (Lattice, f64, Parts),
+        (light, is_held): (Option<&'a LightOfParts>, bool),
         viewport: Viewport,
     ) -> Stage<'a> {
         let Streamed { layered, settings, .. } = streamed;
-        let [u, v, _] = lattice.dims;
+        let (lattice, share, parts) = &streamed.lattices[n];
+        let ([u, v, _], axis) = (lattice.dims, lattice.frame.layer_axis());
         let mut steps = Vec::new();
         let last = parts.ranges.len() - 1;
-        let holds_all = streamed.holds_all();
         for (m, layers) in parts.ranges.iter().enumerate() {
-            if !holds_all && (n, m) != (0, 0) {
-                steps.push(Step::Hold { voxels: self.part_box(lattice, settings, layers), capacity: u * v * parts.held });
+            let voxels = self.part_box(lattice, settings, layers);
+            if let Some(light) = light {
+                let voxels = voxels.first[lattice.frame.a]..voxels.end(lattice.frame.a);
+                steps.push(Step::HoldLight { light, axis, voxels });
+            }
+            if !is_held || m > 0 {
+                steps.push(Step::Hold { voxels, capacity: u * v * parts.held });
             }
             let range = LayerRange { voxels: layers.clone(), continues: m > 0, raw: m < last };
             steps.push(Step::Layers { lattice, layered: *layered, range });
         }
         steps.push(Step::Warp { lattice, share: Share { share: *share, added: n > 0 } });
         // The voxels on the device are those of the first part, which need not be the largest.
-        let mut dims = self.grid.dims();
+        let whole = self.grid.dims();
+        let mut dims = whole;
         dims[lattice.frame.a] = parts.held;
         let shape = FieldShape::new(self.volume.description(), dims);
-        engine.declaring(viewport, settings, |declaring| Stage::new(steps, false, &Declaring { shape, ..*declaring }))
+        let part = Some(PartOfLight { whole, axis, layers: parts.held });
+        let light = streamed.light.as_ref().map(|light| DeclaredLight { part, ..light.declared(settings) });
+        engine.declaring(viewport, settings, |declaring| Stage::new(steps, false, &Declaring { shape, light, ..*declaring }))
     }
 
-    /// An engine that holds the first part of the first lattice, with capacity for the others; or all voxels, if each lattice has
-    /// one part.
+    /// An engine that holds what a frame begins with, the first slab of its light or the first part of the first lattice, with capacity
+    /// for the others; or all voxels, if each lattice has one part.
     fn first_engine(&mut self, streamed: &Streamed) -> Result<Engine, Error> {
         if streamed.holds_all() {
             return Ok(Engine::new(&self.whole()?, &self.transfer));
         }
-        let Streamed { lattices, settings, .. } = streamed;
+        let Streamed { lattices, light, settings, .. } = streamed;
         let (lattice, _, parts) = &lattices[0];
         // Free their memory for the parts.
         (self.kept, self.whole) = (None, None);
-        let VoxelBox { first, dims } = self.part_box(lattice, settings, &parts.ranges[0]);
+        let (VoxelBox { first, dims }, capacity) = match light.as_ref().and_then(|light| light.groups.first()) {
+            Some(group) => (group.voxels(&group.slabs[0]), group.most_voxels(group.most_layers()).iter().product()),
+            None => (self.part_box(lattice, settings, &parts.ranges[0]), lattice.dims[0] * lattice.dims[1] * parts.held),
+        };
         let part = self.volume.part(first, dims)?;
-        let [u, v, _] = lattice.dims;
-        let uploaded = UploadedVolume::with_capacity(&self.device, &part.held(), u * v * parts.held)?;
+        let uploaded = UploadedVolume::with_capacity(&self.device, &part.held(), capacity)?;
         Ok(Engine::new(&uploaded, &self.transfer))
     }
 

@@ -2,7 +2,7 @@
 
 use super::super::classification::TableSizes;
 use super::super::field::FieldShape;
-use super::super::frame::{Bytes, Declaring, Stage, Step};
+use super::super::frame::{Bytes, DeclaredLight, Declaring, PartOfLight, Stage, Step};
 use super::super::picture::Share;
 use super::super::range::LayerRange;
 use crate::device::Tuning;
@@ -39,6 +39,7 @@ pub(super) struct Needs<'a> {
     lattice: &'a Lattice,
     layered: Layered,
     gradient: Option<GradientEstimator>,
+    light: Option<DeclaredLight>,
     viewport: Viewport,
     tuning: &'a Tuning,
     description: &'a Description,
@@ -48,21 +49,24 @@ pub(super) struct Needs<'a> {
 impl<'a> Needs<'a> {
     pub fn new(
         lattice: &'a Lattice,
-        (layered, settings): (Layered, &Settings),
+        (layered, settings, light): (Layered, &Settings, Option<DeclaredLight>),
         viewport: Viewport,
         tuning: &'a Tuning,
         description: &'a Description,
         tables: &'a TableSizes<'a>,
     ) -> Self {
-        Self { lattice, layered, gradient: settings.needed_gradient(), viewport, tuning, description, tables }
+        Self { lattice, layered, gradient: settings.needed_gradient(), light, viewport, tuning, description, tables }
     }
 
     /// Device memory with this number of layers held.
     pub fn bytes(&self, layers: usize) -> Bytes {
-        let Self { lattice, layered, gradient, viewport, tuning, description, tables } = *self;
-        let mut dims = description.grid().dims();
+        let Self { lattice, layered, gradient, light, viewport, tuning, description, tables } = *self;
+        let whole = description.grid().dims();
+        let mut dims = whole;
         dims[lattice.frame.a] = layers;
-        let declaring = Declaring { shape: FieldShape::new(description, dims), tables, tuning, viewport, gradient, light: None };
+        let part = Some(PartOfLight { whole, axis: lattice.frame.layer_axis(), layers });
+        let light = light.map(|light| DeclaredLight { part, ..light });
+        let declaring = Declaring { shape: FieldShape::new(description, dims), tables, tuning, viewport, gradient, light };
         let steps = vec![
             Step::Layers { lattice, layered, range: LayerRange::whole(lattice) },
             Step::Warp { lattice, share: Share::WHOLE },

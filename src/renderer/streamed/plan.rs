@@ -6,7 +6,7 @@ use super::needs::{MemoryLimits, Needs};
 use crate::device::Device;
 use crate::error::Error;
 use crate::layers::{Axis, Lattice};
-use crate::settings::Settings;
+use crate::settings::{Blend, LightGrid, Settings};
 use serde::Serialize;
 use std::fmt;
 use std::ops::Range;
@@ -34,8 +34,10 @@ use std::ops::Range;
 pub struct StreamPlan {
     /// The lattices, rendered in sequence: one, or near 45° those of two or three layer axes.
     pub lattices: Vec<StreamedLattice>,
-    /// Bytes of voxels that are read and uploaded; layers shared by neighbouring parts count each time.
+    /// Bytes of voxels that are read and uploaded for these lattices; layers shared by neighbouring parts count each time.
     pub voxel_bytes: u64,
+    /// Bytes of voxels that are read and uploaded before, to sweep light through them; 0 if the light is kept from an earlier frame.
+    pub light_bytes: u64,
     /// Bytes of the voxels of the volume.
     pub volume_bytes: u64,
     /// Peak bytes of buffers on the device.
@@ -84,6 +86,10 @@ impl fmt::Display for StreamPlan {
         }
         let passes = self.voxel_bytes as f64 / self.volume_bytes as f64;
         write!(f, "{} bytes of voxels are read, {passes:.2} passes over the volume; ", self.voxel_bytes)?;
+        if self.light_bytes > 0 {
+            let passes = self.light_bytes as f64 / self.volume_bytes as f64;
+            write!(f, "for light {} before, {passes:.2} passes; ", self.light_bytes)?;
+        }
         write!(f, "at most {} bytes on the device, of {}", self.device_bytes, self.memory)
     }
 }
@@ -117,7 +123,13 @@ impl Parts {
         let numbers: Vec<usize> = (1..=all).collect();
         let most = numbers.partition_point(|&layers| limits.fits(needs.bytes(held(layers))));
         if most == 0 {
-            return Err(out_of_memory(device, "this view of the volume, one layer at a time,", needs.bytes(held(1)), limits));
+            return Err(out_of_memory(
+                device,
+                settings,
+                "this view of the volume, one layer at a time,",
+                needs.bytes(held(1)),
+                limits,
+            ));
         }
         let parts = if limits.fits(needs.bytes(all)) { 1 } else { all.div_ceil(most) };
         let mut ranges: Vec<_> = (0..parts).map(|n| n * all / parts..(n + 1) * all / parts).collect();
@@ -131,8 +143,12 @@ impl Parts {
 }
 
 /// Builds the out-of-memory error.
-pub(super) fn out_of_memory(device: &Device, what: &str, bytes: Bytes, limits: MemoryLimits) -> Error {
+pub(super) fn out_of_memory(device: &Device, settings: &Settings, what: &str, bytes: Bytes, limits: MemoryLimits) -> Error {
     let what = what.to_owned();
+    if bytes.sum > limits.free() && settings.sweeps_light() {
+        let can_be_coarser = settings.swept_grid() == LightGrid::Full && settings.blend == Blend::Composite;
+        return Error::LightMemory { what, needed: bytes.sum, taken: limits.taken, budget: limits.budget, can_be_coarser };
+    }
     if bytes.sum > limits.free() {
         return Error::MemoryBudget { what, needed: bytes.sum, taken: limits.taken, budget: limits.budget };
     }

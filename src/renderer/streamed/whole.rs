@@ -4,7 +4,7 @@ use super::super::accumulation::Jitter;
 use super::super::classification::TableSizes;
 use super::super::depths::{check_has_depths, depth_settings};
 use super::super::field::FieldShape;
-use super::super::frame::{DeclaredLight, Declaring, Output, Stage};
+use super::super::frame::{Bytes, DeclaredLight, Declaring, Output, Stage};
 use super::super::plan::Plan;
 use super::super::report::FrameReport;
 use super::super::{Renderer, UploadedVolume};
@@ -80,8 +80,8 @@ impl StreamedRenderer<'_> {
         }
     }
 
-    /// Rejects the plan of `what`, which needs the whole volume, if that does not fit together with the other resources of the frame.
-    pub(super) fn require_whole(&self, what: &str, plan: &Plan, viewport: Viewport, settings: &Settings) -> Result<(), Error> {
+    /// Memory on the device of a plan with all voxels.
+    pub(super) fn needs_as_whole(&self, plan: &Plan, viewport: Viewport, settings: &Settings) -> Bytes {
         let tables = TableSizes::new(&self.transfer, self.volume.description());
         let shape = FieldShape::new(self.volume.description(), self.grid.dims());
         let gradient = settings.needed_gradient();
@@ -93,17 +93,20 @@ impl StreamedRenderer<'_> {
             gradient,
             light: DeclaredLight::new(settings),
         };
-        let (needed, limits) =
-            (Stage::from_plan(plan, Output::Floats, false, &declaring).resources.bytes(), self.memory_limits());
+        Stage::from_plan(plan, Output::Floats, false, &declaring).resources.bytes()
+    }
+
+    /// Rejects the plan of `what`, which needs the whole volume, if that does not fit together with the other resources of the frame.
+    pub(super) fn require_whole(&self, what: &str, plan: &Plan, viewport: Viewport, settings: &Settings) -> Result<(), Error> {
+        let (needed, limits) = (self.needs_as_whole(plan, viewport, settings), self.memory_limits());
         if limits.fits(needed) {
             return Ok(());
         }
-        let without_light = if settings.sweeps_light() { ", without shadows and ambient occlusion," } else { "" };
         // The device counts the splats of sheets, so the size of their lists is not known before.
         let unknown = if matches!(plan, Plan::AxisSheets(_) | Plan::ViewSheets(_)) { ", and more for its splats" } else { "" };
         let what = format!(
-            "{what} ({plan}), which needs the whole volume at once because only layers on a lattice{without_light} can be streamed{unknown},"
+            "{what} ({plan}), which needs the whole volume at once because only layers on a lattice can be streamed{unknown},"
         );
-        Err(plan::out_of_memory(&self.device, &what, needed, limits))
+        Err(plan::out_of_memory(&self.device, settings, &what, needed, limits))
     }
 }
