@@ -8,6 +8,7 @@ use crate::transfer::{FileFormat, TransferFunction};
 use crate::viewport::Viewport;
 use std::collections::VecDeque;
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
 
 /// Pictures that the page has not acknowledged yet. A second one is drawn while the first travels.
 const MOST_IN_FLIGHT: u32 = 2;
@@ -127,9 +128,9 @@ impl Inbox {
         self.state().jobs.push_front(job);
     }
 
-    /// Waits for a view, or for a job, or until the refinement goes on if there is one (`has_work`). A new look and a new transfer function
-    /// come with the view that follows them, or with a job. `None` if the page is gone.
-    pub fn wait(&self, has_work: bool) -> Option<News> {
+    /// Waits for a view, or for a job, or until the refinement goes on. A new look and a new transfer function
+    /// come with the view that follows them, or with a job. `work`: when the refinement goes on, if there is one. `None` if the page is gone.
+    pub fn wait(&self, work: Option<Instant>) -> Option<News> {
         let mut state = self.state();
         loop {
             if state.is_closed {
@@ -142,10 +143,18 @@ impl Inbox {
                 }
             } else if let Some(job) = state.jobs.pop_front() {
                 return Some(News { job: Some(job), ..state.take_news() });
-            } else if has_work && may_draw && !state.is_changed() {
+            }
+            let pause = match work.filter(|_| may_draw && !state.is_changed()) {
+                Some(at) => at.saturating_duration_since(Instant::now()),
+                None => Duration::MAX,
+            };
+            if pause.is_zero() {
                 return Some(News::default());
             }
-            state = self.changed.wait(state).unwrap_or_else(PoisonError::into_inner);
+            state = match pause {
+                Duration::MAX => self.changed.wait(state).unwrap_or_else(PoisonError::into_inner),
+                pause => self.changed.wait_timeout(state, pause).unwrap_or_else(PoisonError::into_inner).0,
+            };
         }
     }
 
@@ -195,11 +204,11 @@ mod tests {
     fn the_newest_wins() {
         let inbox = Inbox::new(Cancel::new());
         (0..1000).for_each(|id| inbox.post_view(view(id)));
-        assert_eq!(inbox.wait(false).unwrap().view, Some(view(999)));
+        assert_eq!(inbox.wait(None).unwrap().view, Some(view(999)));
         // A look waits for its view.
         inbox.post_look(look());
         inbox.post_view(view(1000));
-        let news = inbox.wait(true).unwrap();
+        let news = inbox.wait(Some(Instant::now())).unwrap();
         assert!(news.look.is_some() && news.view == Some(view(1000)));
     }
 
@@ -208,21 +217,21 @@ mod tests {
         let inbox = Inbox::new(Cancel::new());
         inbox.sent();
         inbox.post_view(view(1));
-        assert!(inbox.wait(false).unwrap().view.is_some());
+        assert!(inbox.wait(None).unwrap().view.is_some());
         inbox.sent();
         assert!(inbox.post_job(job()));
         // Nothing to do but the job.
-        assert!(inbox.wait(true).unwrap().job.is_some());
+        assert!(inbox.wait(Some(Instant::now())).unwrap().job.is_some());
         inbox.post_view(view(2));
         inbox.acknowledge();
-        assert_eq!(inbox.wait(false).unwrap().view, Some(view(2)));
+        assert_eq!(inbox.wait(None).unwrap().view, Some(view(2)));
         // More acknowledgements than pictures do not add up.
         (0..9).for_each(|_| inbox.acknowledge());
         inbox.sent();
         inbox.sent();
         inbox.post_view(view(3));
         let waited = std::thread::scope(|threads| {
-            let waiting = threads.spawn(|| inbox.wait(true));
+            let waiting = threads.spawn(|| inbox.wait(Some(Instant::now())));
             std::thread::sleep(std::time::Duration::from_millis(30));
             let is_waiting = !waiting.is_finished();
             inbox.close();
@@ -246,7 +255,16 @@ mod tests {
         inbox.post_view(view(2));
         assert!(!cancel.is_cancelled());
         inbox.close();
-        assert!(cancel.is_cancelled() && inbox.wait(true).is_none() && inbox.giving_way(|| ()).is_none());
+        assert!(cancel.is_cancelled() && inbox.wait(Some(Instant::now())).is_none() && inbox.giving_way(|| ()).is_none());
+    }
+
+    #[test]
+    fn refinement_may_wait_for_its_time_but_views_do_not() {
+        let inbox = Inbox::new(Cancel::new());
+        let at = Instant::now() + Duration::from_millis(30);
+        assert!(inbox.wait(Some(at)).unwrap().view.is_none() && Instant::now() >= at);
+        inbox.post_view(view(1));
+        assert!(inbox.wait(Some(Instant::now() + Duration::from_secs(3600))).unwrap().view.is_some());
     }
 
     #[test]
@@ -254,9 +272,9 @@ mod tests {
         let inbox = Inbox::new(Cancel::new());
         assert_eq!((0..20).filter(|_| inbox.post_job(job())).count(), MOST_JOBS);
         inbox.post_view(view(1));
-        assert!(inbox.wait(true).unwrap().job.is_none());
+        assert!(inbox.wait(Some(Instant::now())).unwrap().job.is_none());
         inbox.post_look(look());
-        let news = inbox.wait(true).unwrap();
+        let news = inbox.wait(Some(Instant::now())).unwrap();
         assert!(news.job.is_some() && news.look.is_some());
     }
 }

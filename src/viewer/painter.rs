@@ -15,10 +15,15 @@ use crate::renderer::{Accumulation, VolumeRenderer};
 use crate::settings::{LightGrid, Quality, Settings};
 use crate::viewport::Viewport;
 use std::sync::Arc;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// Accumulated frames after which a picture is shown: the mean of fewer than eight is noisier than one frame of `high`.
 const SHOWN_AFTER: [u32; 2] = [8, Accumulation::FRAMES];
+
+/// Rest before frames are accumulated. Each of them may take longer than a moving one may wait, and a hand often moves on soon.
+const REST: Duration = Duration::from_millis(600);
+/// Frames are not accumulated if one takes longer: a hand that moves meanwhile would wait as long.
+const LONGEST_ACCUMULATED: Duration = Duration::from_millis(900);
 
 /// Draws for one page.
 pub(super) struct Painter {
@@ -49,6 +54,17 @@ enum Progress {
     All,
 }
 
+impl Current {
+    /// When the next picture of the view is drawn. `None` if there is none.
+    fn goes_on(&self) -> Option<Instant> {
+        match self.progress {
+            Progress::All => None,
+            Progress::High => Some(self.since + REST),
+            _ => Some(self.since),
+        }
+    }
+}
+
 impl Painter {
     pub fn new(scene: Arc<Scene>, inbox: Arc<Inbox>, outgoing: Outgoing, cancel: Cancel) -> Result<Self, Error> {
         let mut renderer = scene.renderer()?;
@@ -60,8 +76,7 @@ impl Painter {
     /// Draws until the page is gone.
     pub fn run(mut self) {
         loop {
-            let has_work = self.current.as_ref().is_some_and(|current| !matches!(current.progress, Progress::All));
-            let Some(news) = self.inbox.wait(has_work) else { return };
+            let Some(news) = self.inbox.wait(self.current.as_ref().and_then(Current::goes_on)) else { return };
             if let Err(error) = self.work(news) {
                 match error {
                     Error::Cancelled { .. } => {}
@@ -159,6 +174,7 @@ impl Painter {
             }
             Progress::High => current.progress = Progress::Accumulating(Accumulation::new(page)?),
             Progress::Accumulating(accumulation) => {
+                let started = Instant::now();
                 let settings = self.scene.host.settings(&self.look, Some(Quality::High))?;
                 self.renderer.accumulate(&current.camera, &settings, accumulation)?;
                 let frames = accumulation.frames();
@@ -170,6 +186,9 @@ impl Painter {
                         current.progress = Progress::All;
                     }
                     self.send(current, step, page, background, &rgba)?;
+                } else if started.elapsed() > LONGEST_ACCUMULATED {
+                    current.progress = Progress::All;
+                    self.outgoing.reply(&Reply::Refined { id: current.view.id });
                 }
             }
             Progress::All => {}

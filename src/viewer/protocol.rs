@@ -180,6 +180,8 @@ pub(super) enum Reply<'a> {
     Command { line: &'a str, transfer_name: &'a str, transfer_text: &'a str },
     /// Whether all programs of usual frames are built.
     Ready { ready: bool },
+    /// No better picture of this view follows the last one.
+    Refined { id: u32 },
     /// A request that failed: what is wrong and what can be done.
     Problem { sentence: &'a str },
 }

@@ -7,7 +7,7 @@ export const LINES = [
   { keys: "drag, arrow keys", does: "turn" },
   { keys: "Shift + drag or arrow keys, right drag", does: "pan" },
   { keys: "wheel, pinch, + −", does: "zoom" },
-  { keys: "Alt + drag, , .", does: "roll" },
+  { keys: "Alt + drag, comma, full stop", does: "roll" },
   { keys: "1 … 6", does: "front, right, back, left, above, below" },
   { keys: "7 8", does: "two corners" },
   { keys: "f", does: "fit what is visible" },

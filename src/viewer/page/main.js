@@ -39,6 +39,8 @@ let history = null;
 /** The look and transfer function that the server has. */
 let sent = { look: /** @type {Look | null} */ (null), transfer: /** @type {unknown} */ (null) };
 let id = 0;
+/** The last view of which no better picture comes. */
+let refinedId = -1;
 let isReady = false;
 let isMoving = false;
 let rest = 0;
@@ -82,6 +84,11 @@ function message(text) {
   const answers = {
     hello: () => begin(text),
     ready: () => { isReady = text.ready; say(); },
+    refined: () => {
+      refinedId = text.id;
+      if (refinedId === shown.id) shown.step = "refined";
+      say();
+    },
     fitted: () => fitted(text.camera),
     transfer: () => {
       state().transfer = { name: text.name, colors: text.colors, opacities: text.opacities };
@@ -129,7 +136,7 @@ function begin(first) {
 
 /** @param {string} reason */
 function lost(reason) {
-  problem(reason || "The connection is lost. The page connects again by itself once layersplat answers.", true);
+  problem(reason || "The connection is lost. The page connects again by itself once layersplat answers.", "lost");
 }
 
 /** @param {import("./connection.js").Received} received */
@@ -140,7 +147,8 @@ async function receive(received) {
   }
   await picture.draw(received);
   requestAnimationFrame(() => connection.send({ type: "shown" }));
-  Object.assign(shown, { id: received.id, step: received.step, pictures: shown.pictures + 1 });
+  const step = received.id === refinedId ? "refined" : received.step;
+  Object.assign(shown, { id: received.id, step, pictures: shown.pictures + 1 });
   times30 = [...times30.slice(-29), performance.now()];
   say(received);
 }
@@ -279,7 +287,7 @@ function say(received) {
   const size = `${last.width} × ${last.height}`;
   const text = last.step === "moving"
     ? `${size}, ${rate()} frames/s`
-    : `${size}, ${last.step === "half" ? "high" : last.step}`;
+    : `${size}, ${last.step === "half" ? "high" : shown.step}`;
   element("status").textContent = isReady ? text : `${text} – preparing programs for the device …`;
 }
 /** @type {import("./connection.js").Received | null} */
@@ -292,13 +300,14 @@ function rate() {
 }
 
 let problemTimer = 0;
-/** @param {string} sentence @param {boolean} [stays] until a picture or another problem comes */
-function problem(sentence, stays = false) {
+/** @param {string} sentence @param {"problem" | "lost" | "note"} [kind] what is lost is shown until the connection is back */
+function problem(sentence, kind = "problem") {
   const line = element("problem");
+  line.classList.toggle("note", kind === "note");
   line.textContent = sentence.charAt(0).toUpperCase() + sentence.slice(1);
   line.hidden = false;
   clearTimeout(problemTimer);
-  if (!stays) problemTimer = window.setTimeout(() => { line.hidden = true; }, PROBLEM_TIME);
+  if (kind !== "lost") problemTimer = window.setTimeout(() => { line.hidden = true; }, PROBLEM_TIME);
 }
 
 let addressTimer = 0;
@@ -373,7 +382,8 @@ async function command({ line, transfer_name: name, transfer_text: text }) {
   wantsCommand = false;
   download(new Blob([text], { type: "application/json" }), name);
   const isCopied = await toClipboard(line);
-  problem(isCopied ? `The command is copied. It needs ${name}, which is saved beside it.` : `Copy the command below. It needs ${name}, which is saved beside it.`);
+  const file = `It needs ${name}, which is saved as a download.`;
+  problem(isCopied ? `The command is copied. ${file}` : `Copy the command from the panel. ${file}`, "note");
 }
 
 function savedSize() {
