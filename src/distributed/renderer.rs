@@ -12,7 +12,7 @@ use crate::device::{Cancel, Device};
 use crate::error::Error;
 use crate::layers::Axis;
 use crate::memory;
-use crate::renderer::{DeviceVoxels, Exchanged, LatticeView, Measured, PartRenderer, Shares, UploadedVolume};
+use crate::renderer::{DeviceVoxels, Exchanged, LatticeView, Measured, PartRenderer, SeenVolume, Shares, UploadedVolume};
 use crate::settings::{Blend, Settings};
 use crate::transfer::TransferFunction;
 use crate::viewport::Viewport;
@@ -174,6 +174,11 @@ impl<'v> Renderer<'v> {
         }
     }
 
+    /// The whole volume, and the transfer function.
+    fn seen(&self) -> SeenVolume<'_> {
+        SeenVolume { description: self.description(), transfer: &self.transfer }
+    }
+
     /// Replaces the transfer function.
     pub fn set_transfer_function(&mut self, transfer: &TransferFunction) {
         if self.transfer != *transfer {
@@ -313,10 +318,10 @@ fn slab(dims: [usize; 3], axis: Axis, layers: &Range<usize>, settings: &Settings
 /// Rejects views without a lattice, which cannot be distributed.
 #[cfg(feature = "cli")]
 pub(crate) fn check_view(
-    description: &Description,
+    seen: SeenVolume,
     camera: &Camera,
     viewport: Viewport,
     settings: &Settings,
 ) -> Result<(), Error> {
-    LatticeView::all(description, camera, viewport, settings).map(drop)
+    LatticeView::all(seen, camera, viewport, settings).map(drop)
 }

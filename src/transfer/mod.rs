@@ -13,6 +13,7 @@ mod palettes;
 mod phantom;
 mod presets;
 mod sources;
+mod steepness;
 mod table;
 mod value;
 

@@ -139,7 +139,9 @@ impl QualityOptions {
             Some(FootprintsName::Exact) => Footprints::Exact,
             Some(FootprintsName::Set) => Footprints::Set,
         };
-        Ok(Layered { classification, evaluation, footprints, ..own })
+        // Explicit numbers of samples are kept.
+        let adapts_to_opacity = self.sublayers.is_none();
+        Ok(Layered { classification, evaluation, footprints, adapts_to_opacity, ..own })
     }
 
     /// The quality preset.

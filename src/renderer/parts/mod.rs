@@ -8,7 +8,7 @@ mod view;
 
 #[cfg(feature = "mpi")]
 pub(crate) use shares::Shares;
-pub(crate) use view::{LatticeView, combined};
+pub(crate) use view::{LatticeView, SeenVolume, combined};
 
 use super::UploadedVolume;
 use super::frame::{Engine, Frame as Declared, Mode, Stage, Step};
@@ -214,7 +214,9 @@ impl PartRenderer {
     }
 
     fn view(&self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<LatticeView, Error> {
-        let mut views = LatticeView::all(self.engine.field.description(), camera, viewport, settings)?;
+        let (description, transfer) = (self.engine.field.description(), self.engine.classification.transfer_function());
+        let seen = SeenVolume { description, transfer };
+        let mut views = LatticeView::all(seen, camera, viewport, settings)?;
         match views.pop() {
             Some((view, _)) if views.is_empty() => Ok(view),
             last => {
