@@ -317,11 +317,6 @@ fn slab(dims: [usize; 3], axis: Axis, layers: &Range<usize>, settings: &Settings
 
 /// Rejects views without a lattice, which cannot be distributed.
 #[cfg(feature = "cli")]
-pub(crate) fn check_view(
-    seen: SeenVolume,
-    camera: &Camera,
-    viewport: Viewport,
-    settings: &Settings,
-) -> Result<(), Error> {
+pub(crate) fn check_view(seen: SeenVolume, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<(), Error> {
     LatticeView::all(seen, camera, viewport, settings).map(drop)
 }

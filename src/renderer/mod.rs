@@ -48,12 +48,12 @@ pub use distributed_report::{Composed, DistributedReport, Exchanged, RankMeasure
 pub use field::{DeviceVoxels, UploadedVolume};
 pub use lattice_picture::LatticePicture;
 pub use onto::{PictureFormat, PictureMemory};
-pub use parts::{CompositedLayers, PartRenderer};
-#[cfg(feature = "mpi")]
-pub(crate) use parts::{LatticeView, Shares, combined};
 #[doc(hidden)] // Of this crate's own tests: it shows `layers`.
 #[cfg(any(feature = "cli", feature = "mpi"))]
 pub(crate) use parts::SeenVolume;
+pub use parts::{CompositedLayers, PartRenderer};
+#[cfg(feature = "mpi")]
+pub(crate) use parts::{LatticeView, Shares, combined};
 pub use plan::Plan;
 pub use report::{FrameReport, LatticeReport, Measured};
 pub use streamed::{StreamPlan, StreamedLattice, StreamedRenderer};

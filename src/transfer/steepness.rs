@@ -9,7 +9,7 @@ const TYPICAL_CHANGE: f64 = 1.0 / 32.0;
 
 impl TransferFunction {
     /// The largest change of opacity, 0 … 1, between two values of the data that differ by at most 1/32 of `range`, the smallest and the
-    /// largest value of the data.
+    /// largest value of the field ([`Description::field_range`](crate::volume::Description::field_range)).
     ///
     /// A step has its height. A ramp over the whole range has 1/32. Where this is large, opaque surfaces have hard edges, and thin shells
     /// lie between two samples that are both transparent.

@@ -202,13 +202,7 @@ impl Processes {
     }
 
     /// Fails for views that the processes of a team cannot share.
-    pub fn check_views(
-        &self,
-        seen: SeenVolume,
-        cameras: &[Camera],
-        size: Viewport,
-        settings: &Settings,
-    ) -> Result<(), Error> {
+    pub fn check_views(&self, seen: SeenVolume, cameras: &[Camera], size: Viewport, settings: &Settings) -> Result<(), Error> {
         let unshared = |e: Error| {
             let problem = format!("processes cannot share this view: {e}; or use --ranks-per-picture 1");
             Error::Settings { field: "processes", problem }

@@ -170,7 +170,7 @@ impl Engine {
 
     /// Steepness of the transfer function over the values of the whole volume.
     pub fn steepness(&self) -> f64 {
-        self.classification.transfer_function().steepness(self.field.description().range())
+        self.classification.transfer_function().steepness(self.field.description().field_range())
     }
 
     /// Calls `declare` with the sizes of this engine's frames.

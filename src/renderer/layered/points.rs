@@ -39,7 +39,9 @@ const MOST_FOR_THICKNESS: u32 = 3;
 /// the screen have a sample per pixel along rays, too, rounded up.
 fn adapted(samples_per_layer: u32, evaluation: Evaluation, pixels: f64, smallest_spacings: f64) -> u32 {
     let for_magnification = match evaluation {
-        Evaluation::Lattice(Density::Relaxed | Density::Fine) => MAGNIFIED.iter().filter(|&&limit| pixels >= limit).count() as u32,
+        Evaluation::Lattice(Density::Relaxed | Density::Fine) => {
+            MAGNIFIED.iter().filter(|&&limit| pixels >= limit).count() as u32
+        }
         Evaluation::Lattice(Density::Screen) => (pixels.ceil() as u32).saturating_sub(samples_per_layer),
         Evaluation::Lattice(Density::AtLeast(_) | Density::Fixed(_)) | Evaluation::Direct => return samples_per_layer,
     };

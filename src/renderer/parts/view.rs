@@ -36,12 +36,7 @@ impl LatticeView {
     ///
     /// # Errors
     /// If the view has no lattice.
-    pub fn all(
-        seen: SeenVolume,
-        camera: &Camera,
-        viewport: Viewport,
-        settings: &Settings,
-    ) -> Result<Vec<(Self, f64)>, Error> {
+    pub fn all(seen: SeenVolume, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<Vec<(Self, f64)>, Error> {
         Self::all_jittered(seen, camera, viewport, settings, None)
     }
 
@@ -67,14 +62,15 @@ impl LatticeView {
         }
         let reversed = description.rescale().slope() < 0.0;
         let blend = if reversed { settings.blend.reversed() } else { settings.blend };
-        let (lattices, layered) = match Plan::with_steepness(&rays, viewport, &grid, &settings, transfer.steepness(description.range()))? {
-            Plan::Lattice(lattice, layered) => (vec![(lattice, 1.0)], layered),
-            Plan::Shared(parts, layered) => (parts, layered),
-            other => {
-                let problem = format!("only layers on a lattice can be rendered in parts, not {other}: use the whole volume");
-                return Err(view_error(problem));
-            }
-        };
+        let (lattices, layered) =
+            match Plan::with_steepness(&rays, viewport, &grid, &settings, transfer.steepness(description.field_range()))? {
+                Plan::Lattice(lattice, layered) => (vec![(lattice, 1.0)], layered),
+                Plan::Shared(parts, layered) => (parts, layered),
+                other => {
+                    let problem = format!("only layers on a lattice can be rendered in parts, not {other}: use the whole volume");
+                    return Err(view_error(problem));
+                }
+            };
         let view = |lattice| Self { lattice, rays, viewport, layered, settings, blend };
         Ok(lattices.into_iter().map(|(lattice, share)| (view(lattice), share)).collect())
     }

@@ -207,7 +207,7 @@ impl<'v> StreamedRenderer<'v> {
 
     /// Steepness of the transfer function over the values of the volume.
     fn steepness(&self) -> f64 {
-        self.transfer.steepness(self.volume.description().range())
+        self.transfer.steepness(self.volume.description().field_range())
     }
 
     /// Divides the lattices of a plan into parts; returns the plan itself if it has no lattices.

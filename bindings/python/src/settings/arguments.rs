@@ -81,7 +81,10 @@ fn algorithm(arguments: &Bound<PyDict>, algorithm: Algorithm) -> PyResult<()> {
 }
 
 /// A quality with the same evaluation, and the options that differ from it.
-fn layered(arguments: &Bound<PyDict>, Layered { layer_axis: axis, evaluation, classification, adapts_to_opacity, .. }: Layered) -> PyResult<()> {
+fn layered(
+    arguments: &Bound<PyDict>,
+    Layered { layer_axis: axis, evaluation, classification, adapts_to_opacity, .. }: Layered,
+) -> PyResult<()> {
     arguments.set_item("layer_axis", layer_axis(axis))?;
     let Classification::Preintegrated { kernel, samples_per_layer } = classification else {
         return arguments.set_item("quality", "paper");
