@@ -15,6 +15,7 @@ mod presets;
 mod sources;
 mod steepness;
 mod table;
+mod test_signal;
 mod value;
 
 pub use format::FileFormat;
