@@ -28,7 +28,7 @@ pub(in crate::cli) struct QualityOptions {
     /// Layer-overlap correction; implies --classification post
     #[arg(long, value_name = "NAME")]
     correction: Option<CorrectionName>,
-    /// Samples per layer, 1 to 8; with --classification post 1 to 16
+    /// Samples per layer, 1 to 8; with --classification post 1 to 16 [default: by --quality, more where opacity is steep]
     #[arg(long, value_parser = parse::sub_layers, value_name = "N", allow_hyphen_values = true)]
     sublayers: Option<u32>,
     /// Scaling of opacity with the length of a ray segment
