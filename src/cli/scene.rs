@@ -11,6 +11,7 @@ use crate::camera::{Camera, Orbit, Projection};
 use crate::device::Device;
 use crate::error::Error;
 use crate::framing::{Fixed, Framing, Orientation};
+use crate::renderer::SeenVolume;
 use crate::settings::{Blend, CropBox, Settings};
 use crate::transfer::{TransferFunction, Value};
 use crate::viewport::Viewport;
@@ -136,7 +137,8 @@ impl Scene {
 
     /// Fails for views that processes which share the volume cannot render.
     pub fn require_shared(&self, size: Viewport, cameras: &[Camera], settings: &Settings) -> Result<(), Error> {
-        self.processes.check_views(self.volume.description(), cameras, size, settings)
+        let seen = SeenVolume { description: self.volume.description(), transfer: &self.transfer };
+        self.processes.check_views(seen, cameras, size, settings)
     }
 
     /// Fails if the device check of the kernels for these views failed, now or earlier.

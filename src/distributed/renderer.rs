@@ -13,7 +13,9 @@ use crate::device::{Cancel, Device};
 use crate::error::Error;
 use crate::layers::Axis;
 use crate::memory;
-use crate::renderer::{DeviceVoxels, Exchanged, LatticeView, LightOfParts, Measured, PartRenderer, Shares, UploadedVolume};
+use crate::renderer::{
+    DeviceVoxels, Exchanged, LatticeView, LightOfParts, Measured, PartRenderer, SeenVolume, Shares, UploadedVolume,
+};
 use crate::settings::{Blend, Settings};
 use crate::transfer::TransferFunction;
 use crate::viewport::Viewport;
@@ -177,6 +179,11 @@ impl<'v> Renderer<'v> {
         }
     }
 
+    /// The whole volume, and the transfer function.
+    fn seen(&self) -> SeenVolume<'_> {
+        SeenVolume { description: self.description(), transfer: &self.transfer }
+    }
+
     /// Replaces the transfer function.
     pub fn set_transfer_function(&mut self, transfer: &TransferFunction) {
         if self.transfer != *transfer {
@@ -321,11 +328,6 @@ fn slab(dims: [usize; 3], axis: Axis, layers: &Range<usize>, settings: &Settings
 
 /// Rejects views without a lattice, which cannot be distributed.
 #[cfg(feature = "cli")]
-pub(crate) fn check_view(
-    description: &Description,
-    camera: &Camera,
-    viewport: Viewport,
-    settings: &Settings,
-) -> Result<(), Error> {
-    LatticeView::all(description, camera, viewport, settings).map(drop)
+pub(crate) fn check_view(seen: SeenVolume, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<(), Error> {
+    LatticeView::all(seen, camera, viewport, settings).map(drop)
 }

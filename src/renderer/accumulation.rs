@@ -141,7 +141,7 @@ impl Renderer {
     ) -> Result<(Frame, FrameReport), Error> {
         let field = &self.engine.field;
         let (rays, settings) = field.world().normalised_view(field.grid(), camera, viewport, settings)?;
-        let planned = Planned::new(jitter.apply(rays), viewport, settings, field.grid())?;
+        let planned = Planned::new(jitter.apply(rays), viewport, settings, field.grid(), self.engine.steepness())?;
         self.render_planned(&planned)
     }
 }

@@ -50,10 +50,12 @@ pub use lattice_picture::LatticePicture;
 #[cfg(feature = "mpi")]
 pub(crate) use light::{LightOfParts, SweepGroup, Target, Wanted, behind};
 pub use onto::{PictureFormat, PictureMemory};
+#[doc(hidden)] // Of this crate's own tests: it shows `layers`.
+#[cfg(any(feature = "cli", feature = "mpi"))]
+pub(crate) use parts::SeenVolume;
 pub use parts::{CompositedLayers, PartRenderer};
 #[cfg(feature = "mpi")]
 pub(crate) use parts::{LatticeView, Shares, combined};
-#[doc(hidden)] // Of this crate's own tests: it shows `layers`.
 pub use plan::Plan;
 pub use report::{FrameReport, LatticeReport, Measured};
 pub use streamed::{StreamPlan, StreamedLattice, StreamedRenderer};
@@ -244,14 +246,15 @@ impl Renderer {
     fn planned(&self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<Planned, Error> {
         let field = &self.engine.field;
         let (rays, settings) = field.world().normalised_view(field.grid(), camera, viewport, settings)?;
-        Planned::new(rays, viewport, settings, field.grid())
+        let steepness = self.engine.steepness();
+        Planned::new(rays, viewport, settings, field.grid(), steepness)
     }
 }
 
 impl Planned {
-    /// `settings` and `grid` are in normalised world units.
-    fn new(rays: Rays, viewport: Viewport, settings: Settings, grid: &Grid) -> Result<Self, Error> {
-        let plan = Plan::new(&rays, viewport, grid, &settings)?;
+    /// `settings` and `grid` are in normalised world units; `steepness` as for [`Plan::with_steepness`].
+    fn new(rays: Rays, viewport: Viewport, settings: Settings, grid: &Grid, steepness: f64) -> Result<Self, Error> {
+        let plan = Plan::with_steepness(&rays, viewport, grid, &settings, steepness)?;
         Ok(Self { rays, viewport, settings, plan })
     }
 }

@@ -10,6 +10,15 @@ use std::fmt;
 /// Largest |s| of a forced layer axis; kernels/layered/splat_direct.cl supports culling up to this shear.
 const MAX_FORCED_SHEAR: f64 = 3.0;
 
+/// [Steepness](crate::TransferFunction::steepness) of a transfer function from which `high` has more samples along rays, and from which
+/// lattices follow the screen. Below the first, `high` has 48 dB and more without; below the second, `standard` has 39 dB and more
+/// (docs/fidelity.md).
+const STEEP: f64 = 0.25;
+const HARD_EDGED: f64 = 0.5;
+
+/// Additional samples per layer of [`Density::Fine`] for steep transfer functions.
+const MORE_FOR_STEEP: u32 = 3;
+
 /// Render path of a frame.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Plan {
@@ -39,10 +48,23 @@ impl Plan {
     /// Selects layer axis and render path of a view.
     ///
     /// All rays share the layer axis of the central ray if none leans too far from it. Otherwise (wide angles, an eye inside the
-    /// volume) rays are cast or, with per-pixel evaluation, each ray has its own layer axis.
+    /// volume) rays are cast or, with per-pixel evaluation, each ray has its own layer axis. The plan is that of a transfer function that is
+    /// not steep; others have denser samples ([`with_steepness`](Self::with_steepness)).
     pub fn new(rays: &Rays, viewport: Viewport, grid: &Grid, settings: &Settings) -> Result<Self, Error> {
+        Self::with_steepness(rays, viewport, grid, settings, 0.0)
+    }
+
+    /// As [`new`](Self::new), for a transfer function of this [steepness](crate::TransferFunction::steepness) over the values of the whole
+    /// volume.
+    pub fn with_steepness(
+        rays: &Rays,
+        viewport: Viewport,
+        grid: &Grid,
+        settings: &Settings,
+        steepness: f64,
+    ) -> Result<Self, Error> {
         match settings.algorithm {
-            Algorithm::Layered(layered) => Self::layered(rays, viewport, grid, layered, settings.blend),
+            Algorithm::Layered(layered) => Self::layered(rays, viewport, grid, layered, settings.blend, steepness),
             Algorithm::AxisSheets { layer_axis } => {
                 let axis = choose_axis(layer_axis, rays);
                 let shear = axis.frame().shear(rays.central_direction());
@@ -56,22 +78,37 @@ impl Plan {
         }
     }
 
-    fn layered(rays: &Rays, viewport: Viewport, grid: &Grid, layered: Layered, blend: Blend) -> Result<Self, Error> {
+    fn layered(
+        rays: &Rays,
+        viewport: Viewport,
+        grid: &Grid,
+        layered: Layered,
+        blend: Blend,
+        steepness: f64,
+    ) -> Result<Self, Error> {
         let axis = choose_axis(layered.layer_axis, rays);
         let direct = Self::direct(rays, grid, axis, layered)?;
         let Evaluation::Lattice(density) = layered.evaluation else {
             return Ok(direct);
         };
-        if let Some(shared) = Self::shared(rays, viewport, grid, density, layered) {
-            return Ok(shared);
-        }
-        let lattice = Lattice::new(rays, viewport, grid, axis, density, sampling(layered.classification));
-        Ok(lattice.map(|lattice| Plan::Lattice(lattice, layered)).unwrap_or_else(|| {
+        let lattices = |layered| Self::lattices(rays, viewport, grid, axis, layered);
+        // Very large voxels in a perspective have no lattice that follows the screen.
+        let planned = adapted(layered, blend, steepness).into_iter().chain([layered]).find_map(lattices);
+        Ok(planned.unwrap_or_else(|| {
             // A forced layer axis is kept.
             let plan = if layered.layer_axis == LayerAxis::Auto { Self::cast(density, layered, blend) } else { direct };
             tracing::info!("no lattice covers this view: {plan}");
             plan
         }))
+    }
+
+    /// The lattices of a view, if it has any.
+    fn lattices(rays: &Rays, viewport: Viewport, grid: &Grid, axis: Axis, layered: Layered) -> Option<Self> {
+        let Evaluation::Lattice(density) = layered.evaluation else { return None };
+        Self::shared(rays, viewport, grid, density, layered).or_else(|| {
+            let lattice = Lattice::new(rays, viewport, grid, axis, density, sampling(layered.classification))?;
+            Some(Plan::Lattice(lattice, layered))
+        })
     }
 
     /// The lattices of all layer axes with a share in the view, if there are several and each covers the view. Splatted layers
@@ -122,6 +159,21 @@ impl Plan {
             (false, LayerAxis::Forced(_)) => Err(axis_error(axis)),
         }
     }
+}
+
+/// The settings that a transfer function of this steepness needs instead of these, in the order of preference; none if these suffice, or are
+/// explicit.
+fn adapted(layered: Layered, blend: Blend, steepness: f64) -> Vec<Layered> {
+    let Evaluation::Lattice(density @ (Density::Relaxed | Density::Fine)) = layered.evaluation else { return Vec::new() };
+    let Classification::Preintegrated { kernel, samples_per_layer } = layered.classification else { return Vec::new() };
+    if !layered.adapts_to_opacity || blend != Blend::Composite || steepness < STEEP {
+        return Vec::new();
+    }
+    let more = if density == Density::Fine { MORE_FOR_STEEP } else { 0 };
+    let samples_per_layer = (samples_per_layer + more).min(Classification::MAX_POINTS);
+    let denser = Layered { classification: Classification::Preintegrated { kernel, samples_per_layer }, ..layered };
+    let on_screen = Layered { evaluation: Evaluation::Lattice(Density::Screen), ..denser };
+    if steepness < HARD_EDGED { vec![denser] } else { vec![on_screen, denser] }
 }
 
 /// The forced layer axis, or the most parallel one.

@@ -127,6 +127,10 @@ pub struct Layered {
     pub classification: Classification,
     /// Footprints for direct evaluation of splatted layers. Default: exact. The set is an error in other modes.
     pub footprints: Footprints,
+    /// Whether [`Density::Relaxed`] and [`Density::Fine`] become denser where the transfer function is
+    /// [steep](crate::TransferFunction::steepness): up to [`Density::Screen`], and more samples per layer. Default: yes. It applies to
+    /// pre-integrated compositing.
+    pub adapts_to_opacity: bool,
 }
 
 impl Default for Layered {

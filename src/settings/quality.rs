@@ -69,7 +69,7 @@ impl Quality {
             Quality::High => lattice(Density::Fine, Kernel::BSpline, 2),
             Quality::Paper => (Evaluation::Direct, Footprints::Set, self.splatted()),
         };
-        Layered { layer_axis: LayerAxis::Auto, evaluation, classification, footprints }
+        Layered { layer_axis: LayerAxis::Auto, evaluation, classification, footprints, adapts_to_opacity: true }
     }
 }
 

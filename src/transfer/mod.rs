@@ -13,7 +13,9 @@ mod palettes;
 mod phantom;
 mod presets;
 mod sources;
+mod steepness;
 mod table;
+mod test_signal;
 mod value;
 
 pub use format::FileFormat;

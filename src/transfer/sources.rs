@@ -1,7 +1,7 @@
 //! Transfer functions from files, built-in names and histograms.
 
 use super::palettes::{self, Palette};
-use super::{TransferFunction, automatic, builtin, format, phantom, presets};
+use super::{TransferFunction, automatic, builtin, format, phantom, presets, test_signal};
 use crate::error::Error;
 use crate::volume::Volume;
 use std::path::Path;
@@ -63,9 +63,9 @@ impl TransferFunction {
     /// of its own; materials in front of others are translucent shells. A field without materials becomes nested shells. Air and noise are
     /// transparent. CT in Hounsfield units shows skin, soft tissue and bone.
     ///
-    /// The built-in Shepp–Logan phantom has a fixed one, which shows the interior of the head.
+    /// Two built-in volumes have fixed ones: the Shepp–Logan phantom shows the interior of the head, the Marschner–Lobb signal a surface.
     pub fn automatic(volume: &Volume) -> Self {
-        phantom::transfer(volume).unwrap_or_else(|| automatic::derived(volume, Palette::default()))
+        of_volume(volume, Palette::default())
     }
 
     /// As [`TransferFunction::automatic`], in the colours of a palette: one of [`TransferFunction::palettes`]. CT in Hounsfield units and the
@@ -83,8 +83,7 @@ impl TransferFunction {
     /// # Errors
     /// [`Error::UnknownName`] if the palette does not exist.
     pub fn automatic_in(volume: &Volume, palette: &str) -> Result<Self, Error> {
-        let palette = Palette::named(palette)?;
-        Ok(phantom::transfer(volume).unwrap_or_else(|| automatic::derived(volume, palette)))
+        Ok(of_volume(volume, Palette::named(palette)?))
     }
 
     /// Names of the palettes of automatic transfer functions; the first is the default.
@@ -121,6 +120,12 @@ impl TransferFunction {
             None => Self::from_file(path, None),
         }
     }
+}
+
+/// The transfer function that a built-in volume has, or one derived from the voxels.
+fn of_volume(volume: &Volume, palette: Palette) -> TransferFunction {
+    let fixed = phantom::transfer(volume).or_else(|| test_signal::transfer(volume, palette));
+    fixed.unwrap_or_else(|| automatic::derived(volume, palette))
 }
 
 /// Range of values over which built-in functions are stretched: the range of the data. If all voxels are equal, it includes the

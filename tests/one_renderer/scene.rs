@@ -64,7 +64,7 @@ const fn points(density: Density, samples_per_layer: u32) -> Algorithm {
 }
 
 const fn made(evaluation: Evaluation, classification: Classification, footprints: Footprints) -> Algorithm {
-    Algorithm::Layered(Layered { layer_axis: LayerAxis::Auto, evaluation, classification, footprints })
+    Algorithm::Layered(Layered { layer_axis: LayerAxis::Auto, evaluation, classification, footprints, adapts_to_opacity: true })
 }
 
 /// All algorithms. A fresh renderer takes half a second to prepare the footprint set of the last one.

@@ -277,6 +277,7 @@ impl AlgorithmOptions<'_> {
             Classification::Preintegrated { kernel: default_kernel, samples_per_layer } => {
                 *default_kernel = self.kernel.map_or(Ok(*default_kernel), kernel)?;
                 *samples_per_layer = self.samples_per_layer.unwrap_or(*samples_per_layer);
+                layered.adapts_to_opacity = self.samples_per_layer.is_none();
             }
             Classification::Post(_) => {
                 let fixed = [("kernel", self.kernel.is_some()), ("samples_per_layer", self.samples_per_layer.is_some())];

@@ -26,7 +26,7 @@ pub(in crate::cli) struct QualityOptions {
     /// Layer-overlap correction; implies --classification post
     #[arg(long, value_name = "NAME", value_parser = names::of_enum::<CorrectionName>())]
     correction: Option<CorrectionName>,
-    /// Samples per layer, 1 to 8; with --classification post 1 to 16
+    /// Samples per layer, 1 to 8; with --classification post 1 to 16 [default: by --quality, more where opacity is steep]
     #[arg(long, value_parser = parse::sub_layers, value_name = "N", allow_hyphen_values = true)]
     sublayers: Option<u32>,
     /// Scaling of opacity with the length of a ray segment
@@ -145,7 +145,9 @@ impl QualityOptions {
             Some(FootprintsName::Exact) => Footprints::Exact,
             Some(FootprintsName::Set) => Footprints::Set,
         };
-        Ok(Layered { classification, evaluation, footprints, ..own })
+        // Explicit numbers of samples are kept.
+        let adapts_to_opacity = self.sublayers.is_none();
+        Ok(Layered { classification, evaluation, footprints, adapts_to_opacity, ..own })
     }
 
     /// The quality preset that was given.

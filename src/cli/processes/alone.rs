@@ -4,9 +4,10 @@ use crate::camera::Camera;
 use crate::cli::options::VolumeOptions;
 use crate::error::Error;
 use crate::image::Frame;
+use crate::renderer::SeenVolume;
 use crate::settings::Settings;
 use crate::viewport::Viewport;
-use crate::volume::{Description, Volume};
+use crate::volume::Volume;
 use clap::Args;
 use std::process::ExitCode;
 
@@ -72,7 +73,7 @@ impl Processes {
         options.open(size, memory)
     }
 
-    pub fn check_views(&self, _: &Description, _: &[Camera], _: Viewport, _: &Settings) -> Result<(), Error> {
+    pub fn check_views(&self, _: SeenVolume, _: &[Camera], _: Viewport, _: &Settings) -> Result<(), Error> {
         Ok(())
     }
 

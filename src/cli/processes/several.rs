@@ -8,9 +8,10 @@ use crate::distributed::{DistributedError, Group, bytes_in_parts, check_view};
 use crate::error::Error;
 use crate::image::Frame;
 use crate::memory;
+use crate::renderer::SeenVolume;
 use crate::settings::Settings;
 use crate::viewport::Viewport;
-use crate::volume::{Description, Together, Volume};
+use crate::volume::{Together, Volume};
 use clap::Args;
 use std::cell::OnceCell;
 use std::process::ExitCode;
@@ -201,13 +202,7 @@ impl Processes {
     }
 
     /// Fails for views that the processes of a team cannot share.
-    pub fn check_views(
-        &self,
-        volume: &Description,
-        cameras: &[Camera],
-        size: Viewport,
-        settings: &Settings,
-    ) -> Result<(), Error> {
+    pub fn check_views(&self, seen: SeenVolume, cameras: &[Camera], size: Viewport, settings: &Settings) -> Result<(), Error> {
         let unshared = |e: Error| {
             let problem = format!("processes cannot share this view: {e}; or use --ranks-per-picture 1");
             Error::Settings { field: "processes", problem }
@@ -215,7 +210,7 @@ impl Processes {
         if self.team().is_none() {
             return Ok(());
         }
-        cameras.iter().try_for_each(|camera| check_view(volume, camera, size, settings).map_err(unshared))
+        cameras.iter().try_for_each(|camera| check_view(seen, camera, size, settings).map_err(unshared))
     }
 
     /// Whether this team renders picture `n`.

@@ -60,7 +60,7 @@ impl Renderer<'_> {
         settings: &Settings,
         jitter: Option<Jitter>,
     ) -> Result<(Option<Frame>, MeasuredReport), Error> {
-        let views = self.group.agree(LatticeView::all_jittered(self.description(), camera, viewport, settings, jitter))?;
+        let views = self.group.agree(LatticeView::all_jittered(self.seen(), camera, viewport, settings, jitter))?;
         let read_bytes = match &self.source {
             Source::Host(volume) => volume.read_bytes(),
             Source::Device(_) => 0,

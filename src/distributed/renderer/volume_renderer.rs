@@ -43,7 +43,7 @@ impl<'v> VolumeRenderer<'v> for Renderer<'v> {
     }
 
     fn stream_plan(&self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<Option<StreamPlan>, Error> {
-        LatticeView::all(self.description(), camera, viewport, settings).map(|_| None)
+        LatticeView::all(self.seen(), camera, viewport, settings).map(|_| None)
     }
 
     fn render(

@@ -168,6 +168,11 @@ impl Engine {
         self.classification.set_transfer_function(transfer, self.field.description().rescale());
     }
 
+    /// Steepness of the transfer function over the values of the whole volume.
+    pub fn steepness(&self) -> f64 {
+        self.classification.transfer_function().steepness(self.field.description().field_range())
+    }
+
     /// Calls `declare` with the sizes of this engine's frames.
     pub fn declaring<T>(&self, viewport: Viewport, settings: &Settings, declare: impl FnOnce(&Declaring) -> T) -> T {
         let tables = &TableSizes::from_classification(&self.classification, &self.field);

@@ -122,7 +122,7 @@ impl Step<'_> {
                 light::declare(declaring, resources);
                 match layered.classification {
                     Classification::Preintegrated { kernel, .. } => {
-                        points::declare_lattice(declaring, lattice, kernel, resources)
+                        points::declare_lattice(declaring, (lattice, layered.evaluation), kernel, resources)
                     }
                     Classification::Post(correction) => splats::declare_lattice(declaring, lattice, correction, resources),
                 }

@@ -35,10 +35,16 @@ const MOST_FOR_THICKNESS: u32 = 3;
 
 /// Samples per layer for layers of this thickness, in pixels and in smallest spacings. Lattices that adapt to the screen also adapt the
 /// sampling along rays. At high magnification few voxels are in view, and what happens between layers becomes visible. Thick layers get a
-/// sample per smallest spacing, rounded: otherwise pictures along two layer axes differ in brightness (docs/fidelity.md).
+/// sample per smallest spacing, rounded: otherwise pictures along two layer axes differ in brightness (docs/fidelity.md). Lattices that follow
+/// the screen have a sample per pixel along rays, too, rounded up.
 fn adapted(samples_per_layer: u32, evaluation: Evaluation, pixels: f64, smallest_spacings: f64) -> u32 {
-    let Evaluation::Lattice(Density::Relaxed | Density::Fine) = evaluation else { return samples_per_layer };
-    let for_magnification = MAGNIFIED.iter().filter(|&&limit| pixels >= limit).count() as u32;
+    let for_magnification = match evaluation {
+        Evaluation::Lattice(Density::Relaxed | Density::Fine) => {
+            MAGNIFIED.iter().filter(|&&limit| pixels >= limit).count() as u32
+        }
+        Evaluation::Lattice(Density::Screen) => (pixels.ceil() as u32).saturating_sub(samples_per_layer),
+        Evaluation::Lattice(Density::AtLeast(_) | Density::Fixed(_)) | Evaluation::Direct => return samples_per_layer,
+    };
     (samples_per_layer + for_magnification.max(for_thickness(smallest_spacings))).min(Classification::MAX_POINTS)
 }
 
@@ -48,13 +54,19 @@ fn for_thickness(smallest_spacings: f64) -> u32 {
 }
 
 /// Declares the resources of [`PointLayers::draw_lattice`].
-pub(in crate::renderer) fn declare_lattice(declaring: &Declaring, lattice: &Lattice, kernel: Kernel, resources: &mut Resources) {
+pub(in crate::renderer) fn declare_lattice(
+    declaring: &Declaring,
+    (lattice, evaluation): (&Lattice, Evaluation),
+    kernel: Kernel,
+    resources: &mut Resources,
+) {
     declare_target(lattice.samples(), Tiles::for_points(lattice, declaring.tuning), resources);
     declaring.visibility(lattice.frame.layer_axis(), kernel, resources);
     declaring.gradients(lattice.frame.layer_axis(), kernel, resources);
     // Lattices that share a frame have tables of their own if they differ in samples per layer.
     let axis = lattice.frame.layer_axis();
-    declaring.integrals(Some(axis).filter(|&axis| for_thickness(declaring.shape.thickness(axis)) > 0), kernel, resources);
+    let own = evaluation == Evaluation::Lattice(Density::Screen) || for_thickness(declaring.shape.thickness(axis)) > 0;
+    declaring.integrals(Some(axis).filter(|_| own), kernel, resources);
 }
 
 /// Declares the resources of [`PointLayers::draw_pixels`].

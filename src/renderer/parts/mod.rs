@@ -8,7 +8,7 @@ mod view;
 
 #[cfg(feature = "mpi")]
 pub(crate) use shares::Shares;
-pub(crate) use view::{LatticeView, combined};
+pub(crate) use view::{LatticeView, SeenVolume, combined};
 
 use super::UploadedVolume;
 use super::frame::{DeclaredLight, Declaring, Engine, Frame as Declared, Mode, PartOfLight, Stage, Step};
@@ -219,7 +219,9 @@ impl PartRenderer {
             let problem = "a part alone has no shadows and no ambient occlusion: disable them, or use a StreamedRenderer or several processes";
             return Err(view_error(problem.into()));
         }
-        let mut views = LatticeView::all(self.engine.field.description(), camera, viewport, settings)?;
+        let (description, transfer) = (self.engine.field.description(), self.engine.classification.transfer_function());
+        let seen = SeenVolume { description, transfer };
+        let mut views = LatticeView::all(seen, camera, viewport, settings)?;
         match views.pop() {
             Some((view, _)) if views.is_empty() => Ok(view),
             last => {

@@ -7,9 +7,17 @@ use crate::camera::Camera;
 use crate::error::Error;
 use crate::layers::{Axis, Lattice, Rays};
 use crate::settings::{Blend, Layered, Settings};
+use crate::transfer::TransferFunction;
 use crate::viewport::Viewport;
 use crate::volume::Description;
 use std::ops::Range;
+
+/// What views show: a whole volume through a transfer function.
+#[derive(Clone, Copy)]
+pub(crate) struct SeenVolume<'a> {
+    pub description: &'a Description,
+    pub transfer: &'a TransferFunction,
+}
 
 /// A view of a volume with one lattice.
 #[derive(Clone, Debug, PartialEq)]
@@ -28,13 +36,8 @@ impl LatticeView {
     ///
     /// # Errors
     /// If the view has no lattice.
-    pub fn all(
-        description: &Description,
-        camera: &Camera,
-        viewport: Viewport,
-        settings: &Settings,
-    ) -> Result<Vec<(Self, f64)>, Error> {
-        Self::all_jittered(description, camera, viewport, settings, None)
+    pub fn all(seen: SeenVolume, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<Vec<(Self, f64)>, Error> {
+        Self::all_jittered(seen, camera, viewport, settings, None)
     }
 
     /// The lattices of a view whose rays are moved within their pixels.
@@ -42,7 +45,7 @@ impl LatticeView {
     /// # Errors
     /// If the view has no lattice.
     pub fn all_jittered(
-        description: &Description,
+        SeenVolume { description, transfer }: SeenVolume,
         camera: &Camera,
         viewport: Viewport,
         settings: &Settings,
@@ -54,14 +57,15 @@ impl LatticeView {
         let rays = jitter.map_or(rays, |jitter| jitter.apply(rays));
         let reversed = description.rescale().slope() < 0.0;
         let blend = if reversed { settings.blend.reversed() } else { settings.blend };
-        let (lattices, layered) = match Plan::new(&rays, viewport, &grid, &settings)? {
-            Plan::Lattice(lattice, layered) => (vec![(lattice, 1.0)], layered),
-            Plan::Shared(parts, layered) => (parts, layered),
-            other => {
-                let problem = format!("only layers on a lattice can be rendered in parts, not {other}: use the whole volume");
-                return Err(view_error(problem));
-            }
-        };
+        let (lattices, layered) =
+            match Plan::with_steepness(&rays, viewport, &grid, &settings, transfer.steepness(description.field_range()))? {
+                Plan::Lattice(lattice, layered) => (vec![(lattice, 1.0)], layered),
+                Plan::Shared(parts, layered) => (parts, layered),
+                other => {
+                    let problem = format!("only layers on a lattice can be rendered in parts, not {other}: use the whole volume");
+                    return Err(view_error(problem));
+                }
+            };
         let view = |lattice| Self { lattice, rays, viewport, layered, settings, blend };
         Ok(lattices.into_iter().map(|(lattice, share)| (view(lattice), share)).collect())
     }

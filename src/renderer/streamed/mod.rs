@@ -169,7 +169,7 @@ impl<'v> StreamedRenderer<'v> {
     /// As [`render`](Self::render).
     pub fn plan(&self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<Option<StreamPlan>, Error> {
         let (rays, seen) = self.world.normalised_view(&self.grid, camera, viewport, settings)?;
-        let plan = Plan::new(&rays, viewport, &self.grid, &seen)?;
+        let plan = Plan::with_steepness(&rays, viewport, &self.grid, &seen, self.steepness())?;
         match self.streamed(plan, rays, viewport, seen)? {
             Ok(streamed) => Ok(Some(streamed.summary)),
             Err(whole) => self.require_whole("this view", &whole, viewport, settings).map(|()| None),
@@ -195,7 +195,7 @@ impl<'v> StreamedRenderer<'v> {
     ) -> Result<(Frame, FrameReport), Error> {
         let (rays, seen) = self.world.normalised_view(&self.grid, camera, viewport, settings)?;
         let rays = jitter.map_or(rays, |jitter| jitter.apply(rays));
-        let plan = Plan::new(&rays, viewport, &self.grid, &seen)?;
+        let plan = Plan::with_steepness(&rays, viewport, &self.grid, &seen, self.steepness())?;
         let streamed = self.streamed(plan, rays, viewport, seen)?;
         let others = self.others();
         let in_parts = match &streamed {
@@ -216,6 +216,11 @@ impl<'v> StreamedRenderer<'v> {
         };
         self.own = self.device.taken_bytes().saturating_sub(others);
         rendered
+    }
+
+    /// Steepness of the transfer function over the values of the volume.
+    fn steepness(&self) -> f64 {
+        self.transfer.steepness(self.volume.description().field_range())
     }
 
     /// Divides the lattices of a plan into parts. Returns the plan itself if it has no lattices, or if the volume fits with its light.

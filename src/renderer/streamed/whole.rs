@@ -37,7 +37,7 @@ impl StreamedRenderer<'_> {
     /// fit on the device, because rays need all of them.
     pub fn depths(&mut self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<Depths, Error> {
         let (rays, seen) = self.world.normalised_view(&self.grid, camera, viewport, &depth_settings(settings))?;
-        let plan = Plan::new(&rays, viewport, &self.grid, &seen)?;
+        let plan = Plan::with_steepness(&rays, viewport, &self.grid, &seen, self.steepness())?;
         check_has_depths(&plan, &seen)?;
         self.require_whole("a depth picture", &plan, viewport, &seen)?;
         let others = self.others();

@@ -46,6 +46,11 @@ const SPECKS: (f64, f64) = (8.0, 3e-4);
 const DEVIATION: f64 = 0.92;
 /// Half the width of an opacity ramp at a boundary, as a fraction of the distance between the materials.
 const RAMP: f64 = 0.22;
+/// Half the width of a ramp between neighbouring values of integers, in bins.
+const ONE_VALUE: f64 = 0.5;
+/// Least half width of a ramp between two classes, as a fraction of the range: a narrower one draws noise, rounding and the grid instead of the
+/// boundary.
+const LEAST_RAMP: f64 = 1.0 / 64.0;
 /// Distance above a boundary at which the shell ends, in units of half its ramp.
 const SKIN: f64 = 2.0;
 /// Interior of a translucent shell, relative to its boundary.
@@ -144,10 +149,11 @@ struct Edge {
 }
 
 impl Edge {
-    fn between(survey: &Survey, lower: (f64, f64), upper: (f64, f64)) -> Self {
+    /// `least`: half the width, in bins, to which a ramp may reach into the two ranges.
+    fn between(survey: &Survey, lower: (f64, f64), upper: (f64, f64), least: f64) -> Self {
         let at = boundary(survey, lower.1, upper.0);
-        let half =
-            (RAMP * (upper.0 + upper.1 - lower.0 - lower.1) / 2.0).min((at - lower.1).max(0.5)).min((upper.0 - at).max(0.5));
+        let distance = (upper.0 + upper.1 - lower.0 - lower.1) / 2.0;
+        let half = (RAMP * distance).min((at - lower.1).max(least)).min((upper.0 - at).max(least));
         Self { at, half }
     }
 }
@@ -166,8 +172,10 @@ fn bounded(survey: &Survey, background: &Background, materials: &[&Mode]) -> Vec
     ranges.extend(tail(survey, background, materials));
     let mut edges = Vec::new();
     let mut lower = (background.from, background.to);
-    for &range in &ranges {
-        edges.push(Edge::between(survey, lower, range));
+    for (n, &range) in ranges.iter().enumerate() {
+        // The background stays transparent.
+        let least = if n == 0 { ONE_VALUE } else { ONE_VALUE.max(LEAST_RAMP * survey.bins() as f64) };
+        edges.push(Edge::between(survey, lower, range, least));
         lower = range;
     }
     if let [edge] = edges.as_mut_slice() {
@@ -241,7 +249,8 @@ fn smooth(survey: &Survey, background: &Background) -> Classes {
         let at = levels[n];
         let end = levels.get(n + 1).copied().unwrap_or(bins as f64);
         let slope = survey.mean_gradients[(at as usize).min(bins - 1)] * bins as f64;
-        let half = (THICKNESS / 2.0 * slope).clamp(0.5, 0.45 * (end - at).max(1.2)).min((at - start).max(0.5));
+        let least = ONE_VALUE.max(LEAST_RAMP * bins as f64);
+        let half = (THICKNESS / 2.0 * slope).clamp(least, (0.45 * (end - at)).max(least)).min((at - start).max(ONE_VALUE));
         let value = |position: f64| survey.value(position);
         let shell = vec![(value(at - half), 0.0), (value(at), 1.0), (value(at + half), INTERIOR / 2.0), (value(end), 0.0)];
         let solid = vec![(value(at - half), 0.0), (value(at + half), 1.0), (value(bins as f64), 1.0)];

@@ -19,8 +19,8 @@ use classes::{Class, Classes};
 use survey::Survey;
 use visibility::{Rays, Shown};
 
-/// Optical depth of a constant volume along its shortest axis.
-const CONSTANT_DEPTH: f64 = 2.0;
+/// Opacity of a constant volume: it is solid, since only its shape can be seen.
+const CONSTANT: f64 = 0.9;
 /// Half the width of a transition between colours, as a fraction of the narrower class.
 const BLEND: f64 = 0.08;
 
@@ -90,13 +90,11 @@ fn function(classes: &[Class], shown: &[Shown], colors: &[[f64; 3]], (lo, hi): (
     TransferFunction::new(TransferFunction::AUTOMATIC, points, opacities).expect("ascending")
 }
 
-/// The transfer function of a constant volume. A thin one must stay visible and a thick one translucent.
+/// The transfer function of a constant volume.
 fn constant(volume: &Volume, palette: Palette) -> TransferFunction {
     let (lo, hi) = visible_range(volume);
     let color = palette.materials(1)[0];
-    let thickness = volume.grid().dims().into_iter().min().unwrap_or(1) as f64;
-    let opacity = -(-CONSTANT_DEPTH / thickness).exp_m1();
-    let opacities = vec![(lo, 0.0), ((lo + hi) / 2.0, 0.0), (hi, opacity.clamp(0.1, 0.9))];
+    let opacities = vec![(lo, 0.0), ((lo + hi) / 2.0, 0.0), (hi, CONSTANT)];
     TransferFunction::new(TransferFunction::AUTOMATIC, vec![(lo, color), (hi, color)], opacities).expect("ascending")
 }
 

@@ -81,17 +81,22 @@ fn algorithm(arguments: &Bound<PyDict>, algorithm: Algorithm) -> PyResult<()> {
 }
 
 /// A quality with the same evaluation, and the options that differ from it.
-fn layered(arguments: &Bound<PyDict>, Layered { layer_axis: axis, evaluation, classification, .. }: Layered) -> PyResult<()> {
+fn layered(
+    arguments: &Bound<PyDict>,
+    Layered { layer_axis: axis, evaluation, classification, adapts_to_opacity, .. }: Layered,
+) -> PyResult<()> {
     arguments.set_item("layer_axis", layer_axis(axis))?;
     let Classification::Preintegrated { kernel, samples_per_layer } = classification else {
         return arguments.set_item("quality", "paper");
     };
     arguments.set_item("kernel", kernel.name())?;
-    arguments.set_item("samples_per_layer", samples_per_layer)?;
+    if !adapts_to_opacity {
+        arguments.set_item("samples_per_layer", samples_per_layer)?;
+    }
     match evaluation {
         Evaluation::Lattice(Density::Fixed(density) | Density::AtLeast(density)) => arguments.set_item("density", density),
         Evaluation::Lattice(Density::Fine) => arguments.set_item("quality", "high"),
-        Evaluation::Lattice(Density::Relaxed) | Evaluation::Direct => arguments.set_item("quality", "standard"),
+        Evaluation::Lattice(Density::Relaxed | Density::Screen) | Evaluation::Direct => arguments.set_item("quality", "standard"),
     }
 }
 
