@@ -143,7 +143,7 @@ mod tests {
     use super::super::tests::{SIZE, device, light_of, shadow_of, transfer, volume};
     use super::*;
     use crate::camera::{Camera, Orbit};
-    use crate::renderer::parts::LatticeView;
+    use crate::renderer::parts::{LatticeView, SeenVolume};
     use crate::renderer::{PartRenderer, UploadedVolume};
     use crate::settings::{AmbientOcclusion, Light};
     use crate::transfer::TransferFunction;
@@ -156,7 +156,7 @@ mod tests {
     fn together(volume: &Volume, transfer: &TransferFunction, settings: &Settings, sees_others: bool) -> Vec<u8> {
         let (description, grid) = (volume.description(), volume.grid());
         let camera = Camera::fit_parallel(grid.centre(), grid.diagonal(), SIZE, Orbit { azimuth: 9.0, ..Orbit::default() });
-        let (view, _) = LatticeView::all(description, &camera, SIZE, settings).unwrap().remove(0);
+        let (view, _) = LatticeView::all(SeenVolume { description, transfer }, &camera, SIZE, settings).unwrap().remove(0);
         let (light, groups) = view.light(description, None, &view.wanted_light(description)).unwrap();
         for mut group in groups {
             group.divide(RANKS);
