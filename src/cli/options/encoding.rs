@@ -30,9 +30,9 @@ impl EncodingOptions {
     }
 }
 
-/// The command line of this process, as a shell reads it.
+/// The command line of this process, as a shell reads it. Arguments that are not Unicode are shown with replacement characters.
 fn command_text() -> String {
-    let arguments = std::env::args().skip(1).map(|argument| quoted(&argument));
+    let arguments = std::env::args_os().skip(1).map(|argument| quoted(&argument.to_string_lossy()));
     std::iter::once("layersplat".to_owned()).chain(arguments).collect::<Vec<_>>().join(" ")
 }
 
