@@ -5,7 +5,7 @@ use crate::errors::conflict;
 use layersplat::settings::{
     Algorithm, Blend, Classification, CropBox, Evaluation, LayerAxis, Layered, Light, LightSpace, Lights, Shading,
 };
-use layersplat::{Axis, Density, Settings, transfer::Extinction};
+use layersplat::{Axis, Density, Quality, Settings, transfer::Extinction};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -94,7 +94,13 @@ fn layered(
         arguments.set_item("samples_per_layer", samples_per_layer)?;
     }
     match evaluation {
-        Evaluation::Lattice(Density::Fixed(density) | Density::AtLeast(density)) => arguments.set_item("density", density),
+        Evaluation::Lattice(Density::Fixed(density) | Density::AtLeast(density)) => {
+            // A number of samples that was not given is that of the quality.
+            if adapts_to_opacity && samples_per_layer == Quality::High.layered().classification.samples_per_layer() {
+                arguments.set_item("quality", "high")?;
+            }
+            arguments.set_item("density", density)
+        }
         Evaluation::Lattice(Density::Fine) => arguments.set_item("quality", "high"),
         Evaluation::Lattice(Density::Relaxed | Density::Screen) | Evaluation::Direct => arguments.set_item("quality", "standard"),
     }
