@@ -16,7 +16,7 @@ use super::scene::Scene;
 use super::store::{Key, Store};
 use crate::device::Buffer;
 use crate::device::launch::Launcher;
-use crate::device::launch::light::{CoarseTransmittance, FinishLight, LightSweep, LightTable};
+use crate::device::launch::light::{CoarseTransmittance, FinishLight, LightRays, LightSweep, LightTable};
 use crate::device::launch::volume::Transpose;
 use crate::error::Error;
 use crate::layers::{Axis, GradientEstimator, Kernel};
@@ -43,6 +43,7 @@ pub(super) struct LightVolumes {
     store: Store,
     table: Launcher<LightTable>,
     sweep: Launcher<LightSweep>,
+    rays: Launcher<LightRays>,
     finish: Launcher<FinishLight>,
     coarse: Launcher<CoarseTransmittance>,
     transpose: Launcher<Transpose>,
@@ -50,8 +51,16 @@ pub(super) struct LightVolumes {
 
 impl Default for LightVolumes {
     fn default() -> Self {
-        let (table, sweep, finish) = Default::default();
-        Self { store: Store::new(BUDGET), table, sweep, finish, coarse: Launcher::default(), transpose: Launcher::default() }
+        let (table, sweep, rays, finish) = Default::default();
+        Self {
+            store: Store::new(BUDGET),
+            table,
+            sweep,
+            rays,
+            finish,
+            coarse: Launcher::default(),
+            transpose: Launcher::default(),
+        }
     }
 }
 

@@ -7,9 +7,9 @@ use super::coarse::Coarse;
 use super::grid::ValueGrid;
 use super::sources::Source;
 use super::{KERNEL, extinction_estimator};
-use crate::device::Buffer;
 use crate::device::launch::light::{FinishLightArguments, LightSweep, LightSweepArguments, WHOLE_SUM};
 use crate::device::launch::structs::{ClassificationParams, LayerOffset, LightSweepParams, SampleParams, SegmentParams};
+use crate::device::{Buffer, LatticeSchedule};
 use crate::error::Error;
 use crate::layers::{Axis, AxisFrame, LightRays, disc_directions, sky_directions};
 use glam::DVec3;
@@ -161,7 +161,10 @@ impl Scene<'_> {
             sums: stored.sums,
         };
         let variant = (layout.voxels.kind(), coarse.is_some(), region.rendering_from(&gradients));
-        self.light.sweep.launch(self.device, variant, &arguments)
+        match self.device.tuning().lattice_schedule {
+            LatticeSchedule::Tiles => self.light.sweep.launch(self.device, variant, &arguments),
+            LatticeSchedule::Samples => self.light.rays.launch(self.device, variant, &arguments),
+        }
     }
 
     /// The voxels from which gradients are estimated that change the opacity along rays from a light.
