@@ -1,19 +1,14 @@
 //! Shadows and ambient occlusion of several ranks compared with those of one process.
 
 use crate::common::*;
-use crate::pictures::{DIMS, brick, drawn, shared, whole};
+use crate::devices::BrickOnDevice;
+use crate::pictures::{drawn, shared, whole};
 use glam::DVec3;
-use layersplat::device::DeviceMemory;
 use layersplat::distributed::{Group, Renderer};
-use layersplat::opencl3::command_queue::CommandQueue;
-use layersplat::opencl3::context::Context;
-use layersplat::opencl3::memory::{Buffer, CL_MEM_COPY_HOST_PTR, CL_MEM_READ_WRITE};
-use layersplat::renderer::DeviceVoxels;
 use layersplat::settings::{
     AmbientOcclusion, Blend, Clipping, CropBox, GradientOpacity, Layered, Light, LightGrid, Lights, Quality, Shading, Shadows,
 };
-use layersplat::volume::{Description, VoxelType};
-use layersplat::{Camera, Device, Settings, Viewport};
+use layersplat::{Camera, Settings, Viewport};
 
 /// Rounding of the rays' states in another order, which changes few bytes of the light by 1; and of `over`.
 const REORDERED: f64 = 2.0 / 255.0;
@@ -119,26 +114,13 @@ pub fn is_the_same_again(group: &Group) {
 /// Bricks that stay on the devices: light along their axis is swept, other light is refused on all ranks.
 pub fn of_bricks_on_devices(group: &Group) {
     let (volume, transfer) = (whole(), smooth_transfer());
-    let context = Context::from_device(&device().id().into()).unwrap();
-    let queue = CommandQueue::create_default_with_properties(&context, 0, 0).unwrap();
-    let device = Device::from_queue(&queue).unwrap();
-    let brick = brick(group, 2, 2);
-    let mut all_bytes = random_bytes(DIMS, 5);
-    (all_bytes[0], all_bytes[1]) = (0, 255);
-    let mut voxels = all_bytes[DIMS[0] * DIMS[1] * brick.held.first[2]..][..brick.held.count()].to_vec();
-    // SAFETY: the buffer has as many bytes as there are voxels.
-    let buffer = unsafe {
-        let flags = CL_MEM_READ_WRITE | CL_MEM_COPY_HOST_PTR;
-        Buffer::<u8>::create(&context, flags, voxels.len(), voxels.as_mut_ptr().cast()).unwrap()
-    };
-    let description = Description::new("on devices", volume.grid().clone(), VoxelType::Uint8, (0.0, 255.0)).unwrap();
-    let description = description.with_background(0.0).unwrap();
-    let there = DeviceVoxels::new(&DeviceMemory::from_buffer(&buffer).unwrap(), VoxelType::Uint8);
-    let mut together = Renderer::in_place(group, &device, &description, brick, &there, &transfer).unwrap();
+    let there = BrickOnDevice::new(group, volume.grid());
+    let BrickOnDevice { device, brick, all_bytes, description, .. } = &there;
+    let mut together = Renderer::in_place(group, device, description, *brick, &there.voxels(), &transfer).unwrap();
     let camera = parallel(&volume, size(), 30.0, 20.0);
     let along = lit(&[towards(0.3, 0.2, 1.0)], Settings::default());
     if let Some((frame, _)) = drawn(&mut together, &camera, size(), &along) {
-        let all = layersplat::Volume::new("all", volume.grid().clone(), all_bytes).unwrap().with_background(0.0).unwrap();
+        let all = layersplat::Volume::new("all", volume.grid().clone(), all_bytes.clone()).unwrap().with_background(0.0).unwrap();
         assert_close("on devices", &frame, &render(&all, &transfer, &camera, size(), &along), REORDERED);
     }
     for (settings, words) in [

@@ -4,6 +4,7 @@
 mod command;
 #[path = "../common/mod.rs"]
 mod common;
+mod devices;
 mod launch;
 mod light;
 mod pictures;

@@ -1,16 +1,13 @@
 //! Pictures of several ranks compared with those of one process.
 
 use crate::common::*;
+use crate::devices::{BrickOnDevice, held_bytes};
 use glam::DVec3;
-use layersplat::device::DeviceMemory;
 use layersplat::distributed::{Brick, DistributedReport, Group, Renderer};
-use layersplat::opencl3::command_queue::CommandQueue;
-use layersplat::opencl3::context::Context;
-use layersplat::opencl3::memory::{Buffer, CL_MEM_COPY_HOST_PTR, CL_MEM_READ_WRITE};
-use layersplat::renderer::{Accumulation, DeviceVoxels, VolumeRenderer};
+use layersplat::renderer::{Accumulation, VolumeRenderer};
 use layersplat::settings::{Blend, Classification, Layered};
-use layersplat::volume::{Description, VoxelBox, VoxelType};
-use layersplat::{Camera, Cancel, Device, Frame, Quality, Settings, TransferFunction, Viewport, Volume};
+use layersplat::volume::VoxelBox;
+use layersplat::{Camera, Cancel, Frame, Quality, Settings, TransferFunction, Viewport, Volume};
 
 /// Not multiples of any number of ranks, and all different.
 pub const DIMS: [usize; 3] = [23, 19, 26];
@@ -292,24 +289,10 @@ pub fn in_several_buffers(group: &Group) {
 /// Voxels in the ranks' own buffers, which change.
 pub fn of_bricks_on_devices(group: &Group) {
     let (volume, size, transfer) = (whole(), viewport(48, 40), smooth_transfer());
-    let context = Context::from_device(&device().id().into()).unwrap();
-    let queue = CommandQueue::create_default_with_properties(&context, 0, 0).unwrap();
-    let device = Device::from_queue(&queue).unwrap();
-    let brick = brick(group, 2, 2);
-    let VoxelBox { first, dims } = brick.held;
-    // The range is invariant under inversion.
-    let mut all_bytes = random_bytes(DIMS, 5);
-    (all_bytes[0], all_bytes[1]) = (0, 255);
-    let mut voxels = all_bytes[DIMS[0] * DIMS[1] * first[2]..][..brick.held.count()].to_vec();
-    // SAFETY: the buffer has as many bytes as there are voxels.
-    let mut buffer = unsafe {
-        let flags = CL_MEM_READ_WRITE | CL_MEM_COPY_HOST_PTR;
-        Buffer::<u8>::create(&context, flags, voxels.len(), voxels.as_mut_ptr().cast()).unwrap()
-    };
-    let description = Description::new("on devices", volume.grid().clone(), VoxelType::Uint8, (0.0, 255.0)).unwrap();
-    let description = description.with_background(0.0).unwrap();
-    let there = DeviceVoxels::new(&DeviceMemory::from_buffer(&buffer).unwrap(), VoxelType::Uint8);
-    let mut together = Renderer::in_place(group, &device, &description, brick, &there, &transfer).unwrap();
+    let mut there = BrickOnDevice::new(group, volume.grid());
+    let BrickOnDevice { device, brick, all_bytes, description, .. } = &there;
+    let (brick, all_bytes) = (*brick, all_bytes.clone());
+    let mut together = Renderer::in_place(group, device, description, brick, &there.voxels(), &transfer).unwrap();
     let settings = Settings { early_termination: false, ..Settings::default() };
     let camera = parallel(&volume, size, 30.0, 20.0);
     let frame = drawn(&mut together, &camera, size, &settings);
@@ -320,9 +303,9 @@ pub fn of_bricks_on_devices(group: &Group) {
         assert!(report.ranks.iter().all(|rank| rank.exchanged.received_bytes == 0));
     }
     let inverted = |bytes: Vec<u8>| bytes.into_iter().map(|byte| 255 - byte).collect::<Vec<u8>>();
-    voxels = inverted(voxels);
-    // SAFETY: the buffer has as many bytes as there are voxels, which live until they are written.
-    unsafe { queue.enqueue_write_buffer(&mut buffer, 1, 0, &voxels, &[]).unwrap() };
+    let voxels = inverted(held_bytes(&all_bytes, &brick).to_vec());
+    // SAFETY: the buffer has as many bytes as there are voxels, which exist until they are written.
+    unsafe { there.queue.enqueue_write_buffer(&mut there.buffer, 1, 0, &voxels, &[]).unwrap() };
     together.volume_changed(&[]).unwrap();
     if let Some((frame, _)) = drawn(&mut together, &camera, size, &settings) {
         assert_close("changed on devices", &frame, &expected(inverted(all_bytes)), REASSOCIATED);
@@ -333,6 +316,6 @@ pub fn of_bricks_on_devices(group: &Group) {
         across.unwrap();
     } else {
         let refused = across.unwrap_err().to_string();
-        assert!(refused.contains("layer_axis") && refused.contains("ghost layers") && dims[2] < DIMS[2], "{refused}");
+        assert!(refused.contains("layer_axis") && refused.contains("ghost layers") && brick.held.dims[2] < DIMS[2], "{refused}");
     }
 }
