@@ -50,12 +50,12 @@ pub use lattice_picture::LatticePicture;
 #[cfg(feature = "mpi")]
 pub(crate) use light::{LightOfParts, SweepGroup, Target, Wanted, behind};
 pub use onto::{PictureFormat, PictureMemory};
-#[doc(hidden)] // Of this crate's own tests: it shows `layers`.
 #[cfg(any(feature = "cli", feature = "mpi"))]
 pub(crate) use parts::SeenVolume;
 pub use parts::{CompositedLayers, PartRenderer};
 #[cfg(feature = "mpi")]
 pub(crate) use parts::{LatticeView, Shares, combined};
+#[doc(hidden)] // Of this crate's own tests: it shows `layers`.
 pub use plan::Plan;
 pub use report::{FrameReport, LatticeReport, Measured};
 pub use streamed::{StreamPlan, StreamedLattice, StreamedRenderer};
