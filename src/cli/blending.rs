@@ -80,7 +80,7 @@ impl BlendOptions {
     /// The colour of an iso-surface that no transfer function colours.
     ///
     /// # Errors
-    /// If both color it.
+    /// [`Error::Settings`] if both give a colour.
     pub fn surface_color(&self, transfer: &TransferOptions) -> Result<Option<[f64; 3]>, Error> {
         match (self.iso_color, transfer.is_given()) {
             (Some(_), true) => {

@@ -25,11 +25,28 @@ Transfer functions:
     };
 }
 
-pub(super) const FIRST: &str = "\
+#[cfg(feature = "viewer")]
+macro_rules! view_first {
+    () => {
+        "\n  layersplat view FILE                    # in the browser, to turn it by hand"
+    };
+}
+#[cfg(not(feature = "viewer"))]
+macro_rules! view_first {
+    () => {
+        ""
+    };
+}
+
+pub(super) const FIRST: &str = concat!(
+    "\
 Start with:
-  layersplat render FILE -o picture.png   # or without FILE: a built-in volume
+  layersplat render FILE -o picture.png   # or without FILE: a built-in volume",
+    view_first!(),
+    "
   layersplat rotate FILE -o turn.gif
-  layersplat render -h                    # the most common options";
+  layersplat render -h                    # the most common options"
+);
 pub(super) const RENDER: &str = concat!(
     "\
 Examples:

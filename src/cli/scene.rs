@@ -110,7 +110,8 @@ impl Scene {
     /// The settings with other options of light.
     pub fn settings_with_light(&self, options: &SceneOptions, light: &LightOptions) -> Result<Settings, Error> {
         let settings = options.quality.settings_with_light(light, options.camera.background)?;
-        Ok(options.blend.apply(settings, Value::finder(&self.volume)))
+        let Settings { blend, clipping, .. } = self.settings;
+        Ok(Settings { blend, clipping, ..settings })
     }
 
     /// Fixes lights in the world where the first camera of a turn sees them, so that shadows stay in place and no light is swept again. With
