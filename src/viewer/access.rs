@@ -41,7 +41,7 @@ impl Refusal {
         match self {
             Refusal::Host => "This name does not belong to the viewer. Use the address that layersplat printed.",
             Refusal::Origin => "Another site asked for this. Open the address that layersplat printed.",
-            Refusal::Cookie => "This browser has not been let in. Open the address that layersplat printed, with its token.",
+            Refusal::Cookie => "This browser has no access yet. Open the address that layersplat printed, with its token.",
             Refusal::Token => "This token is wrong or belongs to an earlier run. Open the address that layersplat printed last.",
         }
     }

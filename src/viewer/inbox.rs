@@ -55,7 +55,7 @@ impl State {
     }
 }
 
-/// The newest wishes of a page.
+/// The newest requests of a page.
 pub(super) struct Inbox {
     state: Mutex<State>,
     changed: Condvar,
@@ -72,7 +72,7 @@ impl Inbox {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Changes the wishes. A frame that gives way is cancelled.
+    /// Changes the requests. A frame that gives way is cancelled.
     fn post(&self, change: impl FnOnce(&mut State)) {
         let mut state = self.state();
         change(&mut state);

@@ -1,7 +1,7 @@
 //! The viewer: a server for a page in the user's browser, whose pictures are drawn on this machine's device (docs/viewer.md).
 //!
 //! [`Server`] answers requests on the calling thread. Each page has a session, with a thread that draws (`painter`) and an `inbox` between
-//! both, which keeps the newest wishes only. All pages share the voxels on the device (`scene`). The program that calls it is a [`Host`]:
+//! both, which keeps the newest requests only. All pages share the voxels on the device (`scene`). The program that calls it is a [`Host`]:
 //! it knows its options.
 
 mod access;

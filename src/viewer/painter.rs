@@ -246,7 +246,7 @@ impl Painter {
 
     /// Reports an error to the page.
     fn report(&self, error: &Error) {
-        tracing::info!("a page was told: {error}");
+        tracing::info!("reported to a page: {error}");
         self.outgoing.reply(&Reply::Problem { sentence: &self.scene.host.sentence(error) });
     }
 }

@@ -1,8 +1,10 @@
 //! Saved pictures, and the commands that make the same ones.
 
+use super::look::PageQuality;
 use super::painter::Painter;
 use super::protocol::{Format, PageCamera, Picture, Reply, Step};
 use crate::error::Error;
+use crate::image::Encoding;
 use crate::settings::Quality;
 use crate::transfer::FileFormat;
 use crate::viewport::Viewport;
@@ -25,7 +27,9 @@ impl Painter {
         let failed = |e: io::Error| Error::write(Path::new("the picture"), e);
         let folder = tempfile::tempdir().map_err(failed)?;
         let path = folder.path().join("picture.png");
-        frame.save(&path, Some(self.look.background()?))?;
+        let line = self.command_line(camera, size, samples);
+        let encoding = Encoding { description: Some(line), ..Encoding::default() };
+        frame.save_encoded(&path, Some(self.look.background()?), &encoding, None)?;
         let bytes = std::fs::read(&path).map_err(failed)?;
         self.say_command(camera, size, samples);
         self.outgoing.picture(&Picture { step: Step::Saved, format: Format::Png, id: 0, size, milliseconds: 0.0, bytes });
@@ -34,11 +38,15 @@ impl Painter {
 
     /// Sends the command that makes the picture, with its transfer function as a file.
     pub(super) fn say_command(&self, camera: &PageCamera, size: Viewport, samples: u32) {
-        let mut look = self.look.clone();
-        look.quality = look.quality.or(Some(super::look::PageQuality::High));
-        let line = self.scene.host.command_line(&look, camera, size, samples, TRANSFER_NAME);
+        let line = self.command_line(camera, size, samples);
         let text = self.renderer.transfer_function().to_text(FileFormat::ParaView);
         self.outgoing.reply(&Reply::Command { line: &line, transfer_name: TRANSFER_NAME, transfer_text: &text });
+    }
+
+    fn command_line(&self, camera: &PageCamera, size: Viewport, samples: u32) -> String {
+        let mut look = self.look.clone();
+        look.quality = look.quality.or(Some(PageQuality::High));
+        self.scene.host.command_line(&look, camera, size, samples, TRANSFER_NAME)
     }
 
     fn saved_quality(&self) -> Quality {

@@ -374,7 +374,7 @@ pub const UNCHANGED: &[(&str, &str)] = &[
     ("--device-unchecked", "says whether a device that draws wrongly is refused; tests/device_checks.rs has one"),
     ("--memory", "streams larger volumes, to the same bits; a separate test asserts that"),
     ("--time-limit", "aborts slower renders, without other effects; a separate test asserts that"),
-    ("--cameras", "is many pictures; tests/command_sequences.rs has some"),
+    ("--cameras", "is many pictures; tests/command_sequences/many.rs has some"),
     ("--frame", "chooses one of several volumes, which raw files have not; tests/command_volumes.rs has files that do"),
     ("--channel", "chooses one of several numbers per voxel; tests/command_volumes.rs"),
     ("--series", "chooses one of several series of DICOM images; tests/command_volumes.rs"),

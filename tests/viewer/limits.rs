@@ -8,7 +8,7 @@ use std::time::Duration;
 const HYDROGEN: [&str; 1] = ["builtin:hydrogen@24"];
 
 #[test]
-fn connections_that_say_nothing_harm_nobody() {
+fn silent_connections_do_not_disturb_others() {
     let viewer = Viewer::start(&HYDROGEN);
     let silent: Vec<_> = (0..200).map(|_| viewer.connect()).collect();
     let mut half = viewer.connect();
@@ -50,7 +50,7 @@ fn a_page_that_never_acknowledges_gets_two_pictures() {
 }
 
 #[test]
-fn a_page_that_closes_in_a_frame_harms_nobody() {
+fn a_page_that_closes_in_a_frame_does_not_disturb_others() {
     let viewer = Viewer::start(&HYDROGEN);
     for n in 0..12 {
         let mut page = viewer.page();

@@ -1,4 +1,4 @@
-//! `layersplat view`, by raw HTTP and WebSocket: who is let in, what pages get, and what they cannot do to others.
+//! `layersplat view`, by raw HTTP and WebSocket: access, what pages get, and that they cannot disturb others.
 
 mod client;
 mod limits;

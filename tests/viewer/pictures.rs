@@ -69,8 +69,7 @@ fn run(line: &str, command: &Value, device: &str) -> Vec<u8> {
     std::fs::write(folder.path().join(command["transfer_name"].as_str().unwrap()), command["transfer_text"].as_str().unwrap())
         .unwrap();
     let (bin, words) = (env!("CARGO_BIN_EXE_layersplat"), line.strip_prefix("layersplat ").unwrap());
-    // The picture is compared, not the command in its metadata.
-    let script = format!("'{bin}' {words} {device} --no-metadata");
+    let script = format!("'{bin}' {words} {device}");
     let output = Command::new("sh").args(["-c", &script]).current_dir(folder.path()).output().unwrap();
     assert!(output.status.success(), "{line}: {}", String::from_utf8_lossy(&output.stderr));
     std::fs::read(folder.path().join("layersplat.png")).unwrap()

@@ -1,4 +1,4 @@
-//! Who is let in.
+//! Access to the viewer: token, cookie, `Host` and `Origin`.
 
 use crate::client::{Message, Viewer};
 use std::io::{Read, Write};
@@ -35,7 +35,7 @@ fn the_token_is_exchanged_for_a_cookie_and_leaves_the_address() {
 }
 
 #[test]
-fn nobody_else_is_let_in() {
+fn requests_without_access_are_refused() {
     let viewer = Viewer::start(&SMALL);
     let (host, good) = (viewer.host(), format!("Cookie: {}\r\n", viewer.cookie()));
     let wrong = good.replace(&good[good.len() - 6..good.len() - 2], "0000");

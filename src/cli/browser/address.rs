@@ -1,4 +1,4 @@
-//! Where the viewer listens, and who is told.
+//! The address on which the viewer listens, and how it is reported.
 
 use super::open::{self, Opened};
 use crate::error::Error;
