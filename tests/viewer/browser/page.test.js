@@ -110,7 +110,11 @@ describe("turning", () => {
       await page.mouse.move(280 + 12 * n, 300);
       await page.waitForTimeout(20);
     }
-    await page.waitForFunction(() => globalThis.layersplat.shown.step === "moving");
+    // The first moving picture may be that of the first movement, which is small.
+    await page.waitForFunction(() => {
+      const viewer = globalThis.layersplat;
+      return viewer.shown.step === "moving" && viewer.shown.id === viewer.requested();
+    });
     isDifferent(await pixels(page), first, "while dragging");
     await page.mouse.up();
     isDifferent(await refined(page), first, "after dragging");
@@ -224,7 +228,11 @@ describe("curve", () => {
     await page.mouse.down();
     assert.equal((await points(page)).length, count + 1);
     for (let n = 1; n <= 5; n += 1) await page.mouse.move(box.x + box.width * 0.5 - 12 * n, box.y + box.height * 0.15);
-    await page.waitForFunction(() => globalThis.layersplat.shown.step === "moving");
+    // The first moving picture may be that of the first movement, which is small.
+    await page.waitForFunction(() => {
+      const viewer = globalThis.layersplat;
+      return viewer.shown.step === "moving" && viewer.shown.id === viewer.requested();
+    });
     isDifferent(await pixels(page), first, "while dragging");
     await page.mouse.up();
     const changed = await refined(page);
