@@ -26,11 +26,13 @@ fn silent_connections_do_not_disturb_others() {
 fn a_page_that_never_acknowledges_gets_two_pictures() {
     let viewer = Viewer::start(&HYDROGEN);
     let (mut page, mut other) = (viewer.page(), viewer.page());
-    for id in 0..100 {
+    // The first picture is awaited: views that arrive faster than pictures are drawn are one picture.
+    page.send(&page.view(0, 0.0, true));
+    assert_eq!(page.picture().id, 0);
+    for id in 1..100 {
         page.send(&page.view(id, f64::from(id), true));
     }
-    let ids = [page.picture().id, page.picture().id];
-    assert!(ids[0] < ids[1], "{ids:?}");
+    assert!(page.picture().id > 0);
     page.stream.set_read_timeout(Some(Duration::from_millis(500))).unwrap();
     // The time is up, or the server says that programs are ready.
     loop {
