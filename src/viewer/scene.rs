@@ -1,7 +1,7 @@
 //! What all pages of a run share: the volume on the device, and what its first view is.
 
 use super::look::Look;
-use super::protocol::{Kind, PageCamera, PageProjection};
+use super::protocol::{Kind, PageCamera, PageProjection, SavedFormat};
 use crate::camera::OrbitFrame;
 use crate::device::Device;
 use crate::error::Error;
@@ -30,13 +30,32 @@ pub trait Host: Send + Sync {
     /// If the device check failed.
     fn require_checked(&self, camera: &crate::Camera, size: Viewport, settings: &Settings) -> Result<(), Error>;
 
-    /// The command that makes a picture, with this name of the transfer function's file.
-    fn command_line(&self, look: &Look, camera: &PageCamera, size: Viewport, samples: u32, transfer: &str) -> String;
+    /// The command that makes a picture.
+    fn command_line(&self, wanted: &Wanted) -> String;
 
     /// A sentence for an error, with what the user can do.
     fn sentence(&self, error: &Error) -> String {
         error.to_string()
     }
+}
+
+/// A picture whose command is asked for.
+#[derive(Clone, Copy)]
+pub struct Wanted<'a> {
+    /// Its look, with a quality.
+    pub look: &'a Look,
+    /// Its camera.
+    pub camera: &'a PageCamera,
+    /// Its size.
+    pub size: Viewport,
+    /// N × N samples per pixel.
+    pub samples: u32,
+    /// Format of the file.
+    pub format: SavedFormat,
+    /// Name of the transfer function's file.
+    pub transfer: &'a str,
+    /// Unit of length, if it is known.
+    pub length_units: Option<&'a str>,
 }
 
 /// How a volume is shown first.
@@ -102,6 +121,11 @@ impl Scene {
         self.opening.orientation.frame()
     }
 
+    /// Unit of length of the volume. Patients are measured in millimetres; other files name no unit.
+    pub fn length_units(&self) -> Option<&'static str> {
+        self.opening.volume.grid().has_anatomy().then_some("mm")
+    }
+
     /// The camera of a page, and its check.
     pub fn camera(&self, camera: &PageCamera) -> Result<crate::Camera, Error> {
         camera.camera(self.frame(), self.opening.volume.grid())
@@ -153,7 +177,8 @@ impl Scene {
             "version": env!("CARGO_PKG_VERSION"),
             "volume": {
                 "name": volume.name(), "dims": grid.dims(), "spacing": grid.spacing().to_array(), "centre": grid.centre().to_array(),
-                "diagonal": grid.diagonal(), "voxel_type": volume.voxel_type().to_string(),
+                "diagonal": grid.diagonal(), "voxel_type": volume.voxel_type().to_string(), "length_units": self.length_units(),
+                "origin": grid.origin().to_array(), "direction": grid.direction().to_cols_array(),
             },
             "frame": { "right": frame.right().to_array(), "up": frame.up().to_array(), "to_eye": frame.to_eye().to_array() },
             "sides": sides,

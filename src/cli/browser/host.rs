@@ -9,7 +9,7 @@ use crate::cli::options::DeviceOptions;
 use crate::device::Device;
 use crate::error::Error;
 use crate::settings::{Quality, Settings};
-use crate::viewer::{Host, Look, Opening, PageCamera};
+use crate::viewer::{Host, Look, Opening, Wanted};
 use crate::viewport::Viewport;
 use crate::volume::Grid;
 use std::collections::BTreeSet;
@@ -66,7 +66,7 @@ impl Host for PageHost {
         Ok(())
     }
 
-    fn command_line(&self, look: &Look, camera: &PageCamera, size: Viewport, samples: u32, transfer: &str) -> String {
-        arguments::render(&self.given, look, camera, size, samples, transfer, self.is_layered)
+    fn command_line(&self, wanted: &Wanted) -> String {
+        arguments::render(&self.given, wanted, self.is_layered)
     }
 }
