@@ -238,11 +238,7 @@ impl Painter {
                 self.outgoing.reply(&Reply::Written { name: &name, text: &transfer.to_text(format) });
                 Ok(())
             }
-            Job::Command(saving) => {
-                self.scene.camera(&saving.camera)?;
-                self.say_command(&saving);
-                Ok(())
-            }
+            Job::Command(saving) => self.say_command(&saving),
             Job::Pick(pick) => {
                 let point = self.pick(&pick)?;
                 self.outgoing.reply(&Reply::Picked { id: pick.id, point });

@@ -1,7 +1,7 @@
 //! Saved pictures, and the commands that make the same ones.
 
 use super::inbox::Saving;
-use super::look::PageQuality;
+use super::look::{Look, PageQuality};
 use super::painter::Painter;
 use super::protocol::{Format, Picture, Reply, SavedFormat, Step};
 use super::scene::Wanted;
@@ -34,10 +34,12 @@ impl Painter {
         let failed = |e: io::Error| Error::write(Path::new("the picture"), e);
         let folder = tempfile::tempdir().map_err(failed)?;
         let path = folder.path().join(format.file_name());
-        let encoding = Encoding { description: Some(self.command_line(saving)), ..Encoding::default() };
+        let look = self.saved_look();
+        let line = self.scene.host.command_line(&self.wanted(saving, &look)?);
+        let encoding = Encoding { description: Some(line), ..Encoding::default() };
         frame.save_encoded(&path, Some(self.look.background()?), &encoding, None)?;
         let bytes = std::fs::read(&path).map_err(failed)?;
-        self.say_command(saving);
+        self.say_command(saving)?;
         let format = match format {
             SavedFormat::Png => Format::Png,
             SavedFormat::Exr => Format::Exr,
@@ -46,19 +48,27 @@ impl Painter {
         Ok(())
     }
 
-    /// Sends the command that makes the picture, with its transfer function as a file.
-    pub(super) fn say_command(&self, saving: &Saving) {
-        let line = self.command_line(saving);
+    /// Sends the command that makes the picture, and the program in Python, with its transfer function as a file.
+    pub(super) fn say_command(&self, saving: &Saving) -> Result<(), Error> {
+        let look = self.saved_look();
+        let wanted = self.wanted(saving, &look)?;
+        let (line, python) = (self.scene.host.command_line(&wanted), self.scene.host.python(&wanted));
         let text = self.renderer.transfer_function().to_text(FileFormat::ParaView);
-        self.outgoing.reply(&Reply::Command { line: &line, python: "", transfer_name: TRANSFER_NAME, transfer_text: &text });
+        self.outgoing.reply(&Reply::Command { line: &line, python: &python, transfer_name: TRANSFER_NAME, transfer_text: &text });
+        Ok(())
     }
 
-    fn command_line(&self, &Saving { camera, size, samples, format }: &Saving) -> String {
+    fn wanted<'a>(&'a self, saving: &'a Saving, look: &'a Look) -> Result<Wanted<'a>, Error> {
+        let Saving { camera, size, samples, format } = saving;
+        let (view, length_units) = (self.scene.camera(camera)?, self.scene.length_units());
+        Ok(Wanted { look, camera, view, size: *size, samples: *samples, format: *format, transfer: TRANSFER_NAME, length_units })
+    }
+
+    /// The look with the quality of saved pictures.
+    fn saved_look(&self) -> Look {
         let mut look = self.look.clone();
         look.quality = look.quality.or(Some(PageQuality::High));
-        let length_units = self.scene.length_units();
-        let wanted = Wanted { look: &look, camera: &camera, size, samples, format, transfer: TRANSFER_NAME, length_units };
-        self.scene.host.command_line(&wanted)
+        look
     }
 
     fn saved_quality(&self) -> Quality {

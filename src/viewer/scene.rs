@@ -33,6 +33,9 @@ pub trait Host: Send + Sync {
     /// The command that makes a picture.
     fn command_line(&self, wanted: &Wanted) -> String;
 
+    /// The same picture as a program in Python.
+    fn python(&self, wanted: &Wanted) -> String;
+
     /// A sentence for an error, with what the user can do.
     fn sentence(&self, error: &Error) -> String {
         error.to_string()
@@ -46,6 +49,8 @@ pub struct Wanted<'a> {
     pub look: &'a Look,
     /// Its camera.
     pub camera: &'a PageCamera,
+    /// The same camera in the world.
+    pub view: crate::Camera,
     /// Its size.
     pub size: Viewport,
     /// N × N samples per pixel.
@@ -171,6 +176,10 @@ impl Scene {
             json!({ "name": side.name(), "seen_from": orientation.seen_from(orbit), "azimuth": orbit.azimuth, "elevation": orbit.elevation })
         });
         let is_layered = self.host.settings(look, None).is_ok_and(|settings| settings.layered().is_some());
+        let presets = TransferFunction::presets().map(|(name, shows)| {
+            let colors = TransferFunction::preset(name, volume).map_or_else(|_| Vec::new(), |preset| strip(&preset));
+            json!({ "name": name, "shows": shows, "colors": colors })
+        });
         let maps = TransferFunction::names().map(|name| json!({ "name": name, "colors": self.preview(name) }));
         json!({
             "type": "hello",
@@ -185,22 +194,26 @@ impl Scene {
             "histogram": { "lowest": self.statistics.min, "highest": self.statistics.max, "counts": self.statistics.histogram },
             "camera": camera, "camera_is_given": camera_is_given, "look": look,
             "transfer": { "name": transfer.name(), "colors": transfer.colors(), "opacities": transfer.opacities() },
-            "palettes": TransferFunction::palettes().collect::<Vec<_>>(),
-            "presets": TransferFunction::presets().map(|(name, shows)| json!({ "name": name, "shows": shows })).collect::<Vec<_>>(),
+            "palettes": TransferFunction::palette_colors().map(|(name, colors)| json!({ "name": name, "colors": colors })).collect::<Vec<_>>(),
+            "presets": presets.collect::<Vec<_>>(),
             "maps": maps.collect::<Vec<_>>(),
             "is_layered": is_layered,
         })
     }
 
-    /// Colours of a map at even distances.
+    /// Colours of a map.
     fn preview(&self, name: &str) -> Vec<[f64; 3]> {
-        /// Enough for a strip on the page.
-        const COLORS: usize = 12;
-        let Ok(map) = TransferFunction::builtin(name, &self.opening.volume) else { return Vec::new() };
-        let (lo, hi) = map.range();
-        let at = |n: usize| map.color(lo + (hi - lo) * n as f64 / (COLORS - 1) as f64);
-        (0..COLORS).map(|n| at(n).map(|c| (c * 1e3).round() / 1e3)).collect()
+        TransferFunction::builtin(name, &self.opening.volume).map_or_else(|_| Vec::new(), |map| strip(&map))
     }
+}
+
+/// Colours of a transfer function at even distances.
+fn strip(transfer: &TransferFunction) -> Vec<[f64; 3]> {
+    /// Enough for a strip on the page.
+    const COLORS: usize = 12;
+    let (lo, hi) = transfer.range();
+    let at = |n: usize| transfer.color(lo + (hi - lo) * n as f64 / (COLORS - 1) as f64);
+    (0..COLORS).map(|n| at(n).map(|c| (c * 1e3).round() / 1e3)).collect()
 }
 
 /// A name without folders: the page names no path of this machine.

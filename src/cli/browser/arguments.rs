@@ -95,7 +95,7 @@ pub(super) fn settings(given: &Given, look: &Look, quality: Option<Quality>, is_
 
 /// The command that renders a picture.
 pub(super) fn render(given: &Given, wanted: &Wanted, is_layered: bool) -> String {
-    let &Wanted { look, camera, size, samples, format, transfer, length_units } = wanted;
+    let &Wanted { look, camera, size, samples, format, transfer, length_units, .. } = wanted;
     let mut words = vec!["layersplat".to_owned(), "render".into(), given.volume.clone()];
     words.extend(given.reading.iter().flat_map(|option| option.words.clone()));
     words.extend(["--transfer".into(), transfer.into()]);
@@ -153,15 +153,15 @@ fn is_lit(look: &Look) -> bool {
     look.shading && matches!(look.blend, PageBlend::Composite | PageBlend::Iso)
 }
 
-fn casts_shadows(look: &Look) -> bool {
+pub(super) fn casts_shadows(look: &Look) -> bool {
     look.shadows && is_lit(look)
 }
 
-fn has_occlusion(look: &Look) -> bool {
+pub(super) fn has_occlusion(look: &Look) -> bool {
     look.ambient_occlusion && is_lit(look)
 }
 
-fn name(quality: Quality) -> &'static str {
+pub(super) fn name(quality: Quality) -> &'static str {
     match quality {
         Quality::Draft => "draft",
         Quality::Standard => "standard",

@@ -2,6 +2,7 @@
 
 use super::arguments;
 use super::given::Given;
+use super::python;
 use crate::camera::Camera;
 use crate::check::Family;
 use crate::cli::check;
@@ -68,5 +69,9 @@ impl Host for PageHost {
 
     fn command_line(&self, wanted: &Wanted) -> String {
         arguments::render(&self.given, wanted, self.is_layered)
+    }
+
+    fn python(&self, wanted: &Wanted) -> String {
+        python::program(&self.given, wanted, self.is_layered)
     }
 }
