@@ -2,7 +2,7 @@
 //! function are kept, so a page can ask as often as it likes.
 
 use super::look::Look;
-use super::protocol::{PageCamera, View};
+use super::protocol::{PageCamera, Pick, SavedFormat, View};
 use crate::device::Cancel;
 use crate::transfer::{FileFormat, TransferFunction};
 use crate::viewport::Viewport;
@@ -18,9 +18,19 @@ const MOST_JOBS: usize = 8;
 /// Work that is answered once, in order.
 pub(super) enum Job {
     Fit { camera: PageCamera, size: Viewport },
-    Save { camera: PageCamera, size: Viewport, samples: u32 },
-    Command { camera: PageCamera, size: Viewport, samples: u32 },
+    Save(Saving),
+    Command(Saving),
+    Pick(Pick),
     Write { name: String, format: FileFormat },
+}
+
+/// A picture to save.
+#[derive(Clone, Copy)]
+pub(super) struct Saving {
+    pub camera: PageCamera,
+    pub size: Viewport,
+    pub samples: u32,
+    pub format: SavedFormat,
 }
 
 /// What is new for the drawing thread.

@@ -5,6 +5,7 @@
 //! it knows its options.
 
 mod access;
+mod annotated;
 mod assets;
 mod encoding;
 mod inbox;
@@ -13,6 +14,7 @@ mod pace;
 mod painter;
 mod protocol;
 mod rate;
+mod reading;
 mod saving;
 mod scene;
 mod server;
@@ -21,8 +23,8 @@ mod warming;
 
 pub use access::Access;
 pub use look::{Look, PageBlend, PageKernel, PageLight, PageQuality};
-pub use protocol::{PageCamera, PageProjection};
-pub use scene::{Host, Opening};
+pub use protocol::{PageCamera, PageProjection, SavedFormat};
+pub use scene::{Host, Opening, Wanted};
 
 use crate::error::Error;
 use scene::Scene;

@@ -180,7 +180,12 @@ impl Painter {
                 let frames = accumulation.frames();
                 if SHOWN_AFTER.contains(&frames) {
                     let background = self.look.background()?;
-                    let rgba = accumulation.mean()?.to_rgba8(background);
+                    let mean = accumulation.mean()?;
+                    let rgba = match self.annotations() {
+                        None => mean,
+                        Some(annotations) => self.annotated(mean, &annotations, &current.camera, settings.blend)?,
+                    };
+                    let rgba = rgba.to_rgba8(background);
                     let step = if frames == Accumulation::FRAMES { Step::Last } else { Step::Half };
                     if step == Step::Last {
                         current.progress = Progress::All;
@@ -200,7 +205,14 @@ impl Painter {
     fn show(&mut self, current: &Current, step: Step, size: Viewport, settings: &Settings) -> Result<(), Error> {
         self.scene.host.require_checked(&current.camera, size, settings)?;
         let background = self.look.background()?;
-        let (rgba, _) = self.renderer.render_rgba8(&current.camera, size, settings, background)?;
+        let rgba = match self.annotations() {
+            None => self.renderer.render_rgba8(&current.camera, size, settings, background)?.0,
+            Some(annotations) => {
+                let (frame, _) = self.renderer.render(&current.camera, size, settings)?;
+                let drawn = frame.map(|frame| self.annotated(frame, &annotations, &current.camera, settings.blend));
+                drawn.transpose()?.map(|frame| frame.to_rgba8(background))
+            }
+        };
         rgba.map_or(Ok(()), |rgba| self.send(current, step, size, background, &rgba))
     }
 
@@ -226,16 +238,17 @@ impl Painter {
                 self.outgoing.reply(&Reply::Written { name: &name, text: &transfer.to_text(format) });
                 Ok(())
             }
-            Job::Command { camera, size, samples } => {
-                self.scene.camera(&camera)?;
-                self.say_command(&camera, size, samples);
+            Job::Command(saving) => self.say_command(&saving),
+            Job::Pick(pick) => {
+                let point = self.pick(&pick)?;
+                self.outgoing.reply(&Reply::Picked { id: pick.id, point });
                 Ok(())
             }
-            Job::Save { camera, size, samples } => {
+            Job::Save(saving) => {
                 let inbox = self.inbox.clone();
-                match inbox.giving_way(|| self.save(&camera, size, samples)) {
+                match inbox.giving_way(|| self.save(&saving)) {
                     Some(Err(Error::Cancelled { .. })) | None => {
-                        self.inbox.put_back(Job::Save { camera, size, samples });
+                        self.inbox.put_back(Job::Save(saving));
                         Ok(())
                     }
                     Some(saved) => saved,

@@ -39,9 +39,61 @@ pub(super) enum Request {
     /// Answer with the transfer function as the text of a file, by the name's extension.
     Write { name: String },
     /// Answer with a picture of the best quality, and the command that makes it.
-    Save { camera: PageCamera, width: u32, height: u32, samples: u32 },
+    Save {
+        camera: PageCamera,
+        width: u32,
+        height: u32,
+        samples: u32,
+        #[serde(default)]
+        format: SavedFormat,
+    },
     /// Answer with the command alone.
-    Command { camera: PageCamera, width: u32, height: u32, samples: u32 },
+    Command {
+        camera: PageCamera,
+        width: u32,
+        height: u32,
+        samples: u32,
+        #[serde(default)]
+        format: SavedFormat,
+    },
+    /// Answer with the point that is seen at a place of a picture, and the value there.
+    Pick(Pick),
+}
+
+/// A place of a picture.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Pick {
+    /// Number of the request; the answer repeats it.
+    pub id: u32,
+    pub camera: PageCamera,
+    /// Height of the picture in pixels: a pixel is as wide as the ray that is followed.
+    pub height: u32,
+    /// From the middle to the right, in half heights.
+    pub x: f64,
+    /// From the middle upwards, in half heights.
+    pub y: f64,
+}
+
+/// Format of a saved picture.
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "snake_case")]
+pub enum SavedFormat {
+    /// 8 bits per channel.
+    #[default]
+    Png,
+    /// Floating-point numbers.
+    Exr,
+}
+
+impl SavedFormat {
+    /// Name of the file that the browser saves.
+    pub fn file_name(self) -> &'static str {
+        match self {
+            SavedFormat::Png => "layersplat.png",
+            SavedFormat::Exr => "layersplat.exr",
+        }
+    }
 }
 
 /// A view to draw.
@@ -177,13 +229,26 @@ pub(super) enum Reply<'a> {
     /// The text of a file that was asked for.
     Written { name: &'a str, text: &'a str },
     /// The command that makes the picture.
-    Command { line: &'a str, transfer_name: &'a str, transfer_text: &'a str },
+    Command { line: &'a str, python: &'a str, transfer_name: &'a str, transfer_text: &'a str },
+    /// What is seen at a place. `None`: nothing.
+    Picked { id: u32, point: Option<Picked> },
     /// Whether all programs of usual frames are built.
     Ready { ready: bool },
     /// No better picture of this view follows the last one.
     Refined { id: u32 },
     /// A request that failed: what is wrong and what can be done.
     Problem { sentence: &'a str },
+}
+
+/// A point of the volume that is seen.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub(super) struct Picked {
+    /// World position.
+    pub position: [f64; 3],
+    /// Position in voxels.
+    pub voxel: [f64; 3],
+    /// Value of the field.
+    pub value: f64,
 }
 
 /// What a picture is.
@@ -207,6 +272,7 @@ pub(super) enum Step {
 pub(super) enum Format {
     Jpeg = 0,
     Png = 1,
+    Exr = 2,
 }
 
 /// A picture, with what the page needs to know about it.

@@ -1,7 +1,7 @@
 //! What all pages of a run share: the volume on the device, and what its first view is.
 
 use super::look::Look;
-use super::protocol::{Kind, PageCamera, PageProjection};
+use super::protocol::{Kind, PageCamera, PageProjection, SavedFormat};
 use crate::camera::OrbitFrame;
 use crate::device::Device;
 use crate::error::Error;
@@ -30,13 +30,37 @@ pub trait Host: Send + Sync {
     /// If the device check failed.
     fn require_checked(&self, camera: &crate::Camera, size: Viewport, settings: &Settings) -> Result<(), Error>;
 
-    /// The command that makes a picture, with this name of the transfer function's file.
-    fn command_line(&self, look: &Look, camera: &PageCamera, size: Viewport, samples: u32, transfer: &str) -> String;
+    /// The command that makes a picture.
+    fn command_line(&self, wanted: &Wanted) -> String;
+
+    /// The same picture as a program in Python.
+    fn python(&self, wanted: &Wanted) -> String;
 
     /// A sentence for an error, with what the user can do.
     fn sentence(&self, error: &Error) -> String {
         error.to_string()
     }
+}
+
+/// A picture whose command is asked for.
+#[derive(Clone, Copy)]
+pub struct Wanted<'a> {
+    /// Its look, with a quality.
+    pub look: &'a Look,
+    /// Its camera.
+    pub camera: &'a PageCamera,
+    /// The same camera in the world.
+    pub view: crate::Camera,
+    /// Its size.
+    pub size: Viewport,
+    /// N × N samples per pixel.
+    pub samples: u32,
+    /// Format of the file.
+    pub format: SavedFormat,
+    /// Name of the transfer function's file.
+    pub transfer: &'a str,
+    /// Unit of length, if it is known.
+    pub length_units: Option<&'a str>,
 }
 
 /// How a volume is shown first.
@@ -102,6 +126,11 @@ impl Scene {
         self.opening.orientation.frame()
     }
 
+    /// Unit of length of the volume. Patients are measured in millimetres; other files name no unit.
+    pub fn length_units(&self) -> Option<&'static str> {
+        self.opening.volume.grid().has_anatomy().then_some("mm")
+    }
+
     /// The camera of a page, and its check.
     pub fn camera(&self, camera: &PageCamera) -> Result<crate::Camera, Error> {
         camera.camera(self.frame(), self.opening.volume.grid())
@@ -147,35 +176,44 @@ impl Scene {
             json!({ "name": side.name(), "seen_from": orientation.seen_from(orbit), "azimuth": orbit.azimuth, "elevation": orbit.elevation })
         });
         let is_layered = self.host.settings(look, None).is_ok_and(|settings| settings.layered().is_some());
+        let presets = TransferFunction::presets().map(|(name, shows)| {
+            let colors = TransferFunction::preset(name, volume).map_or_else(|_| Vec::new(), |preset| strip(&preset));
+            json!({ "name": name, "shows": shows, "colors": colors })
+        });
         let maps = TransferFunction::names().map(|name| json!({ "name": name, "colors": self.preview(name) }));
         json!({
             "type": "hello",
             "version": env!("CARGO_PKG_VERSION"),
             "volume": {
                 "name": volume.name(), "dims": grid.dims(), "spacing": grid.spacing().to_array(), "centre": grid.centre().to_array(),
-                "diagonal": grid.diagonal(), "voxel_type": volume.voxel_type().to_string(),
+                "diagonal": grid.diagonal(), "voxel_type": volume.voxel_type().to_string(), "length_units": self.length_units(),
+                "origin": grid.origin().to_array(), "direction": grid.direction().to_cols_array(),
             },
             "frame": { "right": frame.right().to_array(), "up": frame.up().to_array(), "to_eye": frame.to_eye().to_array() },
             "sides": sides,
             "histogram": { "lowest": self.statistics.min, "highest": self.statistics.max, "counts": self.statistics.histogram },
             "camera": camera, "camera_is_given": camera_is_given, "look": look,
             "transfer": { "name": transfer.name(), "colors": transfer.colors(), "opacities": transfer.opacities() },
-            "palettes": TransferFunction::palettes().collect::<Vec<_>>(),
-            "presets": TransferFunction::presets().map(|(name, shows)| json!({ "name": name, "shows": shows })).collect::<Vec<_>>(),
+            "palettes": TransferFunction::palette_colors().map(|(name, colors)| json!({ "name": name, "colors": colors })).collect::<Vec<_>>(),
+            "presets": presets.collect::<Vec<_>>(),
             "maps": maps.collect::<Vec<_>>(),
             "is_layered": is_layered,
         })
     }
 
-    /// Colours of a map at even distances.
+    /// Colours of a map.
     fn preview(&self, name: &str) -> Vec<[f64; 3]> {
-        /// Enough for a strip on the page.
-        const COLORS: usize = 12;
-        let Ok(map) = TransferFunction::builtin(name, &self.opening.volume) else { return Vec::new() };
-        let (lo, hi) = map.range();
-        let at = |n: usize| map.color(lo + (hi - lo) * n as f64 / (COLORS - 1) as f64);
-        (0..COLORS).map(|n| at(n).map(|c| (c * 1e3).round() / 1e3)).collect()
+        TransferFunction::builtin(name, &self.opening.volume).map_or_else(|_| Vec::new(), |map| strip(&map))
     }
+}
+
+/// Colours of a transfer function at even distances.
+fn strip(transfer: &TransferFunction) -> Vec<[f64; 3]> {
+    /// Enough for a strip on the page.
+    const COLORS: usize = 12;
+    let (lo, hi) = transfer.range();
+    let at = |n: usize| transfer.color(lo + (hi - lo) * n as f64 / (COLORS - 1) as f64);
+    (0..COLORS).map(|n| at(n).map(|c| (c * 1e3).round() / 1e3)).collect()
 }
 
 /// A name without folders: the page names no path of this machine.

@@ -1,6 +1,6 @@
 //! A page's connection: what it asks for, what it gets, and the limits of both.
 
-use super::inbox::{Inbox, Job};
+use super::inbox::{Inbox, Job, Saving};
 use super::painter::Painter;
 use super::protocol::{MAX_MESSAGE, Picture, Reply, Request, saved_size, shown_size, transfer_function};
 use super::rate::Rate;
@@ -200,11 +200,15 @@ impl Session {
                 Job::Write { name, format }
             }
             Request::Fit { camera, width, height } => Job::Fit { camera, size: shown_size(width, height)? },
-            Request::Save { camera, width, height, samples } => {
-                Job::Save { camera, size: saved_size(width, height, samples)?, samples }
+            Request::Save { camera, width, height, samples, format } => {
+                Job::Save(Saving { camera, size: saved_size(width, height, samples)?, samples, format })
             }
-            Request::Command { camera, width, height, samples } => {
-                Job::Command { camera, size: saved_size(width, height, samples)?, samples }
+            Request::Command { camera, width, height, samples, format } => {
+                Job::Command(Saving { camera, size: saved_size(width, height, samples)?, samples, format })
+            }
+            Request::Pick(pick) => {
+                pick.check()?;
+                Job::Pick(pick)
             }
         };
         if self.inbox.post_job(job) {

@@ -3,4 +3,5 @@
 mod client;
 mod limits;
 mod pictures;
+mod reading;
 mod safety;

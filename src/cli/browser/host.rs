@@ -2,6 +2,7 @@
 
 use super::arguments;
 use super::given::Given;
+use super::python;
 use crate::camera::Camera;
 use crate::check::Family;
 use crate::cli::check;
@@ -9,7 +10,7 @@ use crate::cli::options::DeviceOptions;
 use crate::device::Device;
 use crate::error::Error;
 use crate::settings::{Quality, Settings};
-use crate::viewer::{Host, Look, Opening, PageCamera};
+use crate::viewer::{Host, Look, Opening, Wanted};
 use crate::viewport::Viewport;
 use crate::volume::Grid;
 use std::collections::BTreeSet;
@@ -66,7 +67,11 @@ impl Host for PageHost {
         Ok(())
     }
 
-    fn command_line(&self, look: &Look, camera: &PageCamera, size: Viewport, samples: u32, transfer: &str) -> String {
-        arguments::render(&self.given, look, camera, size, samples, transfer, self.is_layered)
+    fn command_line(&self, wanted: &Wanted) -> String {
+        arguments::render(&self.given, wanted, self.is_layered)
+    }
+
+    fn python(&self, wanted: &Wanted) -> String {
+        python::program(&self.given, wanted, self.is_layered)
     }
 }

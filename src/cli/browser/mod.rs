@@ -5,6 +5,7 @@ mod arguments;
 mod given;
 mod host;
 mod open;
+mod python;
 
 use super::options::Fit;
 use super::orientation::{self, OBLIQUE};
