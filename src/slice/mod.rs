@@ -5,9 +5,12 @@ mod axis;
 pub use axis::SliceAxis;
 
 use crate::error::Error;
+use crate::files::write_whole;
 use crate::viewport::Viewport;
 use crate::volume::Grid;
 use glam::DVec3;
+use npyz::WriterBuilder;
+use std::path::Path;
 
 /// A rectangle of any plane, in world coordinates. Pixels are square.
 ///
@@ -233,6 +236,19 @@ impl SliceValues {
     /// Size of the picture.
     pub fn viewport(&self) -> Viewport {
         self.viewport
+    }
+
+    /// Writes a NumPy array, float32, of shape (height, width), atomically.
+    ///
+    /// # Errors
+    /// If the file cannot be written.
+    pub fn save(&self, path: impl AsRef<Path>) -> Result<(), Error> {
+        write_whole(path.as_ref(), |out| {
+            let shape = [u64::from(self.viewport.height), u64::from(self.viewport.width)];
+            let mut writer = npyz::WriteOptions::new().default_dtype().shape(&shape).writer(out).begin_nd()?;
+            writer.extend(&self.values)?;
+            writer.finish()
+        })
     }
 
     /// Data value of each pixel, NaN outside the volume.
