@@ -67,14 +67,14 @@ struct PlaceOptions {
     /// World point in the slice and at the centre of the picture, instead of --at
     #[arg(long, value_parser = parse::vector, value_name = "X,Y,Z", allow_hyphen_values = true, conflicts_with = "at")]
     center: Option<DVec3>,
-    /// Any plane: a world point and the direction from which the slice is seen
+    /// Any plane: a world point, at the centre of the picture with --parallel-scale, and the direction from which the slice is seen
     #[arg(long, value_parser = parse::clip_plane, value_name = "X,Y,Z,NX,NY,NZ", allow_hyphen_values = true,
         conflicts_with_all = ["axis", "at", "center"])]
     plane: Option<ClipPlane>,
     /// Axis of the world that points up in the picture of a plane [default: as in render]
     #[arg(long, value_parser = parse::up(), value_name = "AXIS", allow_hyphen_values = true, requires = "plane")]
     up: Option<Up>,
-    /// Half the height of the picture in world units [default: the whole volume]
+    /// Half the height of the picture in world units [default: all of the slice]
     #[arg(long, value_parser = parse::positive, value_name = "SCALE", allow_hyphen_values = true)]
     parallel_scale: Option<f64>,
 }
@@ -238,7 +238,8 @@ impl PlaceOptions {
             },
             (None, plane) => {
                 let ClipPlane { point, normal } = plane.expect("without an axis there is a plane");
-                Slice { centre: point, ..Slice::facing(grid, point, normal, self.up_of_plane(grid, normal), size)? }
+                let fitted = Slice::facing(grid, point, normal, self.up_of_plane(grid, normal), size)?;
+                if self.parallel_scale.is_some() { Slice { centre: point, ..fitted } } else { fitted }
             }
         };
         Ok(Slice { scale: self.parallel_scale.unwrap_or(slice.scale), ..slice })

@@ -141,29 +141,42 @@ impl Slice {
     }
 
     /// The slice through a world point that is seen from where `normal` points; `up` points upwards as far as possible. It shows the
-    /// whole volume.
+    /// whole section through the volume.
     ///
     /// # Errors
     /// [`Error::Settings`] if a vector is not finite, or `up` is 0 or parallel to `normal`.
     pub fn facing(grid: &Grid, point: DVec3, normal: DVec3, up: DVec3, viewport: Viewport) -> Result<Self, Error> {
         let slice = Self { centre: point, right: up.cross(normal), up: normal.cross(up.cross(normal)), scale: 1.0 };
         slice.basis()?;
-        Ok(slice.fitted(grid, viewport))
+        Ok(slice.fitted_to_section(grid, viewport))
     }
 
     /// The same plane, centred and scaled so that the whole volume fits into the picture, projected onto the plane.
     pub fn fitted(self, grid: &Grid, viewport: Viewport) -> Self {
+        self.fitted_to(&corners(grid), viewport)
+    }
+
+    /// The same plane, centred and scaled so that its section through the volume fits into the picture; the whole volume if there is none.
+    pub fn fitted_to_section(self, grid: &Grid, viewport: Viewport) -> Self {
+        let Ok(normal) = self.normal() else { return self };
+        let corners = corners(grid);
+        let height = |n: usize| (corners[n] - self.centre).dot(normal);
+        // Edges lead from each corner to those with one more upper side.
+        let edges = (0..8).flat_map(|n| (0..3).filter(move |i| n >> i & 1 == 0).map(move |i| (n, n | 1 << i)));
+        let crossings: Vec<DVec3> = edges
+            .filter(|&(a, b)| height(a).min(height(b)) <= 0.0 && height(a).max(height(b)) >= 0.0 && height(a) != height(b))
+            .map(|(a, b)| corners[a].lerp(corners[b], height(a) / (height(a) - height(b))))
+            .collect();
+        let fitted = self.fitted_to(&crossings, viewport);
+        // A plane may touch a corner only.
+        if crossings.len() < 3 || fitted.basis().is_err() { self.fitted_to(&corners, viewport) } else { fitted }
+    }
+
+    fn fitted_to(self, points: &[DVec3], viewport: Viewport) -> Self {
         let Ok([right, up]) = self.basis() else { return self };
-        let to_world = grid.index_to_world();
-        let last = DVec3::from_array(grid.dims().map(|n| n as f64 - 0.5));
-        let corners = (0..8).map(|n| {
-            let upper = [n & 1, n >> 1 & 1, n >> 2 & 1];
-            let corner = DVec3::from_array(std::array::from_fn(|i| if upper[i] == 1 { last[i] } else { -0.5 }));
-            to_world.transform_point3(corner) - self.centre
-        });
         let (mut lowest, mut highest) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
-        for corner in corners {
-            for (n, at) in [corner.dot(right), corner.dot(up)].into_iter().enumerate() {
+        for point in points.iter().map(|point| point - self.centre) {
+            for (n, at) in [point.dot(right), point.dot(up)].into_iter().enumerate() {
                 (lowest[n], highest[n]) = (lowest[n].min(at), highest[n].max(at));
             }
         }
@@ -217,6 +230,15 @@ impl Slice {
         let corner = self.centre - right * (side * width / 2.0) + up * self.scale;
         Ok(SlicePixels { corner, right: right * side, down: up * -side })
     }
+}
+
+/// World points of the corners of a volume, half a voxel beyond its outermost voxels. Bit i of the index: at the upper side of axis i.
+fn corners(grid: &Grid) -> [DVec3; 8] {
+    let last = DVec3::from_array(grid.dims().map(|n| n as f64 - 0.5));
+    std::array::from_fn(|n| {
+        let corner = DVec3::from_array(std::array::from_fn(|i| if n >> i & 1 == 1 { last[i] } else { -0.5 }));
+        grid.index_to_world().transform_point3(corner)
+    })
 }
 
 /// Values of the field on the pixels of a slice, row by row, row 0 at the top.
@@ -293,25 +315,48 @@ mod tests {
         assert!(pixels.down.z < 0.0, "up is up");
     }
 
-    /// The picture contains the whole volume and touches two opposite sides of it.
+    /// The largest share of the picture's width or height that points take, which must lie in it.
+    fn share(slice: Slice, viewport: Viewport, points: &[DVec3]) -> f64 {
+        let pixels = slice.pixels(viewport).unwrap();
+        let sides = [f64::from(viewport.width), f64::from(viewport.height)];
+        let shares = [0, 1].map(|n| {
+            let at = points.iter().map(|&point| pixels.pixel(point)[n]);
+            let (lo, hi) = at.fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), at| (lo.min(at), hi.max(at)));
+            assert!(lo > -1e-9 && hi < sides[n] + 1e-9, "{lo} to {hi} of {}", sides[n]);
+            (hi - lo) / sides[n]
+        });
+        shares[0].max(shares[1])
+    }
+
+    /// The picture contains the whole volume, or the whole section, and no more.
     #[test]
-    fn volumes_fit() {
+    fn volumes_and_sections_fit() {
         let grid = grid();
-        let last = DVec3::from_array(grid.dims().map(|n| n as f64 - 0.5));
+        let normal = DVec3::new(0.3, -0.8, 0.5).normalize();
         for viewport in [Viewport::new(100, 20).unwrap(), Viewport::new(20, 100).unwrap()] {
-            let slice = Slice::facing(&grid, grid.centre(), DVec3::new(0.3, -0.8, 0.5), DVec3::Y, viewport).unwrap();
-            let pixels = slice.pixels(viewport).unwrap();
-            let corners =
-                (0..8).map(|n| DVec3::from_array(std::array::from_fn(|i| if n >> i & 1 == 1 { last[i] } else { -0.5 })));
-            let corners: Vec<_> = corners.map(|c| pixels.pixel(grid.index_to_world().transform_point3(c))).collect();
-            let sides = [f64::from(viewport.width), f64::from(viewport.height)];
-            let share = |n: usize| {
-                let (lo, hi) = corners.iter().fold((f64::INFINITY, 0.0_f64), |(lo, hi), c| (lo.min(c[n]), hi.max(c[n])));
-                assert!(lo > -1e-9 && hi < sides[n] + 1e-9, "{lo} to {hi} of {}", sides[n]);
-                (hi - lo) / sides[n]
+            let section = Slice::facing(&grid, grid.centre(), normal, DVec3::Y, viewport).unwrap();
+            let whole = section.fitted(&grid, viewport);
+            assert!((share(whole, viewport, &corners(&grid)) - 1.0).abs() < 1e-9);
+            assert!(section.scale < whole.scale && (section.centre - grid.centre()).dot(normal).abs() < 1e-9);
+            // Points of the plane on the surface of the volume.
+            let pixels = section.pixels(viewport).unwrap();
+            let inside = |point: DVec3| {
+                let voxel = grid.world_to_voxel(point);
+                (0..3).all(|i| (-0.5..=grid.dims()[i] as f64 - 0.5).contains(&voxel[i]))
             };
-            assert!((share(0).max(share(1)) - 1.0).abs() < 1e-9);
+            let [w, h] = [f64::from(viewport.width), f64::from(viewport.height)];
+            let rim = (0..=400).flat_map(|n| {
+                let t = f64::from(n) / 400.0;
+                [(t * w, -0.01 * h), (t * w, 1.01 * h), (-0.01 * w, t * h), (1.01 * w, t * h)]
+            });
+            assert!(rim.clone().all(|(x, y)| !inside(pixels.point(x, y))), "nothing of the section lies outside the picture");
+            let smaller = Slice { scale: 0.9 * section.scale, ..section }.pixels(viewport).unwrap();
+            assert!(rim.clone().any(|(x, y)| inside(smaller.point(x, y))), "a smaller picture is noticed");
         }
+        // A plane beside the volume.
+        let viewport = Viewport::new(20, 20).unwrap();
+        let beside = Slice::facing(&grid, grid.centre() + 100.0 * normal, normal, DVec3::Y, viewport).unwrap();
+        assert!(beside.basis().is_ok());
     }
 
     #[test]
