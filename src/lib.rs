@@ -54,6 +54,7 @@ mod progress;
 pub mod reference;
 pub mod renderer;
 pub mod settings;
+pub mod slice;
 pub mod transfer;
 #[cfg(feature = "viewer")]
 #[doc(hidden)]

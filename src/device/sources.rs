@@ -92,6 +92,7 @@ kernel_files!(
     "sheets/splats.cl",
     "sheets/tiled_splats.cl",
     "sheets/view_sheets.cl",
+    "slice/slice.cl",
     "volume/min_max_blocks.cl",
     "volume/opacity_range.cl",
     "volume/prefilter.cl",

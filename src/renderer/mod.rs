@@ -29,6 +29,7 @@ mod screen;
 #[cfg(test)]
 mod shaded_places;
 mod sheets;
+mod slice;
 mod store;
 mod streamed;
 #[cfg(feature = "gl-interop")]

@@ -12,6 +12,7 @@ mod request;
 pub(crate) mod sheets;
 #[cfg(test)]
 mod signatures;
+pub(crate) mod slice;
 pub(crate) mod structs;
 pub(crate) mod volume;
 mod voxel_buffer;

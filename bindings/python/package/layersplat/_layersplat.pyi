@@ -15,6 +15,7 @@ __all__ = [
     "Framing",
     "Renderer",
     "Settings",
+    "Slice",
     "TransferFunction",
     "Volume",
     "__version__",
@@ -184,6 +185,32 @@ class Framing:
     ) -> Camera: ...
 
 @final
+class Slice:
+    def __new__(cls, centre: Vector, right: Vector, up: Vector, scale: float) -> Slice: ...
+    @staticmethod
+    def at(
+        of: Union[Volume, DeviceVolume, Renderer],
+        size: Size,
+        axis: Optional[str] = None,
+        at: Optional[float] = None,
+        *,
+        point: Optional[Vector] = None,
+    ) -> Slice: ...
+    @staticmethod
+    def facing(
+        of: Union[Volume, DeviceVolume, Renderer], size: Size, point: Vector, normal: Vector, up: Vector = (0.0, 1.0, 0.0)
+    ) -> Slice: ...
+    @property
+    def centre(self) -> Point: ...
+    @property
+    def right(self) -> Point: ...
+    @property
+    def up(self) -> Point: ...
+    @property
+    def scale(self) -> float: ...
+    def __eq__(self, other: object, /) -> bool: ...
+
+@final
 class Device:
     def __new__(
         cls,
@@ -274,6 +301,17 @@ class Renderer:
     def depths(
         self, camera: Camera, size: Size, settings: Optional[Settings] = None
     ) -> Tuple[NDArray[np.float32], NDArray[np.float32]]: ...
+    def slice(
+        self,
+        slice: Slice,
+        size: Size,
+        *,
+        kernel: str = "linear",
+        window: Optional[Tuple[float, float]] = None,
+        thickness: Optional[float] = None,
+        background: Background = "black",
+    ) -> NDArray[np.uint8]: ...
+    def slice_values(self, slice: Slice, size: Size, *, kernel: str = "linear") -> NDArray[np.float32]: ...
     def enqueue(
         self,
         camera: Camera,
