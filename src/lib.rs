@@ -55,7 +55,7 @@ pub mod reference;
 pub mod renderer;
 pub mod settings;
 pub mod transfer;
-#[cfg(feature = "viewer")]
+#[cfg(feature = "page")]
 #[doc(hidden)]
 pub mod viewer;
 mod viewport;
