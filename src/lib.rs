@@ -56,7 +56,7 @@ pub mod renderer;
 pub mod settings;
 pub mod slice;
 pub mod transfer;
-#[cfg(feature = "viewer")]
+#[cfg(feature = "page")]
 #[doc(hidden)]
 pub mod viewer;
 mod viewport;

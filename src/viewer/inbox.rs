@@ -40,10 +40,12 @@ pub(super) struct News {
     pub transfer: Option<TransferFunction>,
     pub view: Option<View>,
     pub job: Option<Job>,
+    pub ready: Option<bool>,
 }
 
 #[derive(Default)]
 struct State {
+    ready: Option<bool>,
     look: Option<Look>,
     transfer: Option<TransferFunction>,
     view: Option<View>,
@@ -61,7 +63,7 @@ impl State {
     }
 
     fn take_news(&mut self) -> News {
-        News { look: self.look.take(), transfer: self.transfer.take(), view: self.view.take(), job: None }
+        News { look: self.look.take(), transfer: self.transfer.take(), view: self.view.take(), ..News::default() }
     }
 }
 
@@ -123,6 +125,12 @@ impl Inbox {
         self.changed.notify_all();
     }
 
+    /// Whether programs are ready. This is no input either.
+    pub fn post_ready(&self, ready: bool) {
+        self.state().ready = Some(ready);
+        self.changed.notify_all();
+    }
+
     /// The page is gone.
     pub fn close(&self) {
         self.post(|state| state.is_closed = true);
@@ -145,6 +153,9 @@ impl Inbox {
         loop {
             if state.is_closed {
                 return None;
+            }
+            if let Some(ready) = state.ready.take() {
+                return Some(News { ready: Some(ready), ..News::default() });
             }
             let may_draw = state.in_flight < MOST_IN_FLIGHT;
             if state.view.is_some() {

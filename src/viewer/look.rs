@@ -105,15 +105,21 @@ impl From<PageQuality> for Quality {
     }
 }
 
+impl From<PageKernel> for Kernel {
+    fn from(kernel: PageKernel) -> Self {
+        match kernel {
+            PageKernel::Cubic => Kernel::Cubic,
+            PageKernel::Linear => Kernel::Linear,
+            PageKernel::CatmullRom => Kernel::CatmullRom,
+            PageKernel::Bspline => Kernel::BSpline,
+        }
+    }
+}
+
 impl PageKernel {
     /// Name on the command line.
     pub fn name(self) -> &'static str {
-        match self {
-            PageKernel::Cubic => Kernel::Cubic.name(),
-            PageKernel::Linear => Kernel::Linear.name(),
-            PageKernel::CatmullRom => Kernel::CatmullRom.name(),
-            PageKernel::Bspline => Kernel::BSpline.name(),
-        }
+        Kernel::from(self).name()
     }
 }
 
@@ -235,7 +241,7 @@ impl PageLight {
         Self { direction: light.direction.map(|d| d.to_array()), strength: light.strength, angle: light.angle }
     }
 
-    fn light(&self) -> Light {
+    pub(super) fn light(&self) -> Light {
         let direction = self.direction.map(DVec3::from_array);
         Light { direction, strength: self.strength, angle: self.angle, ..Light::AT_CAMERA }
     }

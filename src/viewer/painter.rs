@@ -5,7 +5,7 @@ use super::inbox::{Inbox, Job, News};
 use super::look::Look;
 use super::pace::Pace;
 use super::protocol::{Picture, Reply, Step, View, shown_size};
-use super::scene::Scene;
+use super::scene::{First, Scene};
 use super::session::Outgoing;
 use crate::camera::Camera;
 use crate::device::Cancel;
@@ -66,10 +66,10 @@ impl Current {
 }
 
 impl Painter {
-    pub fn new(scene: Arc<Scene>, inbox: Arc<Inbox>, outgoing: Outgoing, cancel: Cancel) -> Result<Self, Error> {
-        let mut renderer = scene.renderer()?;
+    pub fn new(scene: Arc<Scene>, inbox: Arc<Inbox>, outgoing: Outgoing, first: &First, cancel: Cancel) -> Result<Self, Error> {
+        let mut renderer = scene.renderer(&first.transfer)?;
         renderer.set_cancel(Some(cancel));
-        let look = scene.opening.look.clone();
+        let look = first.look.clone();
         Ok(Self { scene, inbox, outgoing, renderer, look, pace: Pace::default(), current: None })
     }
 
@@ -87,7 +87,11 @@ impl Painter {
     }
 
     fn work(&mut self, news: News) -> Result<(), Error> {
-        let News { look, transfer, view, job } = news;
+        let News { look, transfer, view, job, ready } = news;
+        if let Some(ready) = ready {
+            self.outgoing.reply(&Reply::Ready { ready });
+            return Ok(());
+        }
         if look.is_some() || transfer.is_some() {
             // The view that follows is drawn.
             self.current = None;

@@ -2,6 +2,7 @@
 
 use super::look::Look;
 use super::protocol::{Kind, PageCamera, PageProjection, SavedFormat};
+use super::readiness::Readiness;
 use crate::camera::OrbitFrame;
 use crate::device::Device;
 use crate::error::Error;
@@ -11,10 +12,10 @@ use crate::settings::{Blend, CropBox, Quality, Settings};
 use crate::transfer::TransferFunction;
 use crate::viewport::Viewport;
 use crate::volume::{Statistics, Volume};
-use serde_json::{Value, json};
-use std::sync::atomic::{AtomicBool, AtomicUsize};
+use serde_json::json;
+use std::sync::OnceLock;
+use std::sync::atomic::AtomicBool;
 use std::time::Duration;
-use tokio::sync::watch;
 
 /// What the program that shows the page knows: its options, and how they are written.
 pub trait Host: Send + Sync {
@@ -35,6 +36,11 @@ pub trait Host: Send + Sync {
 
     /// The same picture as a program in Python.
     fn python(&self, wanted: &Wanted) -> String;
+
+    /// Whether programs of usual frames are built in the background, with the first page.
+    fn builds_ahead(&self) -> bool {
+        true
+    }
 
     /// A sentence for an error, with what the user can do.
     fn sentence(&self, error: &Error) -> String {
@@ -83,22 +89,46 @@ pub struct Opening {
     pub time_limit: Option<Duration>,
 }
 
-/// The scene of a run.
-pub(super) struct Scene {
-    pub opening: Opening,
-    pub host: Box<dyn Host>,
+/// What a page begins with.
+#[derive(Clone, Debug)]
+pub struct First {
+    /// The camera.
+    pub camera: PageCamera,
+    /// Whether it stays as it is; otherwise it is fitted to the page.
+    pub camera_is_given: bool,
+    /// The look.
+    pub look: Look,
+    /// The transfer function.
+    pub transfer: TransferFunction,
+}
+
+impl Opening {
+    /// What the first page begins with.
+    pub fn first(&self) -> First {
+        let Self { camera, camera_is_given, look, transfer, .. } = self;
+        First { camera: *camera, camera_is_given: *camera_is_given, look: look.clone(), transfer: transfer.clone() }
+    }
+}
+
+/// What all pages of a run share.
+pub struct Scene {
+    pub(super) opening: Opening,
+    pub(super) host: Box<dyn Host>,
     /// `None` if the volume is streamed.
     uploaded: Option<UploadedVolume>,
-    statistics: Statistics,
-    pub sessions: AtomicUsize,
+    /// Counted for the first page.
+    statistics: OnceLock<Statistics>,
     /// Whether programs are built, or being built, in the background.
-    pub warming: AtomicBool,
+    pub(super) warming: AtomicBool,
     /// Whether these programs are ready.
-    pub ready: watch::Sender<bool>,
+    pub(super) ready: Readiness,
 }
 
 impl Scene {
     /// Uploads the volume, unless it needs to be streamed.
+    ///
+    /// # Errors
+    /// Insufficient memory of the device.
     pub fn new(mut opening: Opening, host: Box<dyn Host>) -> Result<Self, Error> {
         let own = &opening.transfer;
         opening.transfer = TransferFunction::new(file_name(own.name()), own.colors().to_vec(), own.opacities().to_vec())?;
@@ -106,14 +136,16 @@ impl Scene {
         let bytes = volume.grid().voxel_count() as u64 * volume.voxel_type().bytes() as u64;
         let is_streamed = device.memory_budget().is_some() || bytes > device.largest_buffer_bytes();
         let uploaded = if is_streamed { None } else { Some(UploadedVolume::new(device, volume)?) };
-        let statistics = volume.statistics();
-        let (sessions, warming, ready) = (AtomicUsize::new(0), AtomicBool::new(false), watch::Sender::new(false));
-        Ok(Self { opening, host, uploaded, statistics, sessions, warming, ready })
+        let (statistics, warming, ready) = (OnceLock::new(), AtomicBool::new(false), Readiness::default());
+        Ok(Self { opening, host, uploaded, statistics, warming, ready })
     }
 
-    /// A renderer of its own for a page. All share the voxels.
-    pub fn renderer(&self) -> Result<Box<dyn VolumeRenderer<'static> + Send>, Error> {
-        let Opening { volume, transfer, device, time_limit, .. } = &self.opening;
+    /// A renderer of its own for a page, or for the program. All share the voxels.
+    ///
+    /// # Errors
+    /// Insufficient memory of the device.
+    pub fn renderer(&self, transfer: &TransferFunction) -> Result<Box<dyn VolumeRenderer<'static> + Send>, Error> {
+        let Opening { volume, device, time_limit, .. } = &self.opening;
         let mut renderer: Box<dyn VolumeRenderer<'static> + Send> = match &self.uploaded {
             Some(uploaded) => Box::new(Renderer::from_uploaded(uploaded, transfer)?),
             None => volume_renderer(device, volume, transfer)?,
@@ -122,7 +154,7 @@ impl Scene {
         Ok(renderer)
     }
 
-    pub fn frame(&self) -> OrbitFrame {
+    pub(super) fn frame(&self) -> OrbitFrame {
         self.opening.orientation.frame()
     }
 
@@ -132,12 +164,21 @@ impl Scene {
     }
 
     /// The camera of a page, and its check.
+    ///
+    /// # Errors
+    /// If numbers are not finite or lie outside their ranges.
     pub fn camera(&self, camera: &PageCamera) -> Result<crate::Camera, Error> {
         camera.camera(self.frame(), self.opening.volume.grid())
     }
 
     /// The camera with these angles and this kind of projection that fits what is visible.
-    pub fn fitted(&self, camera: &PageCamera, size: Viewport, settings: &Settings, transfer: &TransferFunction) -> PageCamera {
+    pub(super) fn fitted(
+        &self,
+        camera: &PageCamera,
+        size: Viewport,
+        settings: &Settings,
+        transfer: &TransferFunction,
+    ) -> PageCamera {
         let volume = &self.opening.volume;
         let framing = match settings.blend {
             Blend::Composite => Framing::visible(volume, transfer, settings.unit_distance),
@@ -157,7 +198,7 @@ impl Scene {
     }
 
     /// A transfer function by name.
-    pub fn named(&self, kind: Kind, name: &str) -> Result<TransferFunction, Error> {
+    pub(super) fn named(&self, kind: Kind, name: &str) -> Result<TransferFunction, Error> {
         let volume = &self.opening.volume;
         match kind {
             Kind::Automatic => TransferFunction::automatic_in(volume, name),
@@ -167,10 +208,12 @@ impl Scene {
         }
     }
 
-    /// The first message of a session.
-    pub fn hello(&self) -> Value {
-        let Opening { volume, transfer, orientation, camera, camera_is_given, look, .. } = &self.opening;
+    /// The first message to a page, JSON.
+    pub fn hello(&self, first: &First) -> String {
+        let Opening { volume, orientation, .. } = &self.opening;
+        let First { camera, camera_is_given, look, transfer } = first;
         let (grid, frame) = (volume.grid(), self.frame());
+        let statistics = self.statistics.get_or_init(|| volume.statistics());
         let sides = Side::ALL.map(|side| {
             let orbit = orientation.side(side);
             json!({ "name": side.name(), "seen_from": orientation.seen_from(orbit), "azimuth": orbit.azimuth, "elevation": orbit.elevation })
@@ -191,7 +234,7 @@ impl Scene {
             },
             "frame": { "right": frame.right().to_array(), "up": frame.up().to_array(), "to_eye": frame.to_eye().to_array() },
             "sides": sides,
-            "histogram": { "lowest": self.statistics.min, "highest": self.statistics.max, "counts": self.statistics.histogram },
+            "histogram": { "lowest": statistics.min, "highest": statistics.max, "counts": statistics.histogram },
             "camera": camera, "camera_is_given": camera_is_given, "look": look,
             "transfer": { "name": transfer.name(), "colors": transfer.colors(), "opacities": transfer.opacities() },
             "palettes": TransferFunction::palette_colors().map(|(name, colors)| json!({ "name": name, "colors": colors })).collect::<Vec<_>>(),
@@ -199,6 +242,7 @@ impl Scene {
             "maps": maps.collect::<Vec<_>>(),
             "is_layered": is_layered,
         })
+        .to_string()
     }
 
     /// Colours of a map.

@@ -3,8 +3,9 @@
 use super::access::{Access, Refusal};
 use super::assets::{ASSETS, Asset, PAGE};
 use super::protocol::MAX_MESSAGE;
-use super::scene::Scene;
-use super::session;
+use super::scene::{Host, Opening, Scene};
+use super::socket;
+use crate::error::Error;
 use axum::Router;
 use axum::extract::ws::WebSocketUpgrade;
 use axum::extract::{Request, State};
@@ -17,10 +18,13 @@ use hyper::server::conn::http1;
 use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::service::TowerToHyperService;
 use std::future::Future;
+use std::path::Path;
 use std::sync::Arc;
-use std::time::Duration;
+use std::sync::atomic::AtomicUsize;
+use std::time::{Duration, Instant};
 use tokio::net::{TcpListener, TcpStream};
-use tokio::sync::Semaphore;
+use tokio::runtime::{Builder, Runtime};
+use tokio::sync::{Semaphore, watch};
 
 /// Most connections at once, those that say nothing included. Others are closed at once.
 const MOST_CONNECTIONS: usize = 512;
@@ -30,6 +34,8 @@ const HEADER_TIME: Duration = Duration::from_secs(10);
 const HEADER_BYTES: usize = 32 << 10;
 /// Pause after the system refused a connection, for example because too many files are open.
 const PAUSE: Duration = Duration::from_millis(100);
+/// Time for drawing threads to end after the server has.
+const LONGEST_END: Duration = Duration::from_secs(3);
 /// Path of the WebSocket.
 const SOCKET: &str = "/socket";
 
@@ -53,14 +59,79 @@ const HEADERS: [(&str, &str); 7] = [
 const LET_IN: &str = "<!doctype html><meta charset=utf-8><meta http-equiv=refresh content=\"0;url=/\"><title>layersplat</title>\
                       <link rel=icon href=/icon.svg><a href=\"/\">Continue to the viewer</a>";
 
+/// Ends a server from another thread. Clones end the same one.
+#[derive(Clone, Debug)]
+pub struct Stop(watch::Sender<bool>);
+
+impl Default for Stop {
+    fn default() -> Self {
+        Self(watch::Sender::new(false))
+    }
+}
+
+impl Stop {
+    /// Ends the server, now or as soon as it begins.
+    pub fn stop(&self) {
+        self.0.send_replace(true);
+    }
+
+    async fn stopped(&self) {
+        // The sender is this one: it is not dropped before.
+        let _ = self.0.subscribe().wait_for(|stopped| *stopped).await;
+    }
+}
+
+/// A server that has a volume on the device and is ready to answer.
+pub struct Server {
+    runtime: Runtime,
+    listener: std::net::TcpListener,
+    served: Arc<Served>,
+}
+
+impl Server {
+    /// Uploads the volume. `listener` is bound already, so that its address can be printed.
+    ///
+    /// # Errors
+    /// Insufficient memory of the device, and failures of the system.
+    pub fn new(opening: Opening, host: Box<dyn Host>, access: Access, listener: std::net::TcpListener) -> Result<Self, Error> {
+        let failed = |e| Error::read(Path::new("the viewer's address"), e);
+        let runtime = Builder::new_current_thread().enable_all().build().map_err(failed)?;
+        listener.set_nonblocking(true).map_err(failed)?;
+        let scene = Arc::new(Scene::new(opening, host)?);
+        Ok(Self { runtime, listener, served: Arc::new(Served { access, scene, sessions: AtomicUsize::new(0) }) })
+    }
+
+    /// Answers requests until `stop`.
+    ///
+    /// # Errors
+    /// Failures of the system.
+    pub fn run(self, stop: &Stop) -> Result<(), Error> {
+        let Self { runtime, listener, served } = self;
+        let scene = served.scene.clone();
+        let ended: std::io::Result<()> = runtime.block_on(async {
+            run(TcpListener::from_std(listener)?, served, stop.stopped()).await;
+            Ok(())
+        });
+        // Ends all sessions, which cancel the frames of their threads.
+        drop(runtime);
+        let since = Instant::now();
+        while Arc::strong_count(&scene) > 1 && since.elapsed() < LONGEST_END {
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        ended.map_err(|e| Error::read(Path::new("the viewer's address"), e))
+    }
+}
+
 /// What requests need.
 pub(super) struct Served {
     pub access: Access,
     pub scene: Arc<Scene>,
+    /// Number of open pages.
+    pub sessions: AtomicUsize,
 }
 
 /// Serves pages until `stop`.
-pub(super) async fn run(listener: TcpListener, served: Arc<Served>, stop: impl Future<Output = ()>) {
+async fn run(listener: TcpListener, served: Arc<Served>, stop: impl Future<Output = ()>) {
     let routes = router(served);
     let places = Arc::new(Semaphore::new(MOST_CONNECTIONS));
     tokio::pin!(stop);
@@ -155,6 +226,5 @@ async fn file(method: Method, uri: Uri) -> Response {
 }
 
 async fn socket(State(served): State<Arc<Served>>, upgrade: WebSocketUpgrade) -> Response {
-    let scene = served.scene.clone();
-    upgrade.max_message_size(MAX_MESSAGE).max_frame_size(MAX_MESSAGE).on_upgrade(move |socket| session::serve(socket, scene))
+    upgrade.max_message_size(MAX_MESSAGE).max_frame_size(MAX_MESSAGE).on_upgrade(move |socket| socket::serve(socket, served))
 }

@@ -1,174 +1,124 @@
-//! A page's connection: what it asks for, what it gets, and the limits of both.
+//! The session of a page: takes its requests as text, and answers by texts and pictures. How both travel is the caller's matter.
 
 use super::inbox::{Inbox, Job, Saving};
+use super::look::Look;
 use super::painter::Painter;
 use super::protocol::{MAX_MESSAGE, Picture, Reply, Request, saved_size, shown_size, transfer_function};
-use super::rate::Rate;
-use super::scene::Scene;
+use super::scene::{First, Scene};
 use super::warming;
+use crate::camera::Camera;
 use crate::device::Cancel;
 use crate::error::Error;
 use crate::transfer::{FileFormat, TransferFunction};
-use axum::extract::ws::{CloseFrame, Message, WebSocket, close_code};
 use std::path::Path;
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
-use std::time::{Duration, Instant};
-use tokio::sync::mpsc;
-use tokio::time::{MissedTickBehavior, interval, timeout};
+use std::thread::JoinHandle;
 
-/// Most pages at once.
-const MOST_SESSIONS: usize = 8;
-/// Messages that wait for the connection. More would only take memory.
-const MOST_WAITING: usize = 4;
-/// A page that takes no byte for this long is given up.
-const LONGEST_SEND: Duration = Duration::from_secs(30);
-/// Distance of the pings of a page at rest.
-const PING: Duration = Duration::from_secs(15);
-/// A page that says nothing for this long, not even to pings, is given up.
-const LONGEST_SILENCE: Duration = Duration::from_secs(60);
+/// A message to a page.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Message {
+    /// JSON.
+    Text(String),
+    /// A picture after its header.
+    Binary(Vec<u8>),
+}
 
 /// The way from the drawing thread to the page.
 #[derive(Clone)]
-pub(super) struct Outgoing(mpsc::Sender<Message>);
+pub(super) struct Outgoing(Arc<dyn Fn(Message) + Send + Sync>);
 
 impl Outgoing {
-    /// Sends a picture; waits while too much is on its way. Does nothing if the page is gone.
     pub fn picture(&self, picture: &Picture) {
-        let _ = self.0.blocking_send(Message::Binary(picture.message().into()));
+        (self.0)(Message::Binary(picture.message()));
     }
 
-    /// Sends a reply; waits while too much is on its way. Does nothing if the page is gone.
     pub fn reply(&self, reply: &Reply) {
-        let _ = self.0.blocking_send(text(reply));
+        (self.0)(text(reply));
     }
 }
 
-fn text(reply: &Reply) -> Message {
-    Message::Text(serde_json::to_string(reply).expect("replies are plain data").into())
+pub(super) fn text(reply: &Reply) -> Message {
+    Message::Text(serde_json::to_string(reply).expect("replies are plain data"))
 }
 
-/// Serves a page until it closes.
-pub(super) async fn serve(mut socket: WebSocket, scene: Arc<Scene>) {
-    let Some(_place) = Place::take(&scene) else {
-        let reason = "Too many pages are open. Close one of them and reload this page.";
-        close(&mut socket, close_code::AGAIN, reason).await;
-        return;
-    };
-    let hello = Message::Text(scene.hello().to_string().into());
-    if !send(&mut socket, hello).await {
-        return;
-    }
-    let cancel = Cancel::new();
-    let inbox = Arc::new(Inbox::new(cancel.clone()));
-    let (sender, mut outgoing) = mpsc::channel(MOST_WAITING);
-    let painter = Painter::new(scene.clone(), inbox.clone(), Outgoing(sender.clone()), cancel);
-    drop(sender);
-    let mut painter = match painter {
-        Ok(painter) => painter,
-        Err(error) => {
-            send(&mut socket, text(&Reply::Problem { sentence: &scene.host.sentence(&error) })).await;
-            return;
-        }
-    };
-    warming::begin(&scene, &mut painter);
-    let thread = std::thread::Builder::new().name("painter".into()).spawn(move || painter.run());
-    let mut session = Session { scene, inbox, rate: Rate::new(Instant::now()) };
-    if thread.is_ok() {
-        session.run(&mut socket, &mut outgoing).await;
-    }
-}
-
-impl Drop for Session {
-    /// Ends the drawing thread, also where the server ends in the middle of a session.
-    fn drop(&mut self) {
-        self.inbox.close();
-    }
-}
-
-/// A place among the sessions.
-struct Place(Arc<Scene>);
-
-impl Place {
-    fn take(scene: &Arc<Scene>) -> Option<Self> {
-        let place = Self(scene.clone());
-        // Dropping the place frees it again.
-        (scene.sessions.fetch_add(1, Ordering::SeqCst) < MOST_SESSIONS).then_some(place)
-    }
-}
-
-impl Drop for Place {
-    fn drop(&mut self) {
-        self.0.sessions.fetch_sub(1, Ordering::SeqCst);
-    }
-}
-
-struct Session {
+/// The session of a page. Dropping it ends the drawing thread after the kernel that is running.
+pub struct Session {
     scene: Arc<Scene>,
     inbox: Arc<Inbox>,
-    rate: Rate,
+    thread: Option<JoinHandle<()>>,
+}
+
+/// What a request was, and its answer if that is known at once.
+#[derive(Debug)]
+pub struct Received {
+    /// What the user changed.
+    pub change: Option<Change>,
+    /// The answer; others come from the drawing thread.
+    pub answer: Option<Message>,
+}
+
+/// What the user of a page changed.
+#[derive(Clone, Debug, PartialEq)]
+#[expect(missing_docs, reason = "what changed")]
+pub enum Change {
+    Camera(Camera),
+    Look(Look),
+    Transfer(TransferFunction),
 }
 
 impl Session {
-    async fn run(&mut self, socket: &mut WebSocket, outgoing: &mut mpsc::Receiver<Message>) {
-        let mut ready = self.scene.ready.subscribe();
-        let is_ready = *ready.borrow_and_update();
-        if !send(socket, text(&Reply::Ready { ready: is_ready })).await {
-            return;
-        }
-        let mut pings = interval(PING);
-        pings.set_missed_tick_behavior(MissedTickBehavior::Delay);
-        let mut heard = Instant::now();
-        loop {
-            let answer = tokio::select! {
-                received = socket.recv() => {
-                    let Some(Ok(message)) = received else { return };
-                    heard = Instant::now();
-                    match self.receive(&message, heard) {
-                        Received::Nothing => continue,
-                        Received::Answer(answer) => answer,
-                        Received::Close(code, reason) => return close(socket, code, reason).await,
-                    }
-                }
-                picture = outgoing.recv() => match picture {
-                    Some(message) => message,
-                    None => return,
-                },
-                Ok(()) = ready.changed() => text(&Reply::Ready { ready: *ready.borrow_and_update() }),
-                _ = pings.tick() => {
-                    if heard.elapsed() > LONGEST_SILENCE {
-                        return;
-                    }
-                    Message::Ping(Vec::new().into())
-                }
-            };
-            if !send(socket, answer).await {
-                return;
-            }
+    /// Starts to draw for a page that was sent [`Scene::hello`] with the same `first`. `send` is called on the drawing thread, which waits
+    /// until it returns.
+    ///
+    /// # Errors
+    /// Insufficient memory of the device, and failures of the system.
+    pub fn new(scene: Arc<Scene>, first: &First, send: impl Fn(Message) + Send + Sync + 'static) -> Result<Self, Error> {
+        let cancel = Cancel::new();
+        let inbox = Arc::new(Inbox::new(cancel.clone()));
+        let mut painter = Painter::new(scene.clone(), inbox.clone(), Outgoing(Arc::new(send)), first, cancel)?;
+        scene.ready.watch(&inbox);
+        warming::begin(&scene, &mut painter);
+        let thread = std::thread::Builder::new().name("painter".into()).spawn(move || painter.run());
+        let thread = thread.map_err(|e| Error::read(Path::new("the viewer's drawing thread"), e))?;
+        Ok(Self { scene, inbox, thread: Some(thread) })
+    }
+
+    /// Whether the drawing thread lives. It ends by a panic only.
+    pub fn is_drawing(&self) -> bool {
+        self.thread.as_ref().is_some_and(|thread| !thread.is_finished())
+    }
+
+    /// Ends the drawing thread, and waits until it has ended.
+    pub fn end(mut self) {
+        self.inbox.close();
+        if let Some(thread) = self.thread.take() {
+            // A panic was reported by its hook.
+            let _ = thread.join();
         }
     }
 
-    fn receive(&mut self, message: &Message, now: Instant) -> Received {
-        let request = match message {
-            Message::Text(text) => text.as_str(),
-            Message::Binary(_) => return Received::Close(close_code::UNSUPPORTED, "Pages send text."),
-            Message::Close(_) => return Received::Close(close_code::NORMAL, ""),
-            Message::Ping(_) | Message::Pong(_) => "",
+    /// Takes a message of the page. It does not wait: the newest request is stored for the drawing thread. `None` if the message is too
+    /// long, or none of this version's.
+    pub fn receive(&self, message: &str) -> Option<Received> {
+        if message.len() > MAX_MESSAGE {
+            return None;
+        }
+        let request: Request = serde_json::from_str(message).ok()?;
+        let change = match &request {
+            Request::View(view) => self.scene.camera(&view.camera).ok().map(Change::Camera),
+            Request::Look { look } => Some(Change::Look(look.clone())),
+            Request::Transfer { colors, opacities } => {
+                transfer_function(colors.clone(), opacities.clone()).ok().map(Change::Transfer)
+            }
+            _ => None,
         };
-        if !self.rate.allows(now, request.len()) {
-            return Received::Close(close_code::POLICY, "The page sends too much.");
-        }
-        if request.is_empty() {
-            return Received::Nothing;
-        }
-        debug_assert!(request.len() <= MAX_MESSAGE);
-        match serde_json::from_str(request) {
-            Ok(request) => self.handle(request).map_or_else(
-                |error| Received::Answer(text(&Reply::Problem { sentence: &self.scene.host.sentence(&error) })),
-                |answer| answer.map_or(Received::Nothing, Received::Answer),
-            ),
-            Err(_) => Received::Close(close_code::INVALID, "This page belongs to another version of layersplat. Reload it."),
-        }
+        Some(match self.handle(request) {
+            Ok(answer) => Received { change, answer },
+            Err(error) => {
+                let sentence = self.scene.host.sentence(&error);
+                Received { change: None, answer: Some(text(&Reply::Problem { sentence: &sentence })) }
+            }
+        })
     }
 
     /// Takes a request; returns the answer of requests that are answered at once.
@@ -218,22 +168,12 @@ impl Session {
     }
 }
 
-/// What a message of the page leads to.
-enum Received {
-    Nothing,
-    Answer(Message),
-    Close(u16, &'static str),
+impl Drop for Session {
+    fn drop(&mut self) {
+        self.inbox.close();
+    }
 }
 
 fn described(transfer: &TransferFunction) -> Message {
     text(&Reply::Transfer { name: transfer.name(), colors: transfer.colors(), opacities: transfer.opacities() })
-}
-
-/// Sends a message; false if the page is gone or takes nothing.
-async fn send(socket: &mut WebSocket, message: Message) -> bool {
-    matches!(timeout(LONGEST_SEND, socket.send(message)).await, Ok(Ok(())))
-}
-
-async fn close(socket: &mut WebSocket, code: u16, reason: &'static str) {
-    let _ = timeout(LONGEST_SEND, socket.send(Message::Close(Some(CloseFrame { code, reason: reason.into() })))).await;
 }
