@@ -42,7 +42,7 @@ mod world;
 pub use accumulation::Accumulation;
 #[cfg(feature = "mpi")]
 pub(crate) use accumulation::Jitter;
-#[cfg(feature = "cli")]
+#[cfg(any(feature = "cli", feature = "page"))]
 pub(crate) use depths::depth_settings;
 #[cfg(feature = "mpi")]
 pub use distributed_report::{Composed, DistributedReport, Exchanged, RankMeasured, RankReport};

@@ -114,7 +114,7 @@ impl Default for Palette {
 }
 
 /// The palettes' names and colours of materials, from the innermost.
-#[cfg(feature = "viewer")]
+#[cfg(feature = "page")]
 pub(super) fn colors() -> impl Iterator<Item = (&'static str, [Color; 6])> {
     PALETTES.iter().map(|palette| (palette.name, palette.materials))
 }

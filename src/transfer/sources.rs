@@ -92,7 +92,7 @@ impl TransferFunction {
     }
 
     /// The palettes with their colours of materials.
-    #[cfg(feature = "viewer")]
+    #[cfg(feature = "page")]
     pub(crate) fn palette_colors() -> impl Iterator<Item = (&'static str, [[f64; 3]; 6])> {
         palettes::colors()
     }
