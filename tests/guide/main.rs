@@ -26,7 +26,7 @@ fn pages() -> Vec<PathBuf> {
     [root().join("README.md")].into_iter().chain(of_guide).collect()
 }
 
-/// Lines of the blocks of `sh` in a page; lines that end with a backslash are joined with the next.
+/// Lines of the blocks of `sh` in a page, without comments; lines that end with a backslash are joined with the next.
 fn commands(page: &str) -> Vec<String> {
     let mut in_block = false;
     let mut lines = Vec::new();
@@ -34,7 +34,7 @@ fn commands(page: &str) -> Vec<String> {
     for line in page.lines() {
         if line.starts_with("```") {
             in_block = line == "```sh";
-        } else if in_block && !line.trim().is_empty() {
+        } else if in_block && !line.trim().is_empty() && !line.starts_with('#') {
             begun.push_str(line.trim_start());
             match begun.strip_suffix('\\') {
                 Some(first) => begun = first.to_owned(),
@@ -128,7 +128,7 @@ fn commands_of_all_pages_run() {
 
 #[test]
 fn faults_are_noticed() {
-    let page = "```sh\nlayersplat render \\\n    FILE\n\nlayersplat info # x\n```\n```text\nlayersplat no\n```\n";
+    let page = "```sh\n# x\nlayersplat render \\\n    FILE\n\nlayersplat info # x\n```\n```text\nlayersplat no\n```\n";
     assert_eq!(commands(page), ["layersplat render FILE", "layersplat info # x"]);
     let folder = workplace();
     assert!(failure(folder.path(), "layersplat info missing.nrrd").unwrap().contains("missing.nrrd"));
