@@ -19,7 +19,7 @@ macro_rules! asset {
 pub(super) const PAGE: Asset = asset!("index.html", "text/html; charset=utf-8");
 
 /// All that the page loads.
-pub(super) const ASSETS: [Asset; 16] = [
+pub(super) const ASSETS: [Asset; 17] = [
     asset!("style.css", "text/css; charset=utf-8"),
     asset!("icon.svg", "image/svg+xml"),
     asset!("main.js", SCRIPT),
@@ -35,6 +35,7 @@ pub(super) const ASSETS: [Asset; 16] = [
     asset!("picture.js", SCRIPT),
     asset!("saving.js", SCRIPT),
     asset!("sides.js", SCRIPT),
+    asset!("slices.js", SCRIPT),
     asset!("state.js", SCRIPT),
 ];
 

@@ -96,15 +96,21 @@ impl From<PageQuality> for Quality {
     }
 }
 
+impl From<PageKernel> for Kernel {
+    fn from(kernel: PageKernel) -> Self {
+        match kernel {
+            PageKernel::Cubic => Kernel::Cubic,
+            PageKernel::Linear => Kernel::Linear,
+            PageKernel::CatmullRom => Kernel::CatmullRom,
+            PageKernel::Bspline => Kernel::BSpline,
+        }
+    }
+}
+
 impl PageKernel {
     /// Name on the command line.
     pub fn name(self) -> &'static str {
-        match self {
-            PageKernel::Cubic => Kernel::Cubic.name(),
-            PageKernel::Linear => Kernel::Linear.name(),
-            PageKernel::CatmullRom => Kernel::CatmullRom.name(),
-            PageKernel::Bspline => Kernel::BSpline.name(),
-        }
+        Kernel::from(self).name()
     }
 }
 

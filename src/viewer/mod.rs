@@ -17,6 +17,7 @@ mod saving;
 mod scene;
 mod server;
 mod session;
+mod slices;
 mod warming;
 
 pub use access::Access;

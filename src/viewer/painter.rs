@@ -87,7 +87,7 @@ impl Painter {
     }
 
     fn work(&mut self, news: News) -> Result<(), Error> {
-        let News { look, transfer, view, job } = news;
+        let News { look, transfer, view, slices, job } = news;
         if look.is_some() || transfer.is_some() {
             // The view that follows is drawn.
             self.current = None;
@@ -106,6 +106,13 @@ impl Painter {
             let page = shown_size(view.width, view.height)?;
             let camera = self.scene.camera(&view.camera)?;
             self.current = Some(Current { view, camera, page, since: Instant::now(), progress: Progress::Nothing });
+        }
+        if let Some(slices) = slices {
+            // Before the view: they take milliseconds.
+            match self.show_slices(&slices) {
+                Ok(()) | Err(Error::Cancelled { .. }) => {}
+                Err(error) => self.report(&error),
+            }
         }
         match job {
             Some(job) => self.do_job(job),

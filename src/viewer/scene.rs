@@ -2,6 +2,7 @@
 
 use super::look::Look;
 use super::protocol::{Kind, PageCamera, PageProjection};
+use super::slices;
 use crate::camera::OrbitFrame;
 use crate::device::Device;
 use crate::error::Error;
@@ -163,6 +164,7 @@ impl Scene {
             "palettes": TransferFunction::palettes().collect::<Vec<_>>(),
             "presets": TransferFunction::presets().map(|(name, shows)| json!({ "name": name, "shows": shows })).collect::<Vec<_>>(),
             "maps": maps.collect::<Vec<_>>(),
+            "slices": slices::described(volume),
             "is_layered": is_layered,
         })
     }

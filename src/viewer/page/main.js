@@ -10,6 +10,7 @@ import * as keys from "./keys.js";
 import { Lighting } from "./lighting.js";
 import { Picture } from "./picture.js";
 import { Sides } from "./sides.js";
+import { Slices } from "./slices.js";
 import { download, toClipboard } from "./saving.js";
 import { copy, fromFragment, History, isEqual, toFragment } from "./state.js";
 
@@ -53,7 +54,7 @@ let times30 = [];
 
 /** For tests: what was shown last. */
 const shown = { id: -1, step: "", pictures: 0 };
-Object.assign(globalThis, { layersplat: { shown, requested: () => id, state: () => history?.now, connection: () => connection } });
+Object.assign(globalThis, { layersplat: { shown, requested: () => id, state: () => history?.now, connection: () => connection, slices: () => slices } });
 
 const editor = new Editor({
   changed: (transfer) => { state().transfer = transfer; show({ exceptEditor: true }); move(); },
@@ -72,6 +73,13 @@ const lighting = new Lighting({
 });
 const cutting = new Cutting({ change: changeLook, plane: newPlane });
 const sides = new Sides((side) => look(side));
+const slices = new Slices({
+  send: (request) => connection.send(request),
+  axes: () => {
+    const own = axes(state().camera);
+    return [own.right, own.up, own.toEye].map((axis) => toWorld(axis, hello.frame));
+  },
+});
 const connection = new Connection({ message, picture: receive, lost });
 
 function state() {
@@ -97,6 +105,7 @@ function message(text) {
     },
     written: () => download(new Blob([text.text], { type: "text/plain" }), text.name),
     command: () => command(text),
+    slices: () => slices.answer(text),
     problem: () => problem(text.sentence),
   };
   answers[text.type]?.();
@@ -128,6 +137,7 @@ function begin(first) {
     }
   }
   show();
+  slices.begin(hello);
   if (awaits === "first") connection.send({ type: "fit", camera: state().camera, ...picture.size() });
   else settle();
   field("save-width").value = String(picture.size().width);
@@ -143,6 +153,11 @@ function lost(reason) {
 async function receive(received) {
   if (received.step === "saved") {
     download(received.blob, "layersplat.png");
+    return;
+  }
+  if (received.step === "slices") {
+    await slices.draw(received);
+    requestAnimationFrame(() => connection.send({ type: "shown" }));
     return;
   }
   await picture.draw(received);
@@ -178,6 +193,7 @@ function request() {
   sent = { look: copy(own), transfer: copy(points) };
   id += 1;
   connection.send({ type: "view", id, camera, ...picture.size(), moving: isMoving });
+  slices.follow(points, own.background, isMoving);
 }
 
 /** @param {(look: Look) => void} change @param {boolean} isDone */
@@ -425,7 +441,7 @@ function listen() {
     ",": held(() => roll(-5)), ".": held(() => roll(5)),
     ...Object.fromEntries([0, 1, 2, 3, 4, 5].map((n) => [String(n + 1), () => look(hello.sides[n])])),
     "7": corner(45), "8": corner(225),
-    f: fit, r: reset, o: () => { changeCamera(otherProjection); settle(); }, p: fold, s: save, c: copyCommand, "?": help,
+    f: fit, r: reset, o: () => { changeCamera(otherProjection); settle(); }, p: fold, x: () => slices.toggle(), s: save, c: copyCommand, "?": help,
     "Ctrl+z": () => go(-1), "Ctrl+y": () => go(1), "Ctrl+Shift+z": () => go(1),
   });
   controls.listen(changeLook);
