@@ -19,7 +19,7 @@ macro_rules! asset {
 pub(super) const PAGE: Asset = asset!("index.html", "text/html; charset=utf-8");
 
 /// All that the page loads.
-pub(super) const ASSETS: [Asset; 20] = [
+pub(super) const ASSETS: [Asset; 21] = [
     asset!("style.css", "text/css; charset=utf-8"),
     asset!("icon.svg", "image/svg+xml"),
     asset!("camera.js", SCRIPT),
@@ -38,6 +38,7 @@ pub(super) const ASSETS: [Asset; 20] = [
     asset!("saving.js", SCRIPT),
     asset!("session.js", SCRIPT),
     asset!("sides.js", SCRIPT),
+    asset!("slices.js", SCRIPT),
     asset!("state.js", SCRIPT),
     asset!("status.js", SCRIPT),
 ];

@@ -3,6 +3,7 @@
 
 use super::look::Look;
 use super::protocol::{PageCamera, Pick, SavedFormat, View};
+use super::slices::SlicesView;
 use crate::device::Cancel;
 use crate::transfer::{FileFormat, TransferFunction};
 use crate::viewport::Viewport;
@@ -39,6 +40,7 @@ pub(super) struct News {
     pub look: Option<Look>,
     pub transfer: Option<TransferFunction>,
     pub view: Option<View>,
+    pub slices: Option<SlicesView>,
     pub job: Option<Job>,
     pub ready: Option<bool>,
 }
@@ -49,6 +51,7 @@ struct State {
     look: Option<Look>,
     transfer: Option<TransferFunction>,
     view: Option<View>,
+    slices: Option<SlicesView>,
     jobs: VecDeque<Job>,
     in_flight: u32,
     is_closed: bool,
@@ -59,11 +62,12 @@ struct State {
 impl State {
     /// Whether a picture would not be what the page wants.
     fn is_changed(&self) -> bool {
-        self.look.is_some() || self.transfer.is_some() || self.view.is_some()
+        self.look.is_some() || self.transfer.is_some() || self.view.is_some() || self.slices.is_some()
     }
 
     fn take_news(&mut self) -> News {
-        News { look: self.look.take(), transfer: self.transfer.take(), view: self.view.take(), ..News::default() }
+        let Self { look, transfer, view, slices, .. } = self;
+        News { look: look.take(), transfer: transfer.take(), view: view.take(), slices: slices.take(), ..News::default() }
     }
 }
 
@@ -104,6 +108,10 @@ impl Inbox {
 
     pub fn post_view(&self, view: View) {
         self.post(|state| state.view = Some(view));
+    }
+
+    pub fn post_slices(&self, slices: SlicesView) {
+        self.post(|state| state.slices = Some(slices));
     }
 
     /// Adds a job; returns false if too many wait.
@@ -162,6 +170,9 @@ impl Inbox {
                 if may_draw {
                     return Some(state.take_news());
                 }
+            } else if let Some(slices) = state.slices.take_if(|_| may_draw) {
+                // A look or a transfer function waits for its view.
+                return Some(News { slices: Some(slices), ..News::default() });
             } else if let Some(job) = state.jobs.pop_front() {
                 return Some(News { job: Some(job), ..state.take_news() });
             }

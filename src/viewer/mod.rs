@@ -25,6 +25,7 @@ mod scene;
 #[cfg(feature = "viewer")]
 mod server;
 mod session;
+mod slices;
 #[cfg(feature = "viewer")]
 mod socket;
 mod warming;

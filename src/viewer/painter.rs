@@ -87,7 +87,7 @@ impl Painter {
     }
 
     fn work(&mut self, news: News) -> Result<(), Error> {
-        let News { look, transfer, view, job, ready } = news;
+        let News { look, transfer, view, slices, job, ready } = news;
         if let Some(ready) = ready {
             self.outgoing.reply(&Reply::Ready { ready });
             return Ok(());
@@ -110,6 +110,13 @@ impl Painter {
             let page = shown_size(view.width, view.height)?;
             let camera = self.scene.camera(&view.camera)?;
             self.current = Some(Current { view, camera, page, since: Instant::now(), progress: Progress::Nothing });
+        }
+        if let Some(slices) = slices {
+            // Before the view: they take milliseconds.
+            match self.show_slices(&slices) {
+                Ok(()) | Err(Error::Cancelled { .. }) => {}
+                Err(error) => self.report(&error),
+            }
         }
         match job {
             Some(job) => self.do_job(job),

@@ -1,6 +1,7 @@
 //! Messages between page and server. The page sends JSON; pictures come back as bytes after a header.
 
 use super::look::Look;
+use super::slices::{PlacedSlice, SlicesView};
 use crate::camera::{Camera, Orbit, OrbitFrame, Projection};
 use crate::error::Error;
 use crate::transfer::{ControlPoint, TransferFunction};
@@ -24,6 +25,8 @@ const MAX_POINTS: usize = 4096;
 pub(super) enum Request {
     /// Draw this view. The newest one wins.
     View(View),
+    /// Draw these slices. The newest ones win.
+    Slices(SlicesView),
     /// Use this look from the next view on.
     Look { look: Look },
     /// Use this transfer function from the next view on.
@@ -232,6 +235,8 @@ pub(super) enum Reply<'a> {
     Command { line: &'a str, python: &'a str, transfer_name: &'a str, transfer_text: &'a str },
     /// What is seen at a place. `None`: nothing.
     Picked { id: u32, point: Option<Picked> },
+    /// The slices whose picture follows: their places, and the value at their point, if it lies in the volume.
+    Slices { id: u32, value: Option<f32>, placed: &'a [PlacedSlice] },
     /// Whether all programs of usual frames are built.
     Ready { ready: bool },
     /// No better picture of this view follows the last one.
@@ -264,6 +269,8 @@ pub(super) enum Step {
     Last = 4,
     /// A picture to save.
     Saved = 5,
+    /// Three slices below each other.
+    Slices = 6,
 }
 
 /// Format of a picture's bytes.

@@ -3,6 +3,7 @@
 use super::look::Look;
 use super::protocol::{Kind, PageCamera, PageProjection, SavedFormat};
 use super::readiness::Readiness;
+use super::slices;
 use crate::camera::OrbitFrame;
 use crate::device::Device;
 use crate::error::Error;
@@ -240,6 +241,7 @@ impl Scene {
             "palettes": TransferFunction::palette_colors().map(|(name, colors)| json!({ "name": name, "colors": colors })).collect::<Vec<_>>(),
             "presets": presets.collect::<Vec<_>>(),
             "maps": maps.collect::<Vec<_>>(),
+            "slices": slices::described(volume),
             "is_layered": is_layered,
         })
         .to_string()

@@ -129,6 +129,11 @@ impl Session {
                 self.inbox.post_view(view);
                 return Ok(None);
             }
+            Request::Slices(slices) => {
+                slices.check()?;
+                self.inbox.post_slices(slices);
+                return Ok(None);
+            }
             Request::Look { look } => {
                 look.check()?;
                 self.inbox.post_look(look);

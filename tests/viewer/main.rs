@@ -5,3 +5,4 @@ mod limits;
 mod pictures;
 mod reading;
 mod safety;
+mod slices;

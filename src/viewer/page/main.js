@@ -13,6 +13,7 @@ import { Picture } from "./picture.js";
 import { download } from "./saving.js";
 import { Session } from "./session.js";
 import { Sides } from "./sides.js";
+import { Slices } from "./slices.js";
 import { Status } from "./status.js";
 
 /** Radians and half heights per press of a key. */
@@ -25,7 +26,7 @@ const element = (id) => /** @type {HTMLElement} */ (document.getElementById(id))
 
 const picture = new Picture(/** @type {HTMLCanvasElement} */ (element("picture")));
 const status = new Status();
-const session = new Session(picture, { show, showCamera, showHistory }, {
+const session = new Session(picture, { show, showCamera, showHistory, requested }, {
   message, picture: receive,
   lost: (reason) => status.problem(reason || "The connection is lost. The page connects again by itself once layersplat answers.", "lost"),
 });
@@ -48,11 +49,23 @@ const lighting = new Lighting({
 const cutting = new Cutting({ change: changeLook, plane: newPlane });
 const sides = new Sides((side) => session.look(side));
 const keeping = new Keeping(session, status);
+const slices = new Slices({
+  send: (request) => session.connection.send(request),
+  axes: () => {
+    const own = axes(session.state.camera);
+    return [own.right, own.up, own.toEye].map((axis) => toWorld(axis, session.hello.frame));
+  },
+});
 
 // For tests.
 Object.assign(globalThis, {
-  layersplat: { shown: status.shown, requested: () => session.id, state: () => session.history?.now, connection: () => session.connection },
+  layersplat: { shown: status.shown, requested: () => session.id, state: () => session.history?.now, connection: () => session.connection, slices: () => slices },
 });
+
+/** Slices follow what views are asked with. @param {{ transfer: unknown, background: string, isMoving: boolean }} own */
+function requested({ transfer, background, isMoving }) {
+  slices.follow(transfer, background, isMoving);
+}
 
 /** @param {any} text */
 function message(text) {
@@ -65,6 +78,7 @@ function message(text) {
     transfer: () => session.setTransfer({ name: text.name, colors: text.colors, opacities: text.opacities }),
     written: () => download(new Blob([text.text], { type: "text/plain" }), text.name),
     command: () => keeping.show(text),
+    slices: () => slices.answer(text),
     problem: () => status.problem(text.sentence),
   };
   answers[text.type]?.();
@@ -82,6 +96,7 @@ function begin(hello) {
   controls.setRange(histogram.lowest, histogram.highest);
   sides.set(hello.sides);
   session.begin(hello);
+  slices.begin(hello);
   names.fill(session);
   keeping.offerSize();
 }
@@ -93,6 +108,11 @@ const short = (number) => String(Number(number.toPrecision(5)));
 async function receive(received) {
   if (received.step === "saved") {
     download(received.blob, "layersplat.png");
+    return;
+  }
+  if (received.step === "slices") {
+    await slices.draw(received);
+    requestAnimationFrame(() => session.connection.send({ type: "shown" }));
     return;
   }
   await picture.draw(received);
@@ -162,7 +182,8 @@ function listen() {
     ",": held(() => roll(-5)), ".": held(() => roll(5)),
     ...Object.fromEntries([0, 1, 2, 3, 4, 5].map((n) => [String(n + 1), () => session.look(session.hello.sides[n])])),
     "7": corner(45), "8": corner(225),
-    f: () => session.fit(), r: () => session.reset(), o: project, p: fold, s: () => keeping.save(), c: () => keeping.copy(), "?": help,
+    f: () => session.fit(), r: () => session.reset(), o: project, p: fold, s: () => keeping.save(), c: () => keeping.copy(),
+    x: () => slices.toggle(), "?": help,
     "Ctrl+z": () => session.go(-1), "Ctrl+y": () => session.go(1), "Ctrl+Shift+z": () => session.go(1),
   });
   controls.listen(changeLook);

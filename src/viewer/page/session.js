@@ -6,7 +6,8 @@ import { copy, fromFragment, History, isEqual, toFragment } from "./state.js";
 /** @typedef {import("./state.js").Camera} Camera */
 /** @typedef {import("./state.js").Look} Look */
 /** @typedef {import("./state.js").State} State */
-/** @typedef {{ show: () => void, showCamera: () => void, showHistory: () => void }} Shows */
+/** @typedef {{ show: () => void, showCamera: () => void, showHistory: () => void,
+ *   requested: (own: { transfer: unknown, background: string, isMoving: boolean }) => void }} Shows */
 
 /** Milliseconds after the last key at which the hand rests. */
 const KEY_REST = 250;
@@ -94,6 +95,7 @@ export class Session {
     this.sent = { look: copy(look), transfer: copy(points) };
     this.id += 1;
     this.connection.send({ type: "view", id: this.id, camera, ...this.picture.size(), moving: this.isMoving });
+    this.shows.requested({ transfer: points, background: look.background, isMoving: this.isMoving });
   }
 
   /** @param {(look: Look) => void} change @param {boolean} isDone */
