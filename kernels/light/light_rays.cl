@@ -1,7 +1,7 @@
 // Transmittance to a light, as in light_sweep.cl, with a work-item per ray, for GPUs.
 //
-// One work-group per tile of rays. In each layer its work-items exchange their transmittances through local memory, and each writes the voxel
-// between its ray and the next ones. VW is 1. A sweep visits all layers: `state` is not used.
+// One work-group per tile of rays. In each layer its work-items exchange their transmittances through local memory, and each writes one
+// voxel, from its own and the next rays. VW is 1. A sweep visits all layers: `state` is not used.
 
 #include "layered/sample_tile.cl"
 
@@ -23,15 +23,21 @@ static inline float value_on_layer(__global const VOXEL *voxels, const VolumeVie
     return columns[0] + across_columns.tap[2] * (columns[1] - columns[0]);
 }
 
-// Writes the voxel before the ray at a place of a tile: it lies between this ray, the next ones of its row and column, and the one diagonally
-// behind.
+// Writes the voxel that lies between the second and the third of four rays in a row, and in a column, of which the first is at a place of a
+// tile.
 static inline void store_voxel(const LightSweepParams *p, const RayLayer *layer, __local const float *rays, int2 place,
                                __global uchar *light, __global ushort *sums) {
-    const int i = layer->first_u + 1 + place.x, j = layer->first_v + 1 + place.y;
-    if (place.x == COLUMNS - 1 || place.y == SWEEP_ROWS - 1 || i < -1 || i > p->dims_u || j < -1 || j > p->dims_v)
+    const int i = layer->first_u + 2 + place.x, j = layer->first_v + 2 + place.y;
+    if (place.x >= COLUMNS - COMMON_RAYS || place.y >= SWEEP_ROWS - COMMON_RAYS || i < -1 || i > p->dims_u || j < -1 || j > p->dims_v)
         return;
-    __local const float *near = rays + place.y * COLUMNS + place.x, *far = near + COLUMNS;
-    const int steps = light_between(p, layer, near[0], near[1], far[0], far[1]);
+    const float4 across_columns = ray_weights(layer->between_u), across_rows = ray_weights(layer->between_v);
+    float columns[COMMON_RAYS + 1];
+#pragma unroll
+    for (int r = 0; r <= COMMON_RAYS; r++) {
+        __local const float *ray = rays + (place.y + r) * COLUMNS + place.x;
+        columns[r] = mixed_rays(across_columns, ray[0], ray[1], ray[2], ray[3]);
+    }
+    const int steps = light_steps(p, mixed_rays(across_rows, columns[0], columns[1], columns[2], columns[3]));
     const size_t voxel = (size_t)(layer->k - p->first_stored) * p->stride_a + (size_t)(j + 1) * p->stride_v + (size_t)(i + 1) * p->stride_u;
     store_light(p, voxel, steps, light + (size_t)p->volume * p->volume_bytes, sums);
 }
@@ -49,7 +55,7 @@ __kernel void light_rays(__global const VOXEL *voxels, VolumeView view, __global
     voxels += view.first;
     __global const uchar *sky = 0;
     const ShadingSource gradients = SHADING_SOURCE;
-    const int column = tile % p.tiles_u * (COLUMNS - 1), row = tile / p.tiles_u * (SWEEP_ROWS - 1);
+    const int column = tile % p.tiles_u * (COLUMNS - COMMON_RAYS), row = tile / p.tiles_u * (SWEEP_ROWS - COMMON_RAYS);
     const int2 place = place_in_tile(get_local_id(0));
     float transmittance = 1.0f;
     RaySample before;

@@ -5,10 +5,10 @@
 // each layer all rays have the same position between the voxels: `offsets`, for layers -1 ... n along u, then along v. The transmittance is
 // interpolated once, when it is written to the voxels of the layer.
 //
-// One work-item per tile of rays. A tile has one column and one row in common with its neighbours, so that each voxel between two rays
-// belongs to one tile. Voxels -1 ... n are written along each axis. A sweep may visit some of the layers only, numbered from 0 in the order
-// of the light: then each tile continues from its rays in `state` and leaves them there, SWEEP_ROWS rows of COLUMNS. Segments between two
-// layers are pre-integrated, as those of views are (`integrals`: preintegration.cl). COARSE: voxels are transmittances
+// One work-item per tile of rays. A tile has three columns and rows in common with its neighbours (COMMON_RAYS), so that each voxel belongs
+// to one tile. Voxels -1 ... n are written along each axis. A sweep may visit some of the layers only, numbered from 0 in the order of the
+// light: then each tile continues from its rays in `state` and leaves them there, SWEEP_ROWS rows of COLUMNS. Segments between two layers
+// are pre-integrated, as those of views are (`integrals`: preintegration.cl). COARSE: voxels are transmittances
 // (coarse_transmittance.cl), of which each layer has half a length.
 
 #ifndef SWEEP_VECTORS
@@ -20,7 +20,7 @@
 
 // Rays per row of a tile.
 #define COLUMNS (SWEEP_VECTORS * VW)
-// With room for unaligned vectors that begin at the last column.
+// With room for unaligned vectors that begin at the last column, or two before it.
 #define PADDED_COLUMNS (COLUMNS + VW)
 
 #include "light/ray_sample.cl"
@@ -29,17 +29,26 @@
 static inline void store_layer(const LightSweepParams *p, const RayLayer *layer, const float (*rays)[PADDED_COLUMNS], bool lit,
                                __global uchar *light, __global ushort *sums) {
     light += (size_t)p->volume * p->volume_bytes;
-    const int i = layer->first_u + 1, j = layer->first_v + 1;
-    const int from_row = max(0, -1 - j), to_row = min(SWEEP_ROWS - 1, p->dims_v + 1 - j);
-    const int from = max(0, -1 - i), to = min(COLUMNS - 1, p->dims_u + 1 - i);
+    const int i = layer->first_u + 2, j = layer->first_v + 2;
+    const int from_row = max(0, -1 - j), to_row = min(SWEEP_ROWS - COMMON_RAYS, p->dims_v + 1 - j);
+    const int from = max(0, -1 - i), to = min(COLUMNS - COMMON_RAYS, p->dims_u + 1 - i);
+    const float4 across_columns = ray_weights(layer->between_u), across_rows = ray_weights(layer->between_v);
+    // Rays interpolated along u.
+    float columns[SWEEP_ROWS][PADDED_COLUMNS];
+    if (!lit && to_row > from_row)
+        for (int r = from_row; r < to_row + COMMON_RAYS; r++)
+            for (int c = from; c < to; c += VW)
+                STOREV(columns[r] + c, mixed_rays(across_columns, LOADV(rays[r] + c), LOADV(rays[r] + c + 1), LOADV(rays[r] + c + 2),
+                                                  LOADV(rays[r] + c + 3)));
     for (int r = from_row; r < to_row; r++) {
         const size_t first =
             (size_t)(layer->k - p->first_stored) * p->stride_a + (size_t)(j + r + 1) * p->stride_v + (size_t)(i + 1) * p->stride_u;
         for (int c = from; c < to; c += VW) {
             const int count = min(VW, to - c);
-            const intv steps = lit ? light_between(p, layer, 1.0f, 1.0f, 1.0f, 1.0f)
-                                   : light_between(p, layer, LOADV(rays[r] + c), LOADV(rays[r] + c + 1), LOADV(rays[r + 1] + c),
-                                                   LOADV(rays[r + 1] + c + 1));
+            const realv mixed = lit ? (realv)(1.0f)
+                                    : mixed_rays(across_rows, LOADV(columns[r] + c), LOADV(columns[r + 1] + c), LOADV(columns[r + 2] + c),
+                                                 LOADV(columns[r + 3] + c));
+            const intv steps = light_steps(p, mixed);
             const size_t at = first + (size_t)c * p->stride_u;
 #if VW > 1
             if (count == VW && p->stride_u == 1) {
@@ -74,7 +83,7 @@ __kernel void light_sweep(__global const VOXEL *voxels, VolumeView view, __globa
         return;
     voxels += view.first;
     state += (size_t)id * (SWEEP_ROWS * COLUMNS);
-    const int column = id % p.tiles_u * (COLUMNS - 1), row = id / p.tiles_u * (SWEEP_ROWS - 1);
+    const int column = id % p.tiles_u * (COLUMNS - COMMON_RAYS), row = id / p.tiles_u * (SWEEP_ROWS - COMMON_RAYS);
     __global const uchar *sky = 0;
     const ShadingSource gradients = SHADING_SOURCE;
     // Transmittance of the rays, and their samples in the layer before.

@@ -8,6 +8,9 @@
 #include "shared/integral_nodes.cl"
 #include "shared/shading.cl"
 
+// Columns and rows of rays that neighbouring tiles have in common: a voxel is interpolated from 4 x 4 rays of one tile.
+#define COMMON_RAYS 3
+
 // Values of LightSweepParams.sum.
 #define STORE 1
 #define ADD 2
@@ -198,12 +201,27 @@ static inline realv recovered(const LightSweepParams *p, realv light) {
     return p->recovered < 1.0f ? 1.0f - p->recovered * (1.0f - light) : light;
 }
 
-// The light of a voxel between four rays, in steps.
-static inline intv light_between(const LightSweepParams *p, const RayLayer *layer, realv one, realv to_one, realv other, realv to_other) {
-    const realv near = to_one + layer->between_u * (one - to_one), far = to_other + layer->between_u * (other - to_other);
-    const realv level = (far + layer->between_v * (near - far)) * p->gain;
-    // Interpolation rounds.
-    return CONVERT_INTV(CLAMP(level, (realv)(0.0f), (realv)(1.0f)) * p->steps + 0.5f);
+// Weights of four rays in a row for the voxel between the second and the third, which lies `behind` voxels before the third: Catmull-Rom.
+// Linear weights would blur shadows by an amount that depends on where the rays of a layer lie between its voxels: stripes, from layer to
+// layer. Light of an iso-surface is 0 or 1 along a ray, and a surface must not dim what lies more than a voxel off it: linear.
+static inline float4 ray_weights(float behind) {
+    const float t = 1.0f - behind;
+#if BLEND == ISO
+    return (float4)(0.0f, behind, t, 0.0f);
+#else
+    return (float4)(t * (t * (1.0f - 0.5f * t) - 0.5f), 1.0f + t * t * (1.5f * t - 2.5f), t * (t * (2.0f - 1.5f * t) + 0.5f),
+                    t * t * (0.5f * t - 0.5f));
+#endif
+}
+
+// Weighted sum of four rays. The weights sum to one: sums of differences keep equal values exact to the bit.
+static inline realv mixed_rays(float4 w, realv one, realv two, realv three, realv four) {
+    return two + w.s0 * (one - two) + (w.s2 * (three - two) + w.s3 * (four - two));
+}
+
+// Interpolated light in steps.
+static inline intv light_steps(const LightSweepParams *p, realv light) {
+    return CONVERT_INTV(CLAMP(light * p->gain, (realv)(0.0f), (realv)(1.0f)) * p->steps + 0.5f);
 }
 
 // Stores the light of a voxel.

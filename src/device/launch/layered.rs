@@ -33,7 +33,7 @@ impl Defines {
     }
 
     /// For kernels with a work-item per sample.
-    pub fn with_sample_tile(self, tuning: &Tuning) -> Self {
+    fn with_sample_tile(self, tuning: &Tuning) -> Self {
         let [columns, rows] = tuning.sample_tile;
         self.with("SAMPLE_COLUMNS", columns).with("SAMPLE_ROWS", rows)
     }

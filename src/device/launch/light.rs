@@ -62,8 +62,8 @@ kernel! {
 }
 
 impl LightSweep {
-    /// Rows of rays in a tile. The last is shared with the next tile.
-    const ROWS: usize = 17;
+    /// Rows of rays in a tile.
+    const ROWS: usize = 19;
     /// Columns of rays: three vectors. Wider tiles would lie over more than eight blocks, which are loaded at once.
     const VECTORS: usize = 3;
 
@@ -94,9 +94,12 @@ impl LightSweep {
     }
 }
 
-/// Number of tiles of some columns and rows for this many rays. Neighbouring tiles have a row or column of rays in common.
+/// Columns and rows of rays that neighbouring tiles have in common: COMMON_RAYS in kernels/light/ray_sample.cl.
+const COMMON: usize = 3;
+
+/// Number of tiles of some columns and rows for this many rays.
 fn overlapping_tiles(size: [usize; 2], tile: [usize; 2]) -> [i32; 2] {
-    [0, 1].map(|i| (size[i] - 1).div_ceil(tile[i] - 1) as i32)
+    [0, 1].map(|i| (size[i] - COMMON).div_ceil(tile[i] - COMMON) as i32)
 }
 
 impl Launch for LightSweep {
@@ -125,22 +128,26 @@ impl Declared for LightRays {
 }
 
 impl LightRays {
+    /// Columns and rows of rays of a work-group. Of 8 × 8, only 5 × 5 would have all the rays that their voxels need.
+    const TILE: [usize; 2] = [16, 16];
+
     /// Number of tiles for this many rays along u and v.
-    pub fn tiles(size: [usize; 2], tuning: &Tuning) -> [i32; 2] {
-        overlapping_tiles(size, tuning.sample_tile.map(|n| n as usize))
+    pub fn tiles(size: [usize; 2]) -> [i32; 2] {
+        overlapping_tiles(size, Self::TILE)
     }
 }
 
 impl Launch for LightRays {
     type Variant = <LightSweep as Launch>::Variant;
-    const ITEMS: Items = Items::Samples;
+    const ITEMS: Items = Items::Rays(Self::TILE[0] * Self::TILE[1]);
 
-    fn defines(tuning: &Tuning, variant: Self::Variant) -> String {
-        LightSweep::shared_defines(1, variant).with_sample_tile(tuning).0
+    fn defines(_: &Tuning, variant: Self::Variant) -> String {
+        let [columns, rows] = Self::TILE;
+        LightSweep::shared_defines(1, variant).with("SAMPLE_COLUMNS", columns).with("SAMPLE_ROWS", rows).0
     }
 
-    fn items(a: &LightSweepArguments, tuning: &Tuning) -> usize {
-        tiles(a.p.tiles) * tuning.sample_group()
+    fn items(a: &LightSweepArguments, _: &Tuning) -> usize {
+        tiles(a.p.tiles) * Self::TILE[0] * Self::TILE[1]
     }
 }
 

@@ -165,7 +165,7 @@ impl Scene<'_> {
         let local = |i: usize| dims[i] as i32;
         let toward = f64::from(rays.layer_step);
         let p = LightSweepParams {
-            tiles: if by_rays { SweepByRays::tiles(rays.size, tuning) } else { LightSweep::tiles(rays.size, tuning) },
+            tiles: if by_rays { SweepByRays::tiles(rays.size) } else { LightSweep::tiles(rays.size, tuning) },
             blocks: visible.as_ref().map_or([0; 2], |visible| visible.blocks),
             dims: [frame.u, frame.v, frame.a].map(local),
             layer_step: rays.layer_step,

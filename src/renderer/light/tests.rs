@@ -182,7 +182,7 @@ fn both_schedules_make_the_same_light() {
     let blobs = volume([50, 41, 37], DVec3::new(1.0, 1.3, 0.8), |p| (p * 0.31).sin().element_sum() > 2.1);
     let own = device();
     let samples = Tuning { lattice_schedule: LatticeSchedule::Samples, ..*own.tuning() };
-    let tunings = [samples, Tuning { sample_tile: [16, 4], ..samples }, Tuning { vector_width: 4, ..*own.tuning() }];
+    let tunings = [samples, Tuning { vector_width: 4, ..*own.tuning() }];
     let exact = shadow_of(Light::towards(DVec3::new(0.3, 0.2, -1.0)));
     let crop = Some(CropBox { lowest: DVec3::ZERO, highest: DVec3::new(30.0, 29.0, 20.0) });
     let occlusion = Some(AmbientOcclusion { reach: Some(9.0), gain: 1.0 });
