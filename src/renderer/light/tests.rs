@@ -155,10 +155,13 @@ fn shadows_stay_sharp() {
             |level: f64| (0..1600).map(|n| start + 0.01 * f64::from(n)).find(|&x| light.between(x, 20, z) > level).unwrap();
         crossing(0.9) - crossing(0.1)
     };
-    let widths = [236, 206, 166, 7].map(width);
-    println!("10-90 % width of a knife edge's shadow after 10, 40, 80, 239 layers: {widths:.2?}");
-    assert!(widths.iter().all(|&width| width < 1.8), "{widths:?}");
-    assert!(widths[3] < widths[0] + 0.3, "{widths:?}");
+    // The mean over ten layers, since the width depends on where rays lie between the voxels of a layer.
+    let widths = [232, 202, 162, 3].map(|z| (z..z + 10).map(width).collect::<Vec<_>>());
+    let means = widths.each_ref().map(|widths| widths.iter().sum::<f64>() / 10.0);
+    let widest = widths.iter().flatten().copied().fold(0.0, f64::max);
+    println!("10-90 % width of a knife edge's shadow after 9, 39, 79, 238 layers: {means:.2?}, widest {widest:.2}");
+    assert!(widest < 1.8, "{widest}");
+    assert!(means[3] < means[0] + 0.2, "{means:?}");
 }
 
 #[test]
