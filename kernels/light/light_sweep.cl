@@ -23,6 +23,14 @@
 // With room for unaligned vectors that begin at the last column, or two before it.
 #define PADDED_COLUMNS (COLUMNS + VW)
 
+// Layers before the first one of a sweep that are sampled, too: that in which the first segment begins, and with gradient opacity the one
+// before, since the opacity at a sample is thinned if the segment before it absorbs light.
+#ifdef THINNED
+#define SAMPLED_BEFORE 2
+#else
+#define SAMPLED_BEFORE 1
+#endif
+
 #include "light/ray_sample.cl"
 
 // Voxels -1 ... n of layer k that lie between the rays of a tile: interpolates the transmittance of the rays around them.
@@ -101,8 +109,7 @@ __kernel void light_sweep(__global const VOXEL *voxels, VolumeView view, __globa
         }
     }
     int sampled_last = -2;    // number of the layer that the samples before belong to
-    for (int n = max(p.from - 1, 0); n < p.to; n++) {
-        // The layer before the first one has the samples at which the first segment begins.
+    for (int n = max(p.from - SAMPLED_BEFORE, 0); n < p.to; n++) {
         const bool begins = n < p.from;
         const int k = p.layer_step > 0 ? n - 1 : p.layers - n;
         const RayLayer layer = ray_layer(&p, offsets, column, row, k);

@@ -44,7 +44,8 @@ static inline bool is_beside_volume(const LightSweepParams *p, const RayLayer *l
 }
 
 // Whether something can be visible between a layer and the one before, and between it and the next, among the layers that a sweep visits.
-// n: number of the layer, as rays meet it; first_held: the first layer of the voxels.
+// n: number of the layer, as rays meet it; first_held: the first layer of the voxels. Layers before that in which the first segment begins
+// are sampled even if nothing is visible.
 typedef struct {
     bool before, behind;
 } Crossing;
@@ -56,7 +57,7 @@ static inline Crossing crossing_of(__global const uchar *visible, const LightSwe
         const RayLayer last = ray_layer(p, offsets, column, row, layer->k - p->layer_step);
         c.before = is_slab_visible_between(visible, p, first_held, &last, layer);
     }
-    if (p->culling && c.behind) {
+    if (p->culling && c.behind && n + 1 >= p->from) {
         const RayLayer next = ray_layer(p, offsets, column, row, layer->k + p->layer_step);
         c.behind = is_slab_visible_between(visible, p, first_held, layer, &next);
     }
