@@ -66,6 +66,8 @@ pub(crate) enum Items {
     Pixels,
     /// A lattice sample; a work-group computes one tile.
     Samples,
+    /// A ray; a work-group of this size computes one tile.
+    Rays(usize),
     /// A contiguous part of a list; one work-group processes the whole list.
     Runs,
 }
@@ -92,6 +94,7 @@ impl Items {
             Items::Tiles => tuning.tile_group,
             Items::Pixels => tuning.pixel_group,
             Items::Samples => tuning.sample_group(),
+            Items::Rays(group) => group,
             Items::Runs => tuning.scan_group,
         }
     }
