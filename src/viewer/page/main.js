@@ -10,7 +10,7 @@ import * as keys from "./keys.js";
 import { Lighting } from "./lighting.js";
 import { Picture } from "./picture.js";
 import { Sides } from "./sides.js";
-import { Slices } from "./slices.js";
+import { firstSlices, Slices } from "./slices.js";
 import { download, toClipboard } from "./saving.js";
 import { copy, fromFragment, History, isEqual, toFragment } from "./state.js";
 
@@ -74,6 +74,7 @@ const lighting = new Lighting({
 const cutting = new Cutting({ change: changeLook, plane: newPlane });
 const sides = new Sides((side) => look(side));
 const slices = new Slices({
+  change: keepSlices,
   send: (request) => connection.send(request),
   axes: () => {
     const own = axes(state().camera);
@@ -111,6 +112,11 @@ function message(text) {
   answers[text.type]?.();
 }
 
+/** What the page shows at first. @returns {State} */
+function firstState() {
+  return { camera: hello.camera, look: hello.look, transfer: hello.transfer, slices: firstSlices(hello) };
+}
+
 /** A new connection: the first one, or one after a loss, with the same view. @param {any} first */
 function begin(first) {
   hello = first;
@@ -126,7 +132,7 @@ function begin(first) {
   sides.set(hello.sides);
   fillNames();
   if (history === null) {
-    const initial = { camera: hello.camera, look: hello.look, transfer: hello.transfer };
+    const initial = firstState();
     history = new History(initial);
     const kept = fromFragment(location.hash.slice(1), initial);
     if (kept) {
@@ -136,8 +142,8 @@ function begin(first) {
       awaits = "first";
     }
   }
-  show();
   slices.begin(hello);
+  show();
   if (awaits === "first") connection.send({ type: "fit", camera: state().camera, ...picture.size() });
   else settle();
   field("save-width").value = String(picture.size().width);
@@ -206,6 +212,15 @@ function changeLook(change, isDone) {
   else move();
 }
 
+/** Slices change without a new picture. @param {import("./state.js").SlicesState} own @param {boolean} isDone */
+function keepSlices(own, isDone) {
+  state().slices = own;
+  if (!isDone) return;
+  history?.commit();
+  keepAddress();
+  showHistory();
+}
+
 /** @param {(camera: import("./state.js").Camera) => import("./state.js").Camera} change */
 function changeCamera(change) {
   if (!history) return;
@@ -250,7 +265,7 @@ function fitted(camera) {
 
 function reset() {
   if (!history) return;
-  history.now = { camera: copy(hello.camera), look: copy(hello.look), transfer: copy(hello.transfer) };
+  history.now = copy(firstState());
   show();
   settle();
 }
@@ -276,6 +291,7 @@ function show({ exceptEditor = false } = {}) {
   controls.show(own, hello.is_layered);
   lighting.set(own);
   cutting.set(own);
+  slices.set(state().slices);
   picture.canvas.classList.toggle("transparent", own.background === "transparent");
   showCamera();
   showHistory();
@@ -473,7 +489,7 @@ function listen() {
   });
   new ResizeObserver(() => { if (history && awaits === "nothing") settle(); }).observe(picture.canvas);
   addEventListener("hashchange", () => {
-    const kept = history && fromFragment(location.hash.slice(1), { camera: hello.camera, look: hello.look, transfer: hello.transfer });
+    const kept = history && fromFragment(location.hash.slice(1), firstState());
     if (!kept || !history) return;
     history.now = kept;
     show();
