@@ -112,7 +112,7 @@ fn slices_of_patients_are_seen_from_the_usual_side() {
     let voxel = |n: usize| {
         if n % 5 == 4 {
             200
-        } else if n / 5 % 5 == 0 {
+        } else if (n / 5).is_multiple_of(5) {
             100
         } else {
             10
