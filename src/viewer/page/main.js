@@ -50,6 +50,7 @@ const cutting = new Cutting({ change: changeLook, plane: newPlane });
 const sides = new Sides((side) => session.look(side));
 const keeping = new Keeping(session, status);
 const slices = new Slices({
+  change: (own, isDone) => session.keepSlices(own, isDone),
   send: (request) => session.connection.send(request),
   axes: () => {
     const own = axes(session.state.camera);
@@ -95,8 +96,8 @@ function begin(hello) {
   cutting.setVolume(volume);
   controls.setRange(histogram.lowest, histogram.highest);
   sides.set(hello.sides);
-  session.begin(hello);
   slices.begin(hello);
+  session.begin(hello);
   names.fill(session);
   keeping.offerSize();
 }
@@ -134,6 +135,7 @@ function show({ exceptEditor = false } = {}) {
   controls.show(look, session.hello.is_layered);
   lighting.set(look);
   cutting.set(look);
+  slices.set(session.state.slices);
   picture.canvas.classList.toggle("transparent", look.background === "transparent");
   showCamera();
   showHistory();

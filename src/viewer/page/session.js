@@ -1,6 +1,7 @@
 // The page's state, and what the server has of it: requests are made here alone.
 
 import { Connection } from "./connection.js";
+import { firstSlices } from "./slices.js";
 import { copy, fromFragment, History, isEqual, toFragment } from "./state.js";
 
 /** @typedef {import("./state.js").Camera} Camera */
@@ -61,7 +62,7 @@ export class Session {
 
   get initial() {
     const { camera, look, transfer } = this.hello;
-    return { camera, look, transfer };
+    return { camera, look, transfer, slices: firstSlices(this.hello) };
   }
 
   /** Draws the view as fast as the hand moves. */
@@ -107,6 +108,15 @@ export class Session {
     this.shows.show();
     if (isDone) this.settle();
     else this.move();
+  }
+
+  /** Slices change without a new picture. @param {import("./state.js").SlicesState} own @param {boolean} isDone */
+  keepSlices(own, isDone) {
+    this.state.slices = own;
+    if (!isDone) return;
+    this.history?.commit();
+    this.keepAddress();
+    this.shows.showHistory();
   }
 
   /** @param {(camera: Camera) => Camera} change */
