@@ -290,14 +290,27 @@ describe("curve", () => {
   });
 
   on("palettes, presets and colour maps", async (page, first) => {
-    const choose = (name) => answered(page, () => page.locator("#named").selectOption(name));
-    await choose("automatic:vivid");
+    const choose = (button) => answered(page, () => page.locator(button).click());
+    await choose('#palettes button[title="vivid"]');
     const vivid = await refined(page);
     isDifferent(vivid, first, "vivid");
-    await choose("preset:simulation");
+    await choose('#presets button[title^="simulation"]');
     isDifferent(await refined(page), vivid, "preset");
-    await choose("initial:");
+    await choose("#initial");
     isSame(await refined(page), first, "as at the start");
+    // The command began with the automatic one in the first palette's colours.
+    await choose("#presets button");
+    await choose("#automatic");
+    isSame(await refined(page), first, "automatic again");
+    // Previews have the colours of the server's tables.
+    const colorsOf = (id) => page.locator(`${id} canvas`).evaluateAll((canvases) => canvases.map((canvas) => {
+      const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, 1);
+      return new Set(Array.from({ length: canvas.width }, (_, n) => data.slice(4 * n, 4 * n + 3).join())).size;
+    }));
+    for (const id of ["#palettes", "#presets", "#maps"]) {
+      const counts = await colorsOf(id);
+      assert.ok(counts.length >= 4 && counts.every((count) => count > 1), `${id}: ${counts}`);
+    }
     const before = await points(page);
     await page.locator("#maps button").nth(2).click();
     isDifferent(await refined(page), first, "a colour map");
@@ -435,11 +448,11 @@ describe("everybody", () => {
     // Every control is reached by the Tab key.
     await page.evaluate(() => document.querySelectorAll("details").forEach((part) => { part.open = true; }));
     const reached = new Set();
-    for (let n = 0; n < 120; n += 1) {
+    for (let n = 0; n < 180; n += 1) {
       await page.keyboard.press("Tab");
       reached.add(await page.evaluate(() => document.activeElement?.id || document.activeElement?.ariaLabel || document.activeElement?.textContent));
     }
-    for (const id of ["picture", "fold", "reset", "fit", "named", "curve", "colors", "point-value", "shift", "ball", "shadows", "blend", "quality",
+    for (const id of ["picture", "fold", "reset", "fit", "momentum", "automatic", "tent", "range-low", "flip", "measure", "legend", "handles", "add-light", "gradient", "save-format", "copy-python", "curve", "colors", "point-value", "shift", "ball", "shadows", "blend", "quality",
       "background", "x from", "add-clip", "save", "copy"]) {
       assert.ok(reached.has(id), `${id} of ${[...reached].join(", ")}`);
     }
@@ -467,7 +480,7 @@ describe("everybody", () => {
     await page.locator("#fold").click();
     await page.evaluate(() => document.querySelectorAll("details").forEach((part) => { part.open = true; }));
     const wide = await page.evaluate(() => {
-      const all = [...document.querySelectorAll("#panel *")].filter((item) => !item.closest("#maps"));
+      const all = [...document.querySelectorAll("#panel *")].filter((item) => !item.closest(".strip"));
       const beyond = all.filter((item) => item.getBoundingClientRect().right > innerWidth + 0.5);
       return [document.documentElement.scrollWidth, beyond.map((item) => item.id || item.tagName)];
     });
