@@ -6,12 +6,8 @@ import { createRequire } from "node:module";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, describe, test } from "node:test";
+import { answered, isDifferent, isSame, pagesOf, section, set } from "./shared.js";
 import { difference, drag, launch, measured, open, pixels, refined, serve } from "./viewer.js";
-
-/** Mean difference of pictures that a user would call different, in 8-bit steps. */
-const DIFFERENT = 0.8;
-/** Of pictures of the same view, after rounding of angles. */
-const SAME = 0.02;
 
 let server;
 let browser;
@@ -23,35 +19,7 @@ after(async () => {
   await browser.close();
   await server.end();
 });
-
-/** A test with a page of its own, which must not report errors or ask others for anything. */
-function on(name, body, options) {
-  test(name, async () => {
-    const page = await open(browser, server.url, options);
-    try {
-      await body(page, await pixels(page));
-      assert.deepEqual([page.errors, page.foreign], [[], []]);
-    } finally {
-      await page.context().close();
-    }
-  });
-}
-
-const isDifferent = (a, b, what) => assert.ok(difference(a, b) > DIFFERENT, `${what}: ${difference(a, b)}`);
-const isSame = (a, b, what) => assert.ok(difference(a, b) <= SAME, `${what}: ${difference(a, b)}`);
-const section = (page, name) => page.locator("summary", { hasText: name }).click();
-/** Does something that the server answers before the picture changes. */
-async function answered(page, action) {
-  const before = await page.evaluate(() => globalThis.layersplat.requested());
-  await action();
-  await page.waitForFunction((id) => globalThis.layersplat.requested() > id, before);
-}
-/** Sets a slider or a number, as a hand does. */
-const set = (page, id, value) => page.locator(id).evaluate((field, to) => {
-  field.value = String(to);
-  field.dispatchEvent(new Event("input", { bubbles: true }));
-  field.dispatchEvent(new Event("change", { bubbles: true }));
-}, value);
+const on = pagesOf(() => [browser, server.url]);
 
 describe("opening", () => {
   on("shows a picture, and the token has left the address", async (page, first) => {
@@ -429,10 +397,20 @@ describe("keeping", () => {
     const [picture] = await Promise.all([page.waitForEvent("download"), page.locator("#save").click()]);
     const bytes = await readFile(await picture.path());
     assert.deepEqual([picture.suggestedFilename(), bytes.readUInt32BE(16), bytes.readUInt32BE(20)], ["layersplat.png", 300, 200]);
+    const [numbers] = await Promise.all([
+      page.waitForEvent("download", (download) => download.suggestedFilename().endsWith("exr")),
+      page.locator("#save-format").selectOption("exr").then(() => page.locator("#save").click()),
+    ]);
+    assert.deepEqual([...(await readFile(await numbers.path())).subarray(0, 4)], [0x76, 0x2f, 0x31, 0x01], "the magic number of EXR");
+    await page.locator("#save-format").selectOption("png");
     const [transfer] = await Promise.all([page.waitForEvent("download"), page.locator("#copy").click()]);
     assert.equal(transfer.suggestedFilename(), "layersplat.json");
     const line = await page.locator("#command").inputValue();
     assert.match(line, /^layersplat render builtin:hydrogen@48 --transfer layersplat\.json .*--size 300x200.* -o layersplat\.png$/);
+    const [again] = await Promise.all([page.waitForEvent("download"), page.locator("#copy-python").click()]);
+    assert.equal(again.suggestedFilename(), "layersplat.json");
+    const program = await page.locator("#command").inputValue();
+    assert.match(program, /^import layersplat\n[^]*TransferFunction\.open\("layersplat\.json", volume\)[^]*\(300, 200\), settings/);
     await page.locator("#save-samples").fill("99");
     await page.locator("#save").click();
     await page.locator("#problem", { hasText: /1 to 16/ }).waitFor();
