@@ -3,5 +3,6 @@
 mod client;
 mod limits;
 mod pictures;
+mod python;
 mod reading;
 mod safety;
