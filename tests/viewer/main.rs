@@ -3,6 +3,7 @@
 mod client;
 mod limits;
 mod pictures;
+mod python;
 mod reading;
 mod safety;
 mod slices;

@@ -89,14 +89,20 @@ export class Session {
   /** Sends what the server does not have, and asks for a picture. */
   request() {
     if (!this.history || !this.connection.isOpen) return;
+    this.sync();
+    this.id += 1;
     const { camera, look, transfer } = this.state;
+    this.connection.send({ type: "view", id: this.id, camera, ...this.picture.size(), moving: this.isMoving });
+    this.shows.requested({ transfer: [transfer.colors, transfer.opacities], background: look.background, isMoving: this.isMoving });
+  }
+
+  /** Sends the look and the transfer function if the server does not have them. */
+  sync() {
+    const { look, transfer } = this.state;
     const points = [transfer.colors, transfer.opacities];
     if (!isEqual(this.sent.look, look)) this.connection.send({ type: "look", look });
     if (!isEqual(this.sent.transfer, points)) this.connection.send({ type: "transfer", colors: points[0], opacities: points[1] });
     this.sent = { look: copy(look), transfer: copy(points) };
-    this.id += 1;
-    this.connection.send({ type: "view", id: this.id, camera, ...this.picture.size(), moving: this.isMoving });
-    this.shows.requested({ transfer: points, background: look.background, isMoving: this.isMoving });
   }
 
   /** @param {(look: Look) => void} change @param {boolean} isDone */

@@ -22,7 +22,7 @@ function on(name, body, options) {
   test(name, async () => {
     const page = await open(browser, server.url, options);
     try {
-      await page.keyboard.press("x");
+      await page.keyboard.press("v");
       await refined(page);
       await body(page, await slices(page));
       assert.deepEqual([page.errors, page.foreign], [[], []]);
@@ -61,7 +61,7 @@ describe("slices", () => {
     assert.ok(shown.every((slice) => difference({ ...slice, data: slice.data.map((v, n) => (n % 4 === 3 ? v : slice.data[n - (n % 4)])) }, slice) < 0.1), "grey");
     const [picture, first] = await Promise.all([page.locator("#picture").boundingBox(), canvas(page, 0).boundingBox()]);
     assert.ok(picture.x + picture.width <= first.x + 1, "beside each other");
-    await page.keyboard.press("x");
+    await page.keyboard.press("v");
     await refined(page);
     assert.ok(await page.locator("#slices").isHidden());
     assert.ok((await page.locator("#picture").boundingBox()).width > picture.width);
