@@ -5,8 +5,8 @@
 
 #include "layered/footprint.cl"
 
-__kernel void footprint_set(__global const float2 *shears, int count, __global uchar *images) {
-    const int texel = get_global_id(0), column = texel % 64, row = texel / 64 % 64;
+__kernel void footprint_set(__global const float2 *shears, int count, __global uchar *images, ulong first_item) {
+    const int texel = first_item + get_global_id(0), column = texel % 64, row = texel / 64 % 64;
     if (texel >= count)
         return;
     const float2 s = shears[texel / (64 * 64)];

@@ -5,16 +5,16 @@
 
 #include "layered/footprint.cl"
 
-__kernel void footprints(__global const LayerOffset *offsets_u, __global const LayerOffset *offsets_v, float shear_u,
-                         float shear_v, int per_voxel_u, int per_voxel_v, int layers, __global float *weights) {
-    if (get_global_id(0) >= (size_t)per_voxel_u * per_voxel_v * layers)
+__kernel void footprints(__global const LayerOffset *offsets_u, __global const LayerOffset *offsets_v, float shear_u, float shear_v,
+                         int per_voxel_u, int per_voxel_v, int layers, __global float *weights, ulong first_item) {
+    const size_t id = first_item + get_global_id(0);
+    if (id >= (size_t)per_voxel_u * per_voxel_v * layers)
         return;
-    const int p = get_global_id(0) % per_voxel_u, q = get_global_id(0) / per_voxel_u % per_voxel_v,
-        layer = get_global_id(0) / (per_voxel_u * per_voxel_v);
+    const int p = id % per_voxel_u, q = id / per_voxel_u % per_voxel_v, layer = id / (per_voxel_u * per_voxel_v);
     const float fraction_u = offsets_u[layer * per_voxel_u + p].fraction, fraction_v = offsets_v[layer * per_voxel_v + q].fraction;
     const int first_u = first_tap(fraction_u, shear_u), first_v = first_tap(fraction_v, shear_v);
     const int taps_u = tap_count(fraction_u, shear_u), taps_v = tap_count(fraction_v, shear_v);
-    __global float *out = weights + (size_t)get_global_id(0) * 16;
+    __global float *out = weights + id * 16;
     for (int b = 0; b < 4; b++)
         for (int a = 0; a < 4; a++)
             out[a + 4 * b] = a < taps_u && b < taps_v

@@ -12,12 +12,12 @@ static inline float3 point_on_ray(const PixelRay *ray, float k) {
     return (float3)(ray->o_u + (k - ray->o_a) * ray->s_u, ray->o_v + (k - ray->o_a) * ray->s_v, k);
 }
 
-__kernel void point_direct(__global const VOXEL *voxels, __global const GRADIENT_VOXEL *gradient_voxels,
-                           VolumeView gradient_view_of_z, __global const uchar *light, __global const uchar *sky,
-                           __global const uchar *visible_x, __global const uchar *visible_y, __global const uchar *visible_z,
-                           __global const int4 *integrals, __global const float4 *table, DirectParams p, SampleParams sample_of_z,
-                           Clipping clip, int width, int height, __global float4 *frame, __global uint *active_samples) {
-    const size_t pixel = get_global_id(0);
+__kernel void point_direct(__global const VOXEL *voxels, __global const GRADIENT_VOXEL *gradient_voxels, VolumeView gradient_view_of_z,
+                           __global const uchar *light, __global const uchar *sky, __global const uchar *visible_x,
+                           __global const uchar *visible_y, __global const uchar *visible_z, __global const int4 *integrals,
+                           __global const float4 *table, DirectParams p, SampleParams sample_of_z, Clipping clip, int width, int height,
+                           __global float4 *frame, __global uint *active_samples, ulong first_item) {
+    const size_t pixel = first_item + get_global_id(0);
     if (pixel >= (size_t)width * height)
         return;
     SampleParams sample;

@@ -71,11 +71,11 @@ static inline void find_middle(const RayLatticeParams *p, const SampleParams *sa
 #endif
 
 __kernel void point_lattice(__global const VOXEL *voxels, VolumeView view, __global const GRADIENT_VOXEL *gradient_voxels,
-                            VolumeView gradient_view, __global const uchar *light, __global const uchar *sky,
-                            __global const uchar *visible, __global const int *shown_slabs, __global const int4 *integrals,
-                            __global const float4 *table, RayLatticeParams p, SampleParams sample, Clipping clip,
-                            __global float4 *lattice, __global uint *active_samples) {
-    const int order = get_global_id(0);
+                            VolumeView gradient_view, __global const uchar *light, __global const uchar *sky, __global const uchar *visible,
+                            __global const int *shown_slabs, __global const int4 *integrals, __global const float4 *table,
+                            RayLatticeParams p, SampleParams sample, Clipping clip, __global float4 *lattice, __global uint *active_samples,
+                            ulong first_item) {
+    const int order = first_item + get_global_id(0);
     if (order >= p.tiles_u * p.tiles_v)
         return;
     const int id = scheduled_tile(&p, order);

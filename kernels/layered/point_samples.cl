@@ -167,19 +167,20 @@ ALWAYS_INLINE void cross_slab(__global const VOXEL *voxels, const VolumeView *vi
 
 __attribute__((reqd_work_group_size(SAMPLE_COLUMNS * SAMPLE_ROWS, 1, 1)))
 __kernel void point_samples(__global const VOXEL *voxels, VolumeView view, __global const GRADIENT_VOXEL *gradient_voxels,
-                            VolumeView gradient_view, __global const uchar *light, __global const uchar *sky,
-                            __global const uchar *visible, __global const int *shown_slabs, __global const int4 *integrals,
-                            __global const float4 *table, RayLatticeParams p, SampleParams sample, Clipping clip,
-                            __global float4 *lattice, __global uint *active_samples) {
+                            VolumeView gradient_view, __global const uchar *light, __global const uchar *sky, __global const uchar *visible,
+                            __global const int *shown_slabs, __global const int4 *integrals, __global const float4 *table,
+                            RayLatticeParams p, SampleParams sample, Clipping clip, __global float4 *lattice, __global uint *active_samples,
+                            ulong first_item) {
     __local uint active, slabs[WORDS_LOOKED_UP];
     __local float ends[END_FLOATS];
-    if (get_group_id(0) >= p.tiles_u * p.tiles_v)
+    const int tile = FIRST_GROUP + get_group_id(0);
+    if (tile >= p.tiles_u * p.tiles_v)
         return;
     share_end_weights(&sample, ends);
     int lowest = p.first_layer, highest = p.last_layer;
     if (p.culling)
         lowest = max(lowest, shown_slabs[0] + view.first_a), highest = min(highest, shown_slabs[1] + view.first_a);
-    const int tile = get_group_id(0), first = p.layer_step > 0 ? lowest : highest, count = highest - lowest + 1;
+    const int first = p.layer_step > 0 ? lowest : highest, count = highest - lowest + 1;
     find_visible(visible, &p, &view, tile, first, count, slabs);
 
     voxels += view.first;

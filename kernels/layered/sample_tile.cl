@@ -9,6 +9,9 @@
 #error "SAMPLE_ROWS: along v, a multiple of 4"
 #endif
 
+// The first work-group of a launch in bands.
+#define FIRST_GROUP (first_item / (SAMPLE_COLUMNS * SAMPLE_ROWS))
+
 // 32 consecutive work-items cover 8 columns and 4 rows, so that neighbours in a work-group are neighbours on the lattice.
 static inline int2 place_in_tile(int id) {
     const int block = id / 32, blocks_u = SAMPLE_COLUMNS / 8;

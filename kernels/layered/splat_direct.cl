@@ -86,13 +86,13 @@ static inline Gradient sample_gradient(const struct SampleSource *s) {
 #endif
 }
 
-__kernel void splat_direct(__global const VOXEL *voxels, __global const GRADIENT_VOXEL *gradient_voxels,
-                           VolumeView gradient_view_of_z, __global const uchar *light, __global const uchar *sky,
-                           __global const uchar *visible_x, __global const uchar *visible_y, __global const uchar *visible_z,
-                           __global const float4 *table, __global const float4 *slabs, __global const uchar *images,
-                           __global const float2 *shears, DirectParams p, SampleParams sample_of_z, Clipping clip, int width,
-                           int height, __global float4 *frame, __global uint *active_samples) {
-    const size_t pixel = get_global_id(0);
+__kernel void splat_direct(__global const VOXEL *voxels, __global const GRADIENT_VOXEL *gradient_voxels, VolumeView gradient_view_of_z,
+                           __global const uchar *light, __global const uchar *sky, __global const uchar *visible_x,
+                           __global const uchar *visible_y, __global const uchar *visible_z, __global const float4 *table,
+                           __global const float4 *slabs, __global const uchar *images, __global const float2 *shears, DirectParams p,
+                           SampleParams sample_of_z, Clipping clip, int width, int height, __global float4 *frame,
+                           __global uint *active_samples, ulong first_item) {
+    const size_t pixel = first_item + get_global_id(0);
     if (pixel >= (size_t)width * height)
         return;
     SampleParams sample;

@@ -112,11 +112,10 @@ static inline size_t lattice_index(const SplatLatticeParams *p, int phase_u, int
 
 __kernel void splat_lattice(__global const VOXEL *voxels, VolumeView view, __global const GRADIENT_VOXEL *gradient_voxels,
                             VolumeView gradient_view, __global const uchar *light, __global const uchar *sky,
-                            __global const LayerOffset *offsets_u, __global const LayerOffset *offsets_v,
-                            __global const float *weights, __global const uchar *visible, __global const float4 *table,
-                            __global const float4 *slabs, SplatLatticeParams p, SampleParams sample, Clipping clip,
-                            __global float4 *lattice, __global uint *active_samples) {
-    int id = get_global_id(0);
+                            __global const LayerOffset *offsets_u, __global const LayerOffset *offsets_v, __global const float *weights,
+                            __global const uchar *visible, __global const float4 *table, __global const float4 *slabs, SplatLatticeParams p,
+                            SampleParams sample, Clipping clip, __global float4 *lattice, __global uint *active_samples, ulong first_item) {
+    int id = first_item + get_global_id(0);
     if (id >= p.per_voxel_u * p.per_voxel_v * p.tiles_u * p.tiles_v)
         return;
     voxels += view.first;

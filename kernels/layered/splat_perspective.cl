@@ -150,8 +150,8 @@ __kernel void splat_perspective(__global const VOXEL *voxels, VolumeView view, _
                                 VolumeView gradient_view, __global const uchar *light, __global const uchar *sky,
                                 __global const float2 *nodes, __global const uchar *visible, __global const float4 *table,
                                 __global const float4 *slabs, RayLatticeParams p, SampleParams sample, Clipping clip,
-                                __global float4 *lattice, __global uint *active_samples) {
-    const int tile = get_global_id(0);
+                                __global float4 *lattice, __global uint *active_samples, ulong first_item) {
+    const int tile = first_item + get_global_id(0);
     if (tile >= p.tiles_u * p.tiles_v)
         return;
     voxels += view.first;

@@ -112,15 +112,15 @@ ALWAYS_INLINE uint draw_sample(__global const VOXEL *voxels, const VolumeView *v
 
 __attribute__((reqd_work_group_size(SAMPLE_COLUMNS * SAMPLE_ROWS, 1, 1)))
 __kernel void splat_samples(__global const VOXEL *voxels, VolumeView view, __global const GRADIENT_VOXEL *gradient_voxels,
-                            VolumeView gradient_view, __global const uchar *light, __global const uchar *sky,
-                            __global const uchar *visible, __global const float4 *table, __global const float4 *slabs,
-                            RayLatticeParams p, SampleParams sample, Clipping clip, __global float4 *lattice,
-                            __global uint *active_samples) {
+                            VolumeView gradient_view, __global const uchar *light, __global const uchar *sky, __global const uchar *visible,
+                            __global const float4 *table, __global const float4 *slabs, RayLatticeParams p, SampleParams sample,
+                            Clipping clip, __global float4 *lattice, __global uint *active_samples, ulong first_item) {
     __local uint active, layers[WORDS_LOOKED_UP];
-    if (get_group_id(0) >= p.tiles_u * p.tiles_v)
+    const int tile = FIRST_GROUP + get_group_id(0);
+    if (tile >= p.tiles_u * p.tiles_v)
         return;
     const int lowest = max(p.first_layer, -1), highest = min(p.last_layer, view.dims_a);
-    const int tile = get_group_id(0), first = p.layer_step > 0 ? lowest : highest, count = highest - lowest + 1;
+    const int first = p.layer_step > 0 ? lowest : highest, count = highest - lowest + 1;
     find_visible(visible, &p, &view, tile, first, count, layers);
     const int2 place = work_item_sample(tile, p.tiles_u);
     uint own = 0;

@@ -91,9 +91,9 @@ static inline bool absorbed_columns(__global const VOXEL *voxels, const VolumeVi
 
 __kernel void coarse_transmittance(__global const VOXEL *voxels, VolumeView view, __global const GRADIENT_VOXEL *gradient_voxels,
                                    VolumeView gradient_view, __global const float *transmittance, SampleParams sample, Clipping clip,
-                                   int first_x, int first_y, int first_z, int dims_x, int dims_y, int dims_z,
-                                   __global float *coarse) {
-    const int id = get_global_id(0);
+                                   int first_x, int first_y, int first_z, int dims_x, int dims_y, int dims_z, __global float *coarse,
+                                   ulong first_item) {
+    const int id = first_item + get_global_id(0);
     voxels += view.first;
     __global const uchar *light = 0, *sky = 0;
     const ShadingSource source = SHADING_SOURCE;

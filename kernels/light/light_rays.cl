@@ -46,10 +46,10 @@ __attribute__((reqd_work_group_size(SAMPLE_COLUMNS * SAMPLE_ROWS, 1, 1)))
 __kernel void light_rays(__global const VOXEL *voxels, VolumeView view, __global const GRADIENT_VOXEL *gradient_voxels,
                          VolumeView gradient_view, __global const uchar *visible, __global const int4 *integrals,
                          __global const LayerOffset *offsets, LightSweepParams p, SampleParams sample, Clipping clip,
-                         __global uchar *light, __global ushort *sums, __global float *state) {
+                         __global uchar *light, __global ushort *sums, __global float *state, ulong first_item) {
     // Of even and of odd layers: a work-item may write its transmittance while others still read those of the layer before.
     __local float rays[2][SAMPLE_COLUMNS * SAMPLE_ROWS];
-    const int tile = get_group_id(0);
+    const int tile = FIRST_GROUP + get_group_id(0);
     if (tile >= p.tiles_u * p.tiles_v)
         return;
     voxels += view.first;

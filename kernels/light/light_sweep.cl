@@ -85,8 +85,8 @@ static inline void recover(const LightSweepParams *p, float (*rays)[PADDED_COLUM
 __kernel void light_sweep(__global const VOXEL *voxels, VolumeView view, __global const GRADIENT_VOXEL *gradient_voxels,
                           VolumeView gradient_view, __global const uchar *visible, __global const int4 *integrals,
                           __global const LayerOffset *offsets, LightSweepParams p, SampleParams sample, Clipping clip,
-                          __global uchar *light, __global ushort *sums, __global float *state) {
-    const int id = get_global_id(0);
+                          __global uchar *light, __global ushort *sums, __global float *state, ulong first_item) {
+    const int id = first_item + get_global_id(0);
     if (id >= p.tiles_u * p.tiles_v)
         return;
     voxels += view.first;

@@ -152,8 +152,8 @@ ALWAYS_INLINE void store_four(const WarpParams *p, float16 colors, float4 backgr
 }
 
 __kernel void warp(__global const float4 *lattice, __global const uint *active_samples, WarpParams p, float4 background,
-                   __global uchar *picture) {
-    const int blocks = (p.columns + BLOCK_COLUMNS - 1) / BLOCK_COLUMNS, block = get_global_id(0);
+                   __global uchar *picture, ulong first_item) {
+    const int blocks = (p.columns + BLOCK_COLUMNS - 1) / BLOCK_COLUMNS, block = first_item + get_global_id(0);
     if (block >= blocks * ((p.rows + BLOCK_ROWS - 1) / BLOCK_ROWS))
         return;
     const int left = block % blocks * BLOCK_COLUMNS, top = block / blocks * BLOCK_ROWS;

@@ -8,9 +8,9 @@
 
 #define PARTS 32
 
-__kernel void preintegrated_table(__global const int4 *integrals, int first, int nodes, float nodes_per_entry, float unit,
-                                  float thickness, int linear, int size, __global float4 *out) {
-    const int id = get_global_id(0);
+__kernel void preintegrated_table(__global const int4 *integrals, int first, int nodes, float nodes_per_entry, float unit, float thickness,
+                                  int linear, int size, __global float4 *out, ulong first_item) {
+    const int id = first_item + get_global_id(0);
     if (id >= size * size)
         return;
     const float front = (id / size) * nodes_per_entry, back = (id % size) * nodes_per_entry;

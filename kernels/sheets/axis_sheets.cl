@@ -39,10 +39,10 @@ ALWAYS_INLINE void composite_sheet(const SampleParams *sample, Tile *tile, float
     }
 }
 
-__kernel void axis_sheets(__global const Splat *sorted, __global const uint *ends, __global const uint *lists, int chunks,
-                          ScreenParams s, SplatParams p, SampleParams sample, Clipping clip,
-                          __global float4 *frame, __global uint *active_samples) {
-    const int id = get_global_id(0);
+__kernel void axis_sheets(__global const Splat *sorted, __global const uint *ends, __global const uint *lists, int chunks, ScreenParams s,
+                          SplatParams p, SampleParams sample, Clipping clip, __global float4 *frame, __global uint *active_samples,
+                          ulong first_item) {
+    const int id = first_item + get_global_id(0);
     if (id >= s.tiles_u * s.tiles_v)
         return;
     const int column = id % s.tiles_u * VW, row = id / s.tiles_u * TILE_ROWS, rows = min(TILE_ROWS, s.height - row);

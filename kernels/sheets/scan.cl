@@ -15,7 +15,7 @@ static inline void next_count(int chunks, int *chunk, int *bucket) {
     *chunk = is_last ? 0 : *chunk + 1;
 }
 
-__kernel void scan(__global uint *counts, int chunks, int buckets, __global ulong *total) {
+__kernel void scan(__global uint *counts, int chunks, int buckets, __global ulong *total, ulong first_item) {
     __local ulong sums[SCAN_GROUP];
     // Work-groups can be smaller than requested: the first one does all the work.
     if (get_group_id(0) > 0 || !chunks)

@@ -11,9 +11,9 @@
 #define OPAQUE_EXTINCTION 16.0f
 
 __kernel void sorted_splats(__global const ushort4 *places, __global const float4 *contents, int count, SplatParams p,
-                            __global const float4 *table, SampleParams sample, int width, int height, int chunks,
-                            int buckets, int fill, __global uint *counts, __global Splat *sorted) {
-    const int chunk = get_global_id(0);
+                            __global const float4 *table, SampleParams sample, int width, int height, int chunks, int buckets, int fill,
+                            __global uint *counts, __global Splat *sorted, ulong first_item) {
+    const int chunk = first_item + get_global_id(0);
     if (chunk >= chunks)
         return;
     __global uint *own = counts + (size_t)chunk * buckets;

@@ -11,10 +11,10 @@
 #define SEGMENT_VECTORS (64 / VW) // processed together
 #define PADDED (SEGMENT_VECTORS + 2 * ((3 + VW - 1) / VW))
 
-__kernel void splats(__global const VOXEL *voxels, VolumeView view, int reach, float slack, float table_first,
-                     float table_per_value, int table_last, __global const uint *visible_before, int fill,
-                     __global uint *counts, __global ushort4 *places, __global float4 *contents) {
-    const int row = get_global_id(0);
+__kernel void splats(__global const VOXEL *voxels, VolumeView view, int reach, float slack, float table_first, float table_per_value,
+                     int table_last, __global const uint *visible_before, int fill, __global uint *counts, __global ushort4 *places,
+                     __global float4 *contents, ulong first_item) {
+    const int row = first_item + get_global_id(0);
     if (row >= view.dims_v * view.dims_a)
         return;
     voxels += view.first;

@@ -12,9 +12,9 @@
 #error "TILE_ROWS: rows of a tile"
 #endif
 
-__kernel void tiled_splats(__global const Splat *sorted, int count, SplatParams p, int width, int height, int tiles_u,
-                           int tiles_v, int chunks, int fill, __global uint *counts, __global uint *lists) {
-    const int chunk = get_global_id(0);
+__kernel void tiled_splats(__global const Splat *sorted, int count, SplatParams p, int width, int height, int tiles_u, int tiles_v,
+                           int chunks, int fill, __global uint *counts, __global uint *lists, ulong first_item) {
+    const int chunk = first_item + get_global_id(0);
     if (chunk >= chunks)
         return;
     __global uint *own = counts + (size_t)chunk * tiles_u * tiles_v;

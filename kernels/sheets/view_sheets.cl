@@ -140,11 +140,10 @@ ALWAYS_INLINE void splat_slabs(const SplatParams *p, __global const float *slabs
     }
 }
 
-__kernel void view_sheets(__global const Splat *sorted, __global const uint *ends,
-                          __global const uint *lists, int chunks, __global const float *slabs,
-                          __global const float4 *table, ScreenParams s, SplatParams p, SampleParams sample,
-                          Clipping clip, __global float4 *frame, __global uint *active_samples) {
-    const int id = get_global_id(0);
+__kernel void view_sheets(__global const Splat *sorted, __global const uint *ends, __global const uint *lists, int chunks,
+                          __global const float *slabs, __global const float4 *table, ScreenParams s, SplatParams p, SampleParams sample,
+                          Clipping clip, __global float4 *frame, __global uint *active_samples, ulong first_item) {
+    const int id = first_item + get_global_id(0);
     if (id >= s.tiles_u * s.tiles_v)
         return;
     const int column = id % s.tiles_u * VW, row = id / s.tiles_u * TILE_ROWS;

@@ -27,8 +27,8 @@ static inline void slice_color(const SliceParams *p, const SampleParams *sample,
 }
 
 __kernel void slice(__global const VOXEL *voxels, VolumeView view, __global const float4 *table, ScreenParams s, SliceParams p,
-                    SampleParams sample, __global float4 *frame) {
-    const int id = get_global_id(0);
+                    SampleParams sample, __global float4 *frame, ulong first_item) {
+    const int id = first_item + get_global_id(0);
     if (id >= s.tiles_u * s.tiles_v)
         return;
     voxels += view.first;

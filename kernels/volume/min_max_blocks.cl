@@ -17,18 +17,19 @@
 #define WINDOW 16
 typedef CAT(VOXEL, WINDOW) Window;
 
-__kernel void min_max_blocks(__global const VOXEL *voxels, VolumeView view, int blocks_u, int blocks_v,
-                             int radius, __global VOXEL *limits) {
-    if (get_global_id(0) >= (size_t)blocks_u * blocks_v * view.dims_a)
+__kernel void min_max_blocks(__global const VOXEL *voxels, VolumeView view, int blocks_u, int blocks_v, int radius, __global VOXEL *limits,
+                             ulong first_item) {
+    const size_t id = first_item + get_global_id(0);
+    if (id >= (size_t)blocks_u * blocks_v * view.dims_a)
         return;
-    const int b = get_global_id(0) % blocks_u, c = get_global_id(0) / blocks_u % blocks_v;
-    const int k = get_global_id(0) / (blocks_u * blocks_v);
+    const int b = id % blocks_u, c = id / blocks_u % blocks_v;
+    const int k = id / (blocks_u * blocks_v);
     const int u0 = FIRST_IN_BLOCK(b, BLOCK_U) - (radius - 1), u1 = FIRST_IN_BLOCK(b + 1, BLOCK_U) - 1 + radius;
     const int v0 = FIRST_IN_BLOCK(c, BLOCK_V) - (radius - 1), v1 = FIRST_IN_BLOCK(c + 1, BLOCK_V) - 1 + radius;
     const bool whole = u0 >= 0 && u1 < view.dims_u && v0 >= 0 && v1 < view.dims_v;
     const bool empty = u1 < 0 || u0 >= view.dims_u || v1 < 0 || v0 >= view.dims_v;
     const float beyond = view.background + view.offset;
-    __global VOXEL *out = limits + 2 * (size_t)get_global_id(0);
+    __global VOXEL *out = limits + 2 * id;
     if (empty) {
         out[0] = VOXEL_BELOW(beyond), out[1] = VOXEL_ABOVE(beyond);
         return;

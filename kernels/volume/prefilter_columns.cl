@@ -24,9 +24,9 @@ static inline realv load_partial(__global const float *from, int count) {
 }
 
 __kernel void prefilter_columns(__global float *filtered, __global const float *taps, int first, int held, int whole, ulong stride,
-                                int chunks, int width, int lines, ulong line_stride, float background) {
+                                int chunks, int width, int lines, ulong line_stride, float background, ulong first_item) {
     DECLARE_RING;
-    const size_t id = get_global_id(0);
+    const size_t id = first_item + get_global_id(0);
     if (id >= (size_t)chunks * lines)
         return;
     const int chunk = id % chunks, count = min(VW, width - VW * chunk);

@@ -4,9 +4,9 @@
 #include "volume/prefilter.cl"
 
 __kernel void prefilter_rows(__global const VOXEL *voxels, VolumeView view, __global const float *taps, int first, int held, int whole,
-                             int rows_per_layer, int rows, __global float *filtered) {
+                             int rows_per_layer, int rows, __global float *filtered, ulong first_item) {
     const float background = view.background;
-    const size_t id = get_global_id(0);
+    const size_t id = first_item + get_global_id(0);
     if (id >= rows)
         return;
     __global const VOXEL *row = voxels + view.first + id % rows_per_layer * view.stride_v + id / rows_per_layer * view.stride_a;

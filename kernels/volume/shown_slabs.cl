@@ -4,8 +4,8 @@
 // Two passes: `shown_chunks`, one work-item per chunk of 8 slabs, tests whether any of its blocks can be visible; `shown_slabs`, one
 // work-item, finds the outermost visible chunks.
 
-__kernel void shown_chunks(__global const uchar *visible, int per_layer, int chunks, __global uchar *shows) {
-    const int chunk = get_global_id(0);
+__kernel void shown_chunks(__global const uchar *visible, int per_layer, int chunks, __global uchar *shows, ulong first_item) {
+    const int chunk = first_item + get_global_id(0);
     if (chunk >= chunks)
         return;
     __global const uchar *block = visible + (size_t)chunk * per_layer;
@@ -15,8 +15,8 @@ __kernel void shown_chunks(__global const uchar *visible, int per_layer, int chu
     shows[chunk] = any;
 }
 
-__kernel void shown_slabs(__global const uchar *shows, int chunks, int slabs, __global int *shown) {
-    if (get_global_id(0) > 0)
+__kernel void shown_slabs(__global const uchar *shows, int chunks, int slabs, __global int *shown, ulong first_item) {
+    if (first_item + get_global_id(0) > 0)
         return;
     int first = 0, last = chunks - 1;
     while (first < chunks && !shows[first])

@@ -21,13 +21,14 @@
 
 __kernel void slab_visibility(__global const VOXEL *limits, int blocks_u, int blocks_v, int layers, int radius, float background,
                               float offset, float least, float largest, float table_first, float table_per_value, int table_last,
-                              __global const uint *visible_before, float overshoot, float slack,
-                              __global uchar *visible) {
+                              __global const uint *visible_before, float overshoot, float slack, __global uchar *visible,
+                              ulong first_item) {
     const int slabs = layers + 2 * radius - 1;
-    if (get_global_id(0) >= (size_t)blocks_u * blocks_v * ((slabs + 7) / 8))
+    const size_t id = first_item + get_global_id(0);
+    if (id >= (size_t)blocks_u * blocks_v * ((slabs + 7) / 8))
         return;
-    const int b = get_global_id(0) % blocks_u, c = get_global_id(0) / blocks_u % blocks_v;
-    const int chunk = get_global_id(0) / (blocks_u * blocks_v);
+    const int b = id % blocks_u, c = id / blocks_u % blocks_v;
+    const int chunk = id / (blocks_u * blocks_v);
     const int reached = 2 * radius, first = 8 * chunk + 1 - reached;
     float lo[LAYERS], hi[LAYERS];
     UNROLLED for (int n = 0; n < LAYERS; n++) {
@@ -49,5 +50,5 @@ __kernel void slab_visibility(__global const VOXEL *limits, int blocks_u, int bl
         if (i < slabs - 8 * chunk)
             bits |= any_visible(from - below, to + above, least, largest, table_first, table_per_value, table_last, visible_before) << i;
     }
-    visible[get_global_id(0)] = bits;
+    visible[id] = bits;
 }

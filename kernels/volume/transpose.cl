@@ -11,8 +11,8 @@
 #define LAYERS_PER_STEP (64 / VOXEL_BYTES)
 
 __kernel void transpose(__global const VOXEL *voxels, long first, long pitch_y, long pitch_z, int dims_x, int dims_y, int dims_z,
-                        __global VOXEL *transposed) {
-    const size_t id = get_global_id(0);
+                        __global VOXEL *transposed, ulong first_item) {
+    const size_t id = first_item + get_global_id(0);
     if (id >= (size_t)((dims_x + TRANSPOSED_ROWS - 1) / TRANSPOSED_ROWS) * dims_y)
         return;
 #if TRANSPOSED_ROWS == 1

@@ -7,8 +7,8 @@
 #include "shared/volume.cl"
 
 __kernel void value_range(__global const VOXEL *voxels, VolumeView view, int parts, __global float *least, __global float *largest,
-                          __global uint *invalid) {
-    const int id = get_global_id(0);
+                          __global uint *invalid, ulong first_item) {
+    const int id = first_item + get_global_id(0);
     if (id >= parts)
         return;
     voxels += view.first;

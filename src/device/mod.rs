@@ -1,6 +1,7 @@
 //! OpenCL: device, queue, buffers, programs and typed kernel launchers. Other modules do not call OpenCL themselves.
 
 mod background;
+mod bands;
 mod budget;
 mod buffer;
 mod cache;
@@ -31,6 +32,7 @@ mod stopwatch;
 mod tuning;
 
 pub use background::{ProgramBuilds, compile_for_parent};
+pub use bands::Bands;
 pub(crate) use buffer::Buffer;
 pub use cache::keep_compiled_kernels;
 #[cfg(feature = "cli")]
@@ -246,9 +248,14 @@ impl Device {
 
     /// Enqueues `kernel`, whose arguments are set, with at least `items` work-items in work-groups of `group`.
     fn start(&self, stage: &'static str, kernel: &Kernel, items: usize, group: usize) -> Result<(), Error> {
+        self.check_limits(stage)?;
+        self.enqueue(stage, kernel, items, group)
+    }
+
+    /// As [`start`](Self::start), after the limits have been checked.
+    fn enqueue(&self, stage: &'static str, kernel: &Kernel, items: usize, group: usize) -> Result<(), Error> {
         let started = Instant::now();
         let global = items.div_ceil(group) * group;
-        self.check_limits(stage)?;
         let event = self.command(stage, |queue, wait| {
             // SAFETY: the sizes outlive the call, and the launchers have set every argument.
             unsafe { queue.enqueue_nd_range_kernel(kernel.get(), 1, std::ptr::null(), &global, &group, wait) }

@@ -33,6 +33,12 @@ impl Stopwatch {
         self.running.lock().unwrap_or_else(PoisonError::into_inner).push(launched);
     }
 
+    /// Number of recorded kernels.
+    #[cfg(test)]
+    pub fn count(&self) -> usize {
+        self.running.lock().unwrap_or_else(PoisonError::into_inner).len()
+    }
+
     /// Total time per stage of all recorded kernels, which must have finished. Clears the record.
     pub fn stage_times(&self) -> StageTimes {
         let mut times = StageTimes::new();

@@ -66,7 +66,7 @@ pub use volume_renderer::{VolumeRenderer, volume_renderer};
 pub use warm_up::ExpectedFrames;
 
 use crate::camera::Camera;
-use crate::device::{Buffer, Cancel, Device};
+use crate::device::{Bands, Buffer, Cancel, Device};
 use crate::error::Error;
 use crate::image::{Background, Frame};
 use crate::layers::Rays;
@@ -188,6 +188,12 @@ impl Renderer {
     /// frames cannot be cancelled.
     pub fn set_cancel(&mut self, cancel: Option<Cancel>) {
         self.engine.limits.cancel = cancel;
+    }
+
+    /// Renders frames in bands, from the next frame on, so that frames of other renderers can run between them; `None` launches each
+    /// kernel as a whole again. [Enqueued](Self::enqueue) frames have no bands.
+    pub fn set_bands(&mut self, bands: Option<Bands>) {
+        self.engine.limits.bands = bands;
     }
 
     /// Renders a picture as premultiplied floats, without a background.

@@ -5,7 +5,7 @@ use super::report::FrameReport;
 use super::streamed::{StreamPlan, StreamedRenderer};
 use super::{Cancel, Renderer};
 use crate::camera::Camera;
-use crate::device::Device;
+use crate::device::{Bands, Device};
 use crate::error::Error;
 use crate::image::{Background, Depths, Frame};
 use crate::settings::Settings;
@@ -61,6 +61,9 @@ pub trait VolumeRenderer<'v> {
 
     /// Sets the handle with which another thread can cancel frames, from the next frame on; `None` removes it.
     fn set_cancel(&mut self, cancel: Option<Cancel>);
+
+    /// Renders frames in bands, from the next frame on ([`Renderer::set_bands`]). Renderers of several processes have none.
+    fn set_bands(&mut self, _: Option<Bands>) {}
 
     /// The streaming plan of a view; `None` if all voxels are on the device at once.
     ///
@@ -174,6 +177,10 @@ impl<'v> VolumeRenderer<'v> for Renderer {
         self.set_cancel(cancel);
     }
 
+    fn set_bands(&mut self, bands: Option<Bands>) {
+        self.set_bands(bands);
+    }
+
     fn stream_plan(&self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<Option<StreamPlan>, Error> {
         self.planned(camera, viewport, settings).map(|_| None)
     }
@@ -249,6 +256,10 @@ impl<'v> VolumeRenderer<'v> for StreamedRenderer<'v> {
 
     fn set_cancel(&mut self, cancel: Option<Cancel>) {
         self.set_cancel(cancel);
+    }
+
+    fn set_bands(&mut self, bands: Option<Bands>) {
+        self.set_bands(bands);
     }
 
     fn stream_plan(&self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<Option<StreamPlan>, Error> {

@@ -17,7 +17,7 @@ fn device() -> Device {
 
 /// A small kernel.
 fn small() -> KernelRequest {
-    let arguments = vec![0, size_of::<f32>(), size_of::<i32>(), size_of::<i32>(), 0];
+    let arguments = vec![0, size_of::<f32>(), size_of::<i32>(), size_of::<i32>(), 0, size_of::<u64>()];
     KernelRequest {
         file: "layered/table.cl",
         kernel: "table".into(),

@@ -22,6 +22,7 @@ pub(crate) use defines::{BlendMode, Gradients, Rendering};
 pub(crate) use request::KernelRequest;
 pub(crate) use voxel_buffer::{Floats, VoxelBuffer, VoxelKind};
 
+use super::bands::{self, BandSize};
 use super::{Buffer, Device, Tuning};
 use crate::error::Error;
 use opencl3::kernel::Kernel as ClKernel;
@@ -100,9 +101,12 @@ impl Items {
     }
 }
 
-/// The arguments of a kernel, in order.
+/// The arguments of a kernel, in order. Every kernel has one more at the end, `ulong first_item`: the work-items of a launch count from it, so
+/// that a launch can be divided into bands.
 pub(crate) trait Arguments {
-    /// Sets all arguments.
+    /// Index of the last argument.
+    const FIRST_ITEM: u32;
+    /// Sets all arguments, the last one to 0.
     fn set(&self, kernel: &ClKernel) -> opencl3::Result<()>;
     /// Size of each argument in bytes; 0 for buffers.
     fn sizes() -> Vec<usize>;
@@ -123,6 +127,7 @@ struct Built {
     kernel: ClKernel,
     /// Maximum work-group size: the device limit, reduced by the kernel's register use.
     largest_group: usize,
+    band: BandSize,
 }
 
 impl<K: Launch> Default for Launcher<K> {
@@ -150,12 +155,21 @@ impl<K: Launch> Launcher<K> {
                 let kernel = device.kernel(K::FILE, K::NAME, &defines)?;
                 #[cfg(test)]
                 device.record_started((K::FILE, K::NAME), &defines, group);
-                entry.insert(Built { largest_group: device.shared.programs.largest_group(&kernel)?, kernel })
+                let largest_group = device.shared.programs.largest_group(&kernel)?;
+                entry.insert(Built { largest_group, kernel, band: BandSize::default() })
             }
         };
-        let kernel = &built.kernel;
+        let Built { kernel, band, largest_group } = built;
+        let group = group.min(*largest_group);
         arguments.set(kernel).map_err(|e| device.error("clSetKernelArg", e))?;
-        device.start(K::STAGE, kernel, items, group.min(built.largest_group))
+        if !device.has_bands() || K::ITEMS == Items::Runs {
+            return device.start(K::STAGE, kernel, items, group);
+        }
+        // PoCL compiles small launches separately. Those of pixels are large elsewhere, so their bands are, too.
+        let is_wide = K::ITEMS == Items::Pixels && items > KernelRequest::SMALL_GRID;
+        let least = if is_wide { KernelRequest::SMALL_GRID + 1 } else { 1 };
+        let items = bands::Items { all: items, group, least };
+        device.start_in_bands(K::STAGE, kernel, items, band, |first| first.set(kernel, K::Arguments::FIRST_ITEM))
     }
 }
 
@@ -180,18 +194,21 @@ macro_rules! kernel {
         }
 
         impl<$lifetime> $crate::device::launch::Arguments for $arguments<$lifetime> {
+            const FIRST_ITEM: u32 = [$(stringify!($field)),*].len() as u32;
+
             fn set(&self, kernel: &opencl3::kernel::Kernel) -> opencl3::Result<()> {
                 let arguments: &[&dyn $crate::device::launch::Argument] = &[$(&self.$field),*];
-                (0..).zip(arguments).try_for_each(|(index, argument)| argument.set(kernel, index))
+                (0..).zip(arguments).try_for_each(|(index, argument)| argument.set(kernel, index))?;
+                $crate::device::launch::Argument::set(&0u64, kernel, Self::FIRST_ITEM)
             }
 
             fn sizes() -> Vec<usize> {
-                vec![$(<$type as $crate::device::launch::Typed>::BYTES),*]
+                vec![$(<$type as $crate::device::launch::Typed>::BYTES,)* size_of::<u64>()]
             }
 
             #[cfg(test)]
             fn signature() -> Vec<(&'static str, String)> {
-                vec![$((stringify!($field), <$type as $crate::device::launch::Typed>::name())),*]
+                vec![$((stringify!($field), <$type as $crate::device::launch::Typed>::name()),)* ("first_item", "ulong".into())]
             }
         }
     };
@@ -199,7 +216,7 @@ macro_rules! kernel {
 use kernel;
 
 /// A type that can be passed as a kernel argument.
-trait Argument {
+pub(crate) trait Argument {
     fn set(&self, kernel: &ClKernel, index: u32) -> opencl3::Result<()>;
 }
 

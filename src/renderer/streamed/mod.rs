@@ -20,7 +20,7 @@ use super::tiles::read_samples;
 use super::world::World;
 use super::{PartRenderer, Renderer, UploadedVolume};
 use crate::camera::Camera;
-use crate::device::{Cancel, Device, DeviceKind, Limits};
+use crate::device::{Bands, Cancel, Device, DeviceKind, Limits};
 use crate::error::Error;
 use crate::image::Frame;
 use crate::layers::{Lattice, Rays};
@@ -161,6 +161,11 @@ impl<'v> StreamedRenderer<'v> {
     /// Sets the handle with which another thread can cancel frames, as [`Renderer::set_cancel`](super::Renderer::set_cancel).
     pub fn set_cancel(&mut self, cancel: Option<Cancel>) {
         self.limits.cancel = cancel;
+    }
+
+    /// Renders frames in bands, as [`Renderer::set_bands`](super::Renderer::set_bands).
+    pub fn set_bands(&mut self, bands: Option<Bands>) {
+        self.limits.bands = bands;
     }
 
     /// The streaming plan of a view; `None` if the view needs the whole volume and that fits.
