@@ -1,7 +1,7 @@
 //! What all pages of a run share: the volume on the device, and what its first view is.
 
 use super::look::Look;
-use super::protocol::{Kind, PageCamera, PageProjection};
+use super::protocol::{Kind, NamedTransfer, PageCamera, PageProjection, Reply};
 use super::readiness::Readiness;
 use crate::camera::OrbitFrame;
 use crate::device::Device;
@@ -66,7 +66,7 @@ pub struct Opening {
 }
 
 /// What a page begins with.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct First {
     /// The camera.
     pub camera: PageCamera,
@@ -130,7 +130,8 @@ impl Scene {
         Ok(renderer)
     }
 
-    pub(super) fn frame(&self) -> OrbitFrame {
+    /// The frame in which angles of pages are counted.
+    pub fn frame(&self) -> OrbitFrame {
         self.opening.orientation.frame()
     }
 
@@ -202,13 +203,19 @@ impl Scene {
             "sides": sides,
             "histogram": { "lowest": statistics.min, "highest": statistics.max, "counts": statistics.histogram },
             "camera": camera, "camera_is_given": camera_is_given, "look": look,
-            "transfer": { "name": transfer.name(), "colors": transfer.colors(), "opacities": transfer.opacities() },
+            "transfer": NamedTransfer::from(transfer),
             "palettes": TransferFunction::palettes().collect::<Vec<_>>(),
             "presets": TransferFunction::presets().map(|(name, shows)| json!({ "name": name, "shows": shows })).collect::<Vec<_>>(),
             "maps": maps.collect::<Vec<_>>(),
             "is_layered": is_layered,
         })
         .to_string()
+    }
+
+    /// The message to a page that shows these from now on, JSON.
+    pub fn given(&self, now: &First) -> String {
+        let First { camera, look, transfer, .. } = now;
+        serde_json::to_string(&Reply::Given { camera: *camera, look, transfer: transfer.into() }).expect("replies are plain data")
     }
 
     /// Colours of a map at even distances.

@@ -89,6 +89,7 @@ function message(text) {
       if (refinedId === shown.id) shown.step = "refined";
       say();
     },
+    given: () => given(text),
     fitted: () => fitted(text.camera),
     transfer: () => {
       state().transfer = { name: text.name, colors: text.colors, opacities: text.opacities };
@@ -209,6 +210,14 @@ function look({ azimuth, elevation }) {
   if (!history) return;
   state().camera = { ...state().camera, azimuth, elevation, roll: 0 };
   showCamera();
+  settle();
+}
+
+/** The program shows something else. @param {import("./state.js").State} now */
+function given({ camera, look: own, transfer }) {
+  if (!history) return;
+  history.now = { camera, look: own, transfer };
+  show();
   settle();
 }
 
