@@ -215,6 +215,8 @@ mod tests {
     use crate::image::Background;
     use crate::settings::Settings;
     use crate::viewer::protocol::PageProjection;
+    use crate::viewer::readiness::Readiness;
+    use std::sync::Arc;
 
     fn camera() -> PageCamera {
         PageCamera { azimuth: 0.0, elevation: 0.0, roll: 0.0, center: [0.0; 3], projection: PageProjection::ParallelScale(1.0) }
@@ -323,6 +325,20 @@ mod tests {
         assert!(inbox.wait(Some(at)).unwrap().view.is_none() && Instant::now() >= at);
         inbox.post_view(view(1));
         assert!(inbox.wait(Some(Instant::now() + Duration::from_secs(3600))).unwrap().view.is_some());
+    }
+
+    #[test]
+    fn readiness_is_told_before_pictures_and_ends_no_frame() {
+        let (readiness, cancel) = (Readiness::default(), Cancel::new());
+        let inbox = Arc::new(Inbox::new(cancel.clone()));
+        readiness.watch(&inbox);
+        inbox.post_view(view(1));
+        let news = inbox.wait(None).unwrap();
+        assert!(news.ready == Some(false) && news.view.is_none());
+        assert!(inbox.wait(None).unwrap().view.is_some());
+        inbox.giving_way(|| readiness.set());
+        assert!(!cancel.is_cancelled());
+        assert_eq!(inbox.wait(None).unwrap().ready, Some(true));
     }
 
     #[test]

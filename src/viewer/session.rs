@@ -3,10 +3,9 @@
 use super::inbox::{Inbox, Job, Saving};
 use super::look::Look;
 use super::painter::Painter;
-use super::protocol::{MAX_MESSAGE, Picture, Reply, Request, saved_size, shown_size, transfer_function};
+use super::protocol::{MAX_MESSAGE, PageCamera, Picture, Reply, Request, saved_size, shown_size, transfer_function};
 use super::scene::{First, Scene};
 use super::warming;
-use crate::camera::Camera;
 use crate::device::Cancel;
 use crate::error::Error;
 use crate::transfer::{FileFormat, TransferFunction};
@@ -61,7 +60,7 @@ pub struct Received {
 #[derive(Clone, Debug, PartialEq)]
 #[expect(missing_docs, reason = "what changed")]
 pub enum Change {
-    Camera(Camera),
+    Camera(PageCamera),
     Look(Look),
     Transfer(TransferFunction),
 }
@@ -105,7 +104,7 @@ impl Session {
         }
         let request: Request = serde_json::from_str(message).ok()?;
         let change = match &request {
-            Request::View(view) => self.scene.camera(&view.camera).ok().map(Change::Camera),
+            Request::View(view) => self.scene.camera(&view.camera).ok().map(|_| Change::Camera(view.camera)),
             Request::Look { look } => Some(Change::Look(look.clone())),
             Request::Transfer { colors, opacities } => {
                 transfer_function(colors.clone(), opacities.clone()).ok().map(Change::Transfer)

@@ -91,6 +91,7 @@ function message(text) {
     hello: () => begin(text),
     ready: () => status.ready(text.ready),
     refined: () => status.refined(text.id),
+    given: () => session.give(text),
     fitted: () => session.fitted(text.camera),
     transfer: () => session.setTransfer({ name: text.name, colors: text.colors, opacities: text.opacities }),
     written: () => download(new Blob([text.text], { type: "text/plain" }), text.name),

@@ -177,6 +177,11 @@ export class Session {
     this.settle();
   }
 
+  /** The program shows something else. @param {{ camera: Camera, look: Look, transfer: import("./state.js").Transfer }} given */
+  give({ camera, look, transfer }) {
+    if (this.history) this.replace({ ...this.state, camera, look, transfer });
+  }
+
   /** Takes a transfer function that was chosen as a whole. @param {import("./state.js").Transfer} transfer */
   setTransfer(transfer) {
     this.state.transfer = transfer;
