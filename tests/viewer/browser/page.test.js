@@ -378,7 +378,7 @@ describe("cutting", () => {
     await page.locator("#add-clip").click();
     const clipped = await refined(page);
     isDifferent(clipped, first, "clipped");
-    await page.getByRole("button", { name: "Flip" }).click();
+    await page.locator("#clips").getByRole("button", { name: "Flip" }).click();
     isDifferent(await refined(page), clipped, "flipped");
     await page.getByLabel("Plane 1, along its normal").evaluate((slider) => {
       slider.value = "-0.9";
@@ -386,7 +386,7 @@ describe("cutting", () => {
       slider.dispatchEvent(new Event("change"));
     });
     isSame(await refined(page), first, "moved away");
-    await page.getByRole("button", { name: "Delete" }).last().click();
+    await page.locator("#clips").getByRole("button", { name: "Delete" }).click();
     assert.equal(await page.locator(".clip").count(), 0);
   });
 });
