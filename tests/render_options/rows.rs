@@ -154,9 +154,6 @@ pub const SCENES: &[Row] = &[
     ),
     beside("--legend --size 120x90", large_legend, "--legend-place", "--legend-place over", |s| s.over = true),
     beside("--legend --size 120x90", large_legend, "--units", "--units HU", |s| s.annotations.units = Some("HU".into())),
-    beside("--legend --size 120x90", large_legend, "--font-size", "--dpi 72 --font-size 9", |s| {
-        s.annotations.font_size = Some(9.0)
-    }),
     beside("--legend --size 120x90", large_legend, "--length-units", "--length-units mm", |s| {
         s.annotations.length_units = Some("mm".into());
     }),
@@ -388,6 +385,7 @@ pub const UNCHANGED: &[(&str, &str)] = &[
     ("--bits", "says how a file is encoded; tests/command_pictures.rs reads some"),
     ("--dither", "says how a file is encoded; tests/command_pictures.rs"),
     ("--dpi", "says how a file is encoded; tests/command_pictures.rs"),
+    ("--font-size", "needs --dpi, which NumPy files refuse; src/annotation/tests.rs and tests/command_pictures.rs"),
     ("--legend-only", "writes the colour bar instead of a picture; tests/command_pictures.rs"),
     ("--no-metadata", "says what a file holds beside the picture; tests/command_line has a test"),
     ("--fail-empty", "changes the exit code of empty pictures; tests/command_line has a test"),
