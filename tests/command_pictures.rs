@@ -287,6 +287,11 @@ fn pictures_are_encoded_as_asked() {
     std::fs::write(f.join("views.ndjson"), r#"{"output": "many.png"}"#).unwrap();
     render("--cameras views.ndjson --dpi 300");
     assert!(std::fs::read(f.join("many.png")).unwrap() == std::fs::read(f.join("print.png")).unwrap());
+    // The colour bar alone; larger letters make it wider.
+    render("--legend-only --units HU -o bar.png");
+    render("--legend-only --units HU --dpi 72 --font-size 30 -o large.png");
+    let sides = |name: &str| image::image_dimensions(f.join(name)).unwrap();
+    assert!(sides("bar.png").0 < sides("large.png").0 && decoded(&f.join("bar.png")).iter().any(|&value| value > 100));
     // What a format cannot hold is refused before anything is rendered.
     for (command, says) in [
         ("render", "-o no.jpg --bits 16|write .png or .tif|--bits"),
@@ -295,6 +300,9 @@ fn pictures_are_encoded_as_asked() {
         ("render", "-o no.png --bits 16 --dither|8 bits|--dither"),
         ("render", "-o no.png --bits 12|8 or 16|--bits"),
         ("render", "-o no.png --dpi 0|--dpi"),
+        ("render", "-o no.png --dpi 300 --font-size 9999|1 to 1000|--font-size"),
+        ("render", "-o no.png --font-size 9|--dpi"),
+        ("render", "-o no.png --legend-only --axes|--axes"),
         ("views", "-o no.exr --bits 8|32-bit floats|--bits"),
         ("rotate", "-o no.gif --dpi 100|folder of pictures|--dpi"),
         ("rotate", "-o no --bits 16 --dither|8 bits|--dither"),

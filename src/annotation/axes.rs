@@ -1,8 +1,8 @@
 //! World axes, drawn as arrows in a corner.
 
-use super::canvas::{Canvas, scale};
+use super::canvas::Canvas;
+use super::extent::Extent;
 use super::screen::Screen;
-use crate::viewport::Viewport;
 use glam::{DVec2, DVec3};
 
 /// Length of an axis parallel to the screen, in pixels at scale 1.
@@ -20,19 +20,19 @@ const SHORT: f64 = 0.12;
 const BESIDE: f64 = 0.75;
 
 /// Height of the strip at the lower edge that the axes take.
-pub(super) fn room(size: Viewport) -> f64 {
-    2.0 * MARGIN * BESIDE * unit(size)
+pub(super) fn room(extent: Extent) -> f64 {
+    2.0 * MARGIN * BESIDE * unit(extent)
 }
 
 /// Pixels at scale 1. Small pictures get proportionally smaller axes.
-fn unit(size: Viewport) -> f64 {
-    f64::from(scale(size)) * (f64::from(size.width.min(size.height)) / SMALL).min(1.0)
+fn unit(Extent { viewport, scale }: Extent) -> f64 {
+    scale * (f64::from(viewport.width.min(viewport.height)) / SMALL).min(1.0)
 }
 
 /// Draws the axes, smaller ones if they are `beside` the picture.
 pub(super) fn draw(screen: &Screen, beside: bool, canvas: &mut Canvas) {
     let viewport = canvas.viewport();
-    let scale = unit(viewport) * if beside { BESIDE } else { 1.0 };
+    let scale = unit(canvas.extent()) * if beside { BESIDE } else { 1.0 };
     let origin = DVec2::new(MARGIN * scale, f64::from(viewport.height) - MARGIN * scale);
     let basis = screen.basis();
     let mut axes = AXES.map(|(axis, name, color)| {

@@ -1,8 +1,9 @@
 //! Antialiased lines, rectangles and text on transparent pixels.
 
+use super::extent::Extent;
 use crate::error::Error;
 use crate::image::text::blend;
-use crate::image::{Background, draw_text, text_size};
+use crate::image::{Background, draw_text};
 use crate::memory;
 use crate::viewport::Viewport;
 use glam::DVec2;
@@ -10,34 +11,33 @@ use glam::DVec2;
 /// Straight-alpha RGBA8 pixels, with colours that are legible on the background.
 pub(super) struct Canvas {
     pixels: Vec<u8>,
-    viewport: Viewport,
+    extent: Extent,
     /// Part of the canvas, from its upper left corner, that lines and areas are clipped to.
     clip: Viewport,
     ink: [u8; 3],
     halo: [u8; 3],
 }
 
-/// Shorter side in pixels per unit of scale. At twice this size, everything is drawn twice as large.
-const SCALE: u32 = 480;
 const LIGHT: [u8; 3] = [236, 236, 236];
 const DARK: [u8; 3] = [24, 24, 24];
 /// Opacity of the halo around text and lines, which keeps them legible over bright volumes.
 const HALO: u8 = 150;
 
 impl Canvas {
-    pub fn new(viewport: Viewport, background: Background) -> Result<Self, Error> {
+    pub fn new(extent: Extent, background: Background) -> Result<Self, Error> {
+        let viewport = extent.viewport;
         let light = match background {
             Background::Color([r, g, b]) => 0.299 * r + 0.587 * g + 0.114 * b > 0.5,
             // The final background is unknown; the halo keeps everything legible.
             Background::Transparent => false,
         };
         let (ink, halo) = if light { (DARK, LIGHT) } else { (LIGHT, DARK) };
-        Ok(Self { pixels: memory::zeroed("annotations", viewport.pixels() * 4)?, viewport, clip: viewport, ink, halo })
+        Ok(Self { pixels: memory::zeroed("annotations", viewport.pixels() * 4)?, extent, clip: viewport, ink, halo })
     }
 
-    /// Integer scale of all sizes, at least 1.
-    pub fn scale(&self) -> u32 {
-        scale(self.viewport)
+    /// Size of the canvas, and scale of what is drawn on it.
+    pub fn extent(&self) -> Extent {
+        self.extent
     }
 
     /// Clips the following lines and areas to the upper left part of this size.
@@ -46,7 +46,7 @@ impl Canvas {
     }
 
     pub fn viewport(&self) -> Viewport {
-        self.viewport
+        self.extent.viewport
     }
 
     /// Colour of lines and text.
@@ -62,7 +62,7 @@ impl Canvas {
 
     /// Draws a line of `width` pixels with a halo. `opacity` is 0 … 1.
     pub fn line(&mut self, from: DVec2, to: DVec2, width: f64, color: [u8; 3], opacity: f64) {
-        let rim = f64::from(self.scale());
+        let rim = self.extent.scale;
         self.stroke([from, to], [width + 2.0 * rim; 2], self.halo, opacity * f64::from(HALO) / 255.0 * 0.6);
         self.stroke([from, to], [width; 2], color, opacity);
     }
@@ -104,7 +104,7 @@ impl Canvas {
     fn cover(&mut self, x: u32, y: u32, [r, g, b]: [u8; 3], opacity: f64) {
         let alpha = (opacity * 255.0 + 0.5) as u8;
         if alpha > 0 {
-            let first = (y as usize * self.viewport.width as usize + x as usize) * 4;
+            let first = (y as usize * self.extent.viewport.width as usize + x as usize) * 4;
             blend(&mut self.pixels[first..first + 4], [r, g, b, alpha]);
         }
     }
@@ -115,10 +115,11 @@ impl Canvas {
     }
 
     pub fn text_in(&mut self, at: [f64; 2], text: &str, color: [u8; 3]) {
-        let (size, scale) = ([self.viewport.width, self.viewport.height], self.scale());
+        let Extent { viewport, scale } = self.extent;
+        let (size, scale) = ([viewport.width, viewport.height], scale as f32);
         let at = at.map(|c| c.round() as i32);
         let [r, g, b] = self.halo;
-        let rim = scale as i32;
+        let rim = scale.round().max(1.0) as i32;
         for (x, y) in [(-1, -1), (0, -1), (1, -1), (-1, 0), (1, 0), (-1, 1), (0, 1), (1, 1)] {
             draw_text(&mut self.pixels, size, [at[0] + x * rim, at[1] + y * rim], text, [r, g, b, HALO], scale);
         }
@@ -128,20 +129,8 @@ impl Canvas {
 
     /// Size of text in pixels.
     pub fn text_size(&self, text: &str) -> DVec2 {
-        measured(self.viewport, text)
+        self.extent.measured(text)
     }
-}
-
-/// Integer scale of all sizes in a picture of this size, at least 1.
-pub(super) fn scale(viewport: Viewport) -> u32 {
-    let shorter = viewport.width.min(viewport.height);
-    ((shorter + SCALE / 2) / SCALE).max(1)
-}
-
-/// Size in pixels of text in a picture of this size.
-pub(super) fn measured(viewport: Viewport, text: &str) -> DVec2 {
-    let [width, height] = text_size(text, scale(viewport));
-    DVec2::new(width.into(), height.into())
 }
 
 /// Pixels between two coordinates, clipped to the canvas.
@@ -157,13 +146,17 @@ mod tests {
     /// Rounding of opacities to 8 bits, per partially covered pixel.
     const ROUNDING: f64 = 1.0 / 255.0;
 
+    fn canvas(side: u32) -> Canvas {
+        Canvas::new(Extent::new(Viewport::new(side, side).unwrap(), None), Background::BLACK).unwrap()
+    }
+
     fn covered(canvas: &Canvas) -> f64 {
-        (0..canvas.viewport.pixels()).map(|n| f64::from(canvas.pixel(n)[3])).sum()
+        (0..canvas.viewport().pixels()).map(|n| f64::from(canvas.pixel(n)[3])).sum()
     }
 
     #[test]
     fn areas_cover_what_they_should() {
-        let mut canvas = Canvas::new(Viewport::new(20, 20).unwrap(), Background::BLACK).unwrap();
+        let mut canvas = canvas(20);
         canvas.area(DVec2::new(2.25, 3.5), DVec2::new(7.0, 9.75), LIGHT, 1.0);
         assert!((covered(&canvas) - 4.75 * 6.25).abs() < 40.0 * ROUNDING, "{}", covered(&canvas));
         canvas.area(DVec2::splat(-1e9), DVec2::splat(1e9), LIGHT, 1.0);
@@ -173,7 +166,7 @@ mod tests {
     #[test]
     fn lines_cover_their_width_in_any_direction() {
         for (angle, width) in [(0.0, 1.0), (0.3, 1.0), (0.3, 2.5), (0.8, 0.5), (1.4, 1.5)] {
-            let mut canvas = Canvas::new(Viewport::new(100, 100).unwrap(), Background::BLACK).unwrap();
+            let mut canvas = canvas(100);
             let half = DVec2::from_angle(angle) * 30.0;
             canvas.stroke([DVec2::splat(50.0) - half, DVec2::splat(50.0) + half], [width; 2], LIGHT, 1.0);
             // Round caps add about one width. Distance approximates coverage to within a few percent.
@@ -184,7 +177,7 @@ mod tests {
 
     #[test]
     fn ink_differs_from_what_it_is_on() {
-        let ink = |background| Canvas::new(Viewport::new(9, 9).unwrap(), background).unwrap().ink();
+        let ink = |background| Canvas::new(Extent::new(Viewport::new(9, 9).unwrap(), None), background).unwrap().ink();
         assert_eq!(ink(Background::BLACK), LIGHT);
         assert_eq!(ink(Background::Color([1.0, 1.0, 0.0])), DARK);
     }

@@ -1,11 +1,12 @@
 //! Colour bar.
 
-use super::canvas::{Canvas, measured, scale};
+use super::canvas::Canvas;
+use super::extent::Extent;
 use super::ticks::ticks;
 use crate::settings::Blend;
 use crate::transfer::TransferFunction;
-use crate::viewport::Viewport;
 use glam::DVec2;
+use std::ops::Range;
 
 /// Height of the bar as a fraction of the picture's height.
 const HEIGHT: f64 = 0.44;
@@ -15,29 +16,41 @@ const PROFILE: f64 = 22.0;
 const TICK: f64 = 4.0;
 const MARGIN: f64 = 12.0;
 
+/// Distance of the unit from the bar, in pixels at scale 1.
+const UNIT_GAP: f64 = 8.0;
 /// Room between the bar with its profile and a picture on its left, in pixels at scale 1.
 const GAP: f64 = 6.0;
 
 /// Width of the column at the right edge that the bar and the unit take.
-pub(super) fn room(transfer: &TransferFunction, blend: Blend, units: Option<&str>, size: Viewport) -> f64 {
-    let scale = f64::from(scale(size));
-    let width = |text: &str| measured(size, text).x;
-    let widest = labels(transfer, size).iter().map(|(_, label)| width(label)).fold(0.0, f64::max);
+pub(super) fn room(transfer: &TransferFunction, blend: Blend, units: Option<&str>, extent: Extent) -> f64 {
+    let scale = extent.scale;
+    let width = |text: &str| extent.measured(text).x;
+    let widest = labels(transfer, extent).iter().map(|(_, label)| width(label)).fold(0.0, f64::max);
     let profile = if blend.gathers_values() { 0.0 } else { PROFILE };
     let bar = (MARGIN + TICK + 3.0 + BAR + profile + GAP) * scale + widest;
     bar.max(units.map_or(0.0, width) + MARGIN * scale)
 }
 
+/// Rows of a picture of this size that the bar and the unit above it take, with a margin.
+pub(super) fn rows(extent: Extent) -> Range<u32> {
+    let height = f64::from(extent.viewport.height);
+    let top = ((height - length(extent)) / 2.0).round();
+    let margin = MARGIN * extent.scale;
+    let unit = extent.measured("0").y + UNIT_GAP * extent.scale;
+    let (first, last) = (top - unit - margin, top + length(extent) + margin);
+    (first.floor().max(0.0) as u32)..(last.ceil().min(height) as u32)
+}
+
 /// Length of the bar in a picture of this size.
-fn length(size: Viewport) -> f64 {
-    (f64::from(size.height) * HEIGHT).round()
+fn length(extent: Extent) -> f64 {
+    (f64::from(extent.viewport.height) * HEIGHT).round()
 }
 
 /// Values and labels beside the bar.
-fn labels(transfer: &TransferFunction, size: Viewport) -> Vec<(f64, String)> {
+fn labels(transfer: &TransferFunction, extent: Extent) -> Vec<(f64, String)> {
     let (lo, hi) = transfer.range();
     // Labels are at least two and a half lines apart.
-    let most = ((length(size) / (measured(size, "0").y * 2.5)) as usize).clamp(2, 6);
+    let most = ((length(extent) / (extent.measured("0").y * 2.5)) as usize).clamp(2, 6);
     ticks(lo, hi, most)
 }
 
@@ -45,11 +58,11 @@ fn labels(transfer: &TransferFunction, size: Viewport) -> Vec<(f64, String)> {
 /// to their maximum. An iso-value is marked by a line.
 pub(super) fn draw(transfer: &TransferFunction, blend: Blend, units: Option<&str>, canvas: &mut Canvas) {
     let (width, height) = (f64::from(canvas.viewport().width), f64::from(canvas.viewport().height));
-    let scale = f64::from(canvas.scale());
+    let scale = canvas.extent().scale;
     let (lo, hi) = transfer.range();
-    let length = length(canvas.viewport());
+    let length = length(canvas.extent());
     let letters = canvas.text_size("0");
-    let ticks = labels(transfer, canvas.viewport());
+    let ticks = labels(transfer, canvas.extent());
     let widest = ticks.iter().map(|(_, label)| canvas.text_size(label).x).fold(0.0, f64::max);
     let right = (width - MARGIN * scale - widest - (TICK + 3.0) * scale).round();
     let (left, top) = (right - BAR * scale, ((height - length) / 2.0).round());
@@ -86,7 +99,7 @@ pub(super) fn draw(transfer: &TransferFunction, blend: Blend, units: Option<&str
     if let Some(units) = units {
         let size = canvas.text_size(units);
         let at = (right - size.x / 2.0).min(width - size.x - MARGIN / 2.0 * scale);
-        canvas.text([at, top - size.y - 8.0 * scale], units);
+        canvas.text([at, top - size.y - UNIT_GAP * scale], units);
     }
 }
 

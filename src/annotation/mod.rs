@@ -4,6 +4,7 @@
 
 mod axes;
 mod canvas;
+mod extent;
 mod legend;
 mod outline;
 mod scale_bar;
@@ -19,8 +20,12 @@ use crate::transfer::TransferFunction;
 use crate::viewport::Viewport;
 use crate::volume::Grid;
 use canvas::Canvas;
+use extent::Extent;
 use rayon::prelude::*;
 use screen::Screen;
+
+/// Sizes of letters in pixels.
+const FONT_SIZES: std::ops::RangeInclusive<f64> = 1.0..=1000.0;
 
 /// Annotations to draw.
 ///
@@ -42,6 +47,9 @@ pub struct Annotations {
     pub units: Option<String>,
     /// Unit of length, shown at the scale bar.
     pub length_units: Option<String>,
+    /// Height of the em square of letters in pixels, 1 to 1000; everything else is scaled with it. By default it follows the picture: 12 for
+    /// each 480 pixels of the shorter side, in whole multiples.
+    pub font_size: Option<f64>,
 }
 
 /// The scene in a picture, as annotations need it.
@@ -80,6 +88,17 @@ impl Annotations {
         !(self.legend || self.bounding_box || self.axes)
     }
 
+    /// Checks the size of letters.
+    ///
+    /// # Errors
+    /// If it is not 1 to 1000 pixels.
+    pub fn check(&self) -> Result<(), Error> {
+        let Some(given) = self.font_size.filter(|size| !FONT_SIZES.contains(size)) else { return Ok(()) };
+        let problem =
+            format!("letters of {given:.1} pixels cannot be drawn: use {} to {} pixels", FONT_SIZES.start(), FONT_SIZES.end());
+        Err(Error::Settings { field: "font_size", problem })
+    }
+
     /// Size of the frame to render for an annotated picture of `size`, so that legend and axes have room of their own: the legend to its
     /// right, the axes below it. At least half of each side is left; in smaller pictures, annotations lie over the frame.
     ///
@@ -97,15 +116,57 @@ impl Annotations {
     /// ```
     pub fn inner(&self, size: Viewport, transfer: &TransferFunction, blend: Blend) -> Viewport {
         let left = |side: u32, room: f64| side.saturating_sub(room.ceil() as u32).max(side.div_ceil(2));
-        let column = if self.legend { self.column(size, transfer, blend) } else { 0.0 };
-        let strip = if self.axes { axes::room(size) } else { 0.0 };
+        let extent = self.extent(size);
+        let column = if self.legend { self.column(extent, transfer, blend) } else { 0.0 };
+        let strip = if self.axes { axes::room(extent) } else { 0.0 };
         Viewport { width: left(size.width, column), height: left(size.height, strip) }
     }
 
+    /// Size and scale of annotations of a picture.
+    fn extent(&self, size: Viewport) -> Extent {
+        Extent::new(size, self.font_size.filter(|size| FONT_SIZES.contains(size)))
+    }
+
     /// Width of the column of the legend.
-    fn column(&self, size: Viewport, transfer: &TransferFunction, blend: Blend) -> f64 {
-        let bar = legend::room(transfer, blend, self.units.as_deref(), size);
-        bar.max(scale_bar::room(self.length_units.as_deref(), size))
+    fn column(&self, extent: Extent, transfer: &TransferFunction, blend: Blend) -> f64 {
+        let bar = legend::room(transfer, blend, self.units.as_deref(), extent);
+        bar.max(scale_bar::room(self.length_units.as_deref(), extent))
+    }
+
+    /// The colour bar alone, as it is beside a picture of `size`, on transparent pixels.
+    ///
+    /// ```
+    /// use layersplat::annotation::Annotations;
+    /// use layersplat::settings::Blend;
+    /// use layersplat::{Background, TransferFunction, Viewport};
+    ///
+    /// let transfer = TransferFunction::new("t", vec![(0.0, [1.0; 3])], vec![(0.0, 0.0), (9.0, 1.0)])?;
+    /// let (size, background) = (Viewport::new(300, 200)?, Background::Transparent);
+    /// let bar = Annotations::default().legend_alone(size, &transfer, Blend::Composite, background)?;
+    /// assert!(bar.width() < 100 && bar.height() < 200);
+    /// # Ok::<(), layersplat::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// If the font size is invalid, or memory is insufficient.
+    pub fn legend_alone(
+        &self,
+        size: Viewport,
+        transfer: &TransferFunction,
+        blend: Blend,
+        background: Background,
+    ) -> Result<Frame, Error> {
+        self.check()?;
+        let (extent, units) = (self.extent(size), self.units.as_deref());
+        let width = legend::room(transfer, blend, units, extent).ceil() as u32;
+        let viewport = Viewport::new(width, size.height)?;
+        // An RGBA8 canvas and a float frame.
+        memory::require("annotations", viewport.pixels() as u64 * (4 + 16))?;
+        let mut canvas = Canvas::new(Extent { viewport, ..extent }, background)?;
+        legend::draw(transfer, blend, units, &mut canvas);
+        let rows = legend::rows(extent);
+        let pixels = (rows.start as usize * width as usize..rows.end as usize * width as usize).map(|n| canvas.pixel(n));
+        Ok(Frame::new(Viewport::new(width, rows.end - rows.start)?, pixels.collect()))
     }
 
     /// Draws the annotations on a frame.
@@ -121,7 +182,7 @@ impl Annotations {
     /// along the right edge, the axes in the lower left corner, the box on the frame. See [`Annotations::inner`].
     ///
     /// # Errors
-    /// If the frame is larger than `size`, the camera is invalid, or memory is insufficient.
+    /// If the frame is larger than `size`, the camera or the font size is invalid, or memory is insufficient.
     pub fn drawn_beside(&self, frame: Frame, size: Viewport, shown: Shown) -> Result<Frame, Error> {
         let inner = Viewport::new(frame.width(), frame.height())?;
         let frame = frame.within(size)?;
@@ -130,8 +191,9 @@ impl Annotations {
         }
         // Two RGBA8 canvases and a float frame.
         memory::require("annotations", size.pixels() as u64 * (4 + 4 + 16))?;
-        let screen = Screen::new(shown.camera, inner)?;
-        let [mut under, mut over] = [Canvas::new(size, shown.background)?, Canvas::new(size, shown.background)?];
+        self.check()?;
+        let (screen, extent) = (Screen::new(shown.camera, inner)?, self.extent(size));
+        let [mut under, mut over] = [Canvas::new(extent, shown.background)?, Canvas::new(extent, shown.background)?];
         if self.bounding_box {
             over.clip(inner);
             under.clip(inner);
@@ -167,8 +229,9 @@ impl Annotations {
 /// If memory is insufficient.
 pub fn labelled(frame: Frame, label: &str, background: Background) -> Result<Frame, Error> {
     let viewport = Viewport::new(frame.width(), frame.height())?;
-    let [under, mut over] = [Canvas::new(viewport, background)?, Canvas::new(viewport, background)?];
-    let margin = f64::from(over.scale()) * 8.0;
+    let extent = Extent::new(viewport, None);
+    let [under, mut over] = [Canvas::new(extent, background)?, Canvas::new(extent, background)?];
+    let margin = extent.scale * 8.0;
     over.text([margin, margin], label);
     Ok(composed(frame, viewport, &under, &over))
 }

@@ -33,7 +33,7 @@ pub(super) fn draw(screen: &Screen, grid: &Grid, under: &mut Canvas, over: &mut 
             let far = if farthest > nearest { ((depth - nearest) / (farthest - nearest)).clamp(0.0, 1.0) } else { 0.0 };
             let opacity = OPACITY.0 + (OPACITY.1 - OPACITY.0) * far;
             let canvas = if faces.contains(&true) { &mut *over } else { &mut *under };
-            let (width, ink) = (1.2 * f64::from(canvas.scale()), canvas.ink());
+            let (width, ink) = (1.2 * canvas.extent().scale, canvas.ink());
             canvas.line(ends[0], ends[1], width, ink, opacity);
         }
     }

@@ -1,9 +1,9 @@
 //! Scale bar with a round length in world units.
 
-use super::canvas::{Canvas, measured, scale};
+use super::canvas::Canvas;
+use super::extent::Extent;
 use super::screen::Screen;
 use super::ticks::{round_up, written};
-use crate::viewport::Viewport;
 use glam::DVec2;
 
 /// Longest bar, as a fraction of the picture's width.
@@ -17,9 +17,9 @@ const UNITS: &str = "units";
 const LONGEST_NUMBER: &str = "5.0e-5 ";
 
 /// Width of the column at the right edge that a bar of any length takes.
-pub(super) fn room(units: Option<&str>, size: Viewport) -> f64 {
-    let label = measured(size, LONGEST_NUMBER).x + measured(size, units.unwrap_or(UNITS)).x;
-    label + MARGIN / 2.0 * f64::from(scale(size))
+pub(super) fn room(units: Option<&str>, extent: Extent) -> f64 {
+    let label = extent.measured(LONGEST_NUMBER).x + extent.measured(units.unwrap_or(UNITS)).x;
+    label + MARGIN / 2.0 * extent.scale
 }
 
 /// Draws the bar in the lower right corner, within `column` pixels from the right edge. Perspective views have no uniform scale and get no
@@ -27,7 +27,7 @@ pub(super) fn room(units: Option<&str>, size: Viewport) -> f64 {
 pub(super) fn draw(screen: &Screen, units: Option<&str>, column: f64, canvas: &mut Canvas) {
     let Some(per_unit) = screen.pixels_per_unit() else { return };
     let (width, height) = (f64::from(canvas.viewport().width), f64::from(canvas.viewport().height));
-    let scale = f64::from(canvas.scale());
+    let scale = canvas.extent().scale;
     // At both ends, the margin includes the bar's tick.
     let longest = (width * LONGEST).min(column - 1.5 * MARGIN * scale).max(1.0);
     let length = round_down(longest / per_unit);

@@ -115,8 +115,14 @@ fn axes_point_where_they_should() {
 /// Pixels without annotations stay bit-identical, on an empty and on a filled frame.
 #[test]
 fn what_is_not_drawn_on_is_not_touched() {
-    let all =
-        Annotations { legend: true, bounding_box: true, axes: true, units: Some("HU".into()), length_units: Some("mm".into()) };
+    let all = Annotations {
+        legend: true,
+        bounding_box: true,
+        axes: true,
+        units: Some("HU".into()),
+        length_units: Some("mm".into()),
+        font_size: None,
+    };
     let fill = [0.123, 0.2, 0.3, 0.7];
     let frame = drawn(&all, fill, PARALLEL);
     let same = frame.pixels().iter().filter(|&&pixel| pixel == fill).count();
@@ -179,4 +185,57 @@ fn annotations_have_room_of_their_own() {
     }
     let small = Viewport::new(3, 1).unwrap();
     assert_eq!(all.inner(small, &transfer, Blend::Composite), Viewport::new(2, 1).unwrap());
+}
+
+/// Capital letters are 0.73 em high, whatever the picture's size, and take their room from the frame. Other sizes are refused.
+#[test]
+fn letters_have_the_size_that_is_asked_for() {
+    let (grid, transfer, _) = scene();
+    let camera = camera(&grid, 0.0, PARALLEL);
+    let background = Background::BLACK;
+    let shown = Shown { camera: &camera, grid: &grid, transfer: &transfer, blend: Blend::Composite, background };
+    let mut widths = Vec::new();
+    for (font_size, capitals) in [(None, 9), (Some(12.0), 9), (Some(18.0), 13), (Some(25.0), 18), (Some(50.0), 36)] {
+        let size = Viewport::new(620, 560).unwrap();
+        let legend = Annotations { legend: true, units: Some("HHH".into()), font_size, ..Annotations::default() };
+        let frame = legend.drawn(Frame::new(size, vec![[0.0; 4]; size.pixels()]), shown).unwrap();
+        // The unit is above the bar, which has 0.44 of the height.
+        let bright = |row: u32| (310..620).any(|column| frame.pixel(column, row)[0] > 0.5);
+        let found = (0..150).skip_while(|&row| !bright(row)).take_while(|&row| bright(row)).count();
+        assert!(found.abs_diff(capitals) <= 1, "{font_size:?}: {found} rows");
+        widths.push(legend.inner(size, &transfer, Blend::Composite).width);
+    }
+    assert!(widths[0] == widths[1] && widths[1..].is_sorted_by(|a, b| a > b), "{widths:?}");
+    for font_size in [0.5, 1001.0, -3.0, f64::NAN, f64::INFINITY] {
+        let legend = Annotations { legend: true, font_size: Some(font_size), ..Annotations::default() };
+        let frame = Frame::new(Viewport::new(20, 20).unwrap(), vec![[0.0; 4]; 400]);
+        let refused = legend.drawn(frame, shown).unwrap_err();
+        assert!(legend.check().is_err() && refused.to_string().contains("1 to 1000"), "{refused}");
+    }
+}
+
+/// The colour bar alone has the pixels of that beside a picture, and all of them.
+#[test]
+fn the_legend_alone_is_that_beside_a_picture() {
+    let (grid, transfer, size) = scene();
+    // A perspective has no scale bar.
+    let camera = camera(&grid, 0.0, Projection::Perspective { field_of_view: 30.0 });
+    let background = Background::BLACK;
+    for (blend, font_size) in [(Blend::Composite, None), (Blend::Maximum, None), (Blend::Composite, Some(7.5))] {
+        let shown = Shown { camera: &camera, grid: &grid, transfer: &transfer, blend, background };
+        let legend = Annotations { legend: true, units: Some("HU".into()), font_size, ..Annotations::default() };
+        let whole = legend.drawn(Frame::new(size, vec![[0.0; 4]; size.pixels()]), shown).unwrap();
+        let bar = legend.legend_alone(size, &transfer, blend, background).unwrap();
+        let (left, top) = (200 - bar.width(), legend::rows(legend.extent(size)).start);
+        // Edges at other columns are rounded differently by a step of 8 bits.
+        let steps = |x: u32, y: u32| {
+            let (a, b) = (bar.pixel(x, y), whole.pixel(left + x, top + y));
+            (0..4).map(|i| (255.0 * (a[i] - b[i])).abs()).fold(0.0, f32::max)
+        };
+        let most =
+            (0..bar.height()).flat_map(|y| (0..bar.width()).map(move |x| (x, y))).map(|(x, y)| steps(x, y)).fold(0.0, f32::max);
+        assert!(most < 1.5, "{blend:?}, {font_size:?}: {most}");
+        let drawn = |frame: &Frame| frame.pixels().iter().filter(|pixel| pixel[3] > 0.0).count();
+        assert_eq!(drawn(&bar), drawn(&whole), "{blend:?}, {font_size:?}");
+    }
 }

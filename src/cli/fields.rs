@@ -3,7 +3,7 @@
 use crate::error::Error;
 
 /// Field names as in [`Error::fields`], and the options that set them; sorted by field.
-const OPTIONS: [(&str, &str); 61] = [
+const OPTIONS: [(&str, &str); 62] = [
     ("algorithm", "--algorithm"),
     ("ambient_occlusion", "--ambient-occlusion on|off"),
     ("ao_reach", "--ao-reach inf|LENGTH"),
@@ -28,6 +28,7 @@ const OPTIONS: [(&str, &str); 61] = [
     ("endian", "--endian"),
     ("evaluation", "--lattice direct|auto|N"),
     ("field_of_view", "--perspective FOV"),
+    ("font_size", "--font-size POINTS"),
     ("footprints", "--footprints exact|set"),
     ("frame", "--frame N"),
     ("from", "--from front|right|back|left|above|below"),

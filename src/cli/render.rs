@@ -3,6 +3,7 @@
 use super::bench::peak_bytes;
 use super::check;
 use super::many;
+use super::options::CameraOptions;
 use super::orientation::{OBLIQUE, UpReport};
 use super::processes::Processes;
 use super::scene::{Scene, SceneOptions};
@@ -40,6 +41,13 @@ pub(super) struct Arguments {
     /// Exit with 1 if a picture shows nothing
     #[arg(long)]
     pub fail_empty: bool,
+    /// Write only the colour bar, as it is beside a picture of this size, and render nothing
+    #[arg(
+        long,
+        group = "colour_bar",
+        conflicts_with_all = ["axes", "bounding_box", "cameras", "depth", "fail_empty", "json", "legend", "length_units"]
+    )]
+    legend_only: bool,
     /// Print the report as one line of JSON
     #[arg(long)]
     json: bool,
@@ -95,6 +103,9 @@ pub(super) fn run(arguments: &Arguments, processes: &Processes) -> Result<ExitCo
         return Ok(ExitCode::SUCCESS);
     }
     let scene = Scene::open(&arguments.scene, processes)?;
+    if arguments.legend_only {
+        return arguments.write_colour_bar(&scene, &output);
+    }
     let cameras = arguments.pictures.cameras(options, &scene);
     let camera = cameras.still(cameras.angles().or_all_of(OBLIQUE));
     let inner = arguments.pictures.inner(options.size, &scene);
@@ -154,6 +165,18 @@ impl Arguments {
         format.accept(self.scene.camera.background)?;
         self.pictures.encoding.encoding().check(format)?;
         check_writable(path)
+    }
+
+    /// Writes the colour bar alone.
+    fn write_colour_bar(&self, scene: &Scene, output: &Output) -> Result<ExitCode, Error> {
+        let CameraOptions { size, background, .. } = self.scene.camera;
+        let bar = self.pictures.colour_bar(size, scene, background)?;
+        self.save(&bar, None, output.path())?;
+        if output.is_standard() {
+            return output.finish(output.path());
+        }
+        println!("{}", self.output.display());
+        Ok(ExitCode::SUCCESS)
     }
 
     /// Writes a picture, with depths if given.

@@ -17,6 +17,9 @@ use crate::settings::Settings;
 use crate::viewport::Viewport;
 use clap::{Args, ValueEnum};
 
+/// Typographic points.
+const POINTS_PER_INCH: f64 = 72.0;
+
 /// Supersampling, annotations and file encoding.
 #[derive(Args)]
 #[command(next_help_heading = "Camera and picture")]
@@ -25,7 +28,7 @@ pub(super) struct PictureOptions {
     #[arg(long, default_value_t = 1, value_parser = parse::samples, value_name = "N", allow_hyphen_values = true)]
     pub samples: u32,
     /// Draw a colour bar with opacities, and with a parallel projection a scale bar
-    #[arg(long)]
+    #[arg(long, group = "colour_bar")]
     pub legend: bool,
     /// Draw the bounding box, and frame it unless --fit is given
     #[arg(long = "box")]
@@ -37,11 +40,14 @@ pub(super) struct PictureOptions {
     #[arg(long, default_value = "beside", value_name = "WHERE", value_parser = names::of_enum::<LegendPlace>())]
     pub legend_place: LegendPlace,
     /// Unit of the values, for the colour bar
-    #[arg(long, value_name = "TEXT", requires = "legend")]
+    #[arg(long, value_name = "TEXT", requires = "colour_bar")]
     pub units: Option<String>,
     /// Unit of length, for the scale bar
     #[arg(long, value_name = "TEXT", requires = "legend")]
     pub length_units: Option<String>,
+    /// Size of letters in points, of 1/72 inch by --dpi [default: by the size of the picture]
+    #[arg(long, value_name = "POINTS", requires = "dpi", value_parser = parse::positive, allow_hyphen_values = true)]
+    pub font_size: Option<f64>,
     #[command(flatten)]
     pub encoding: EncodingOptions,
 }
@@ -169,16 +175,29 @@ impl PictureOptions {
         }
     }
 
+    /// The colour bar of a scene, as it is beside a picture of `size`.
+    pub fn colour_bar(&self, size: Viewport, scene: &Scene, background: Option<Background>) -> Result<Frame, Error> {
+        let background = background.unwrap_or(Background::BLACK);
+        self.annotations().legend_alone(size, &scene.transfer, scene.settings.blend, background)
+    }
+
     fn annotations(&self) -> Annotations {
         let Self { legend, bounding_box, axes, .. } = *self;
-        Annotations { legend, bounding_box, axes, units: self.units.clone(), length_units: self.length_units.clone() }
+        let (units, length_units) = (self.units.clone(), self.length_units.clone());
+        Annotations { legend, bounding_box, axes, units, length_units, font_size: self.font_pixels() }
+    }
+
+    /// Size of letters in pixels, if given.
+    fn font_pixels(&self) -> Option<f64> {
+        self.font_size.zip(self.encoding.dpi()).map(|(points, dpi)| points * f64::from(dpi.get()) / POINTS_PER_INCH)
     }
 
     /// Size of the supersampled frame for a picture of `size`.
     ///
     /// # Errors
-    /// [`Error::Settings`] if the frame would exceed [`Viewport::MAX_SIDE`].
+    /// [`Error::Settings`] if the frame would exceed [`Viewport::MAX_SIDE`], or letters cannot be drawn.
     pub fn rendered(&self, size: Viewport) -> Result<Viewport, Error> {
+        self.annotations().check()?;
         let n = self.samples;
         let [width, height] = [size.width, size.height].map(|side| side.saturating_mul(n));
         Viewport::new(width, height).map_err(|_| {

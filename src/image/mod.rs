@@ -19,6 +19,7 @@ pub use depths::Depths;
 pub use format::{BitDepth, Encoding, ImageFormat};
 pub use metrics::Comparison;
 pub use read::read_image;
+pub(crate) use text::EM;
 pub use text::{draw_text, text_size};
 
 use crate::error::Error;

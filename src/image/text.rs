@@ -7,7 +7,7 @@ use std::sync::OnceLock;
 const FONT: &[u8] = include_bytes!("font/DejaVuSans-latin-greek.ttf");
 
 /// Height of the em square in pixels at scale 1.
-const EM: f32 = 12.0;
+pub(crate) const EM: f32 = 12.0;
 /// Height of capital letters and digits in pixels at scale 1: 0.73 em.
 const CAPITALS: u32 = 9;
 /// Distance of lines in pixels at scale 1.
@@ -19,10 +19,10 @@ fn font() -> &'static FontRef<'static> {
 }
 
 /// The size at which an em square is `EM`·`scale` pixels high.
-fn pixels(scale: u32) -> PxScale {
+fn pixels(scale: f32) -> PxScale {
     let font = font();
     let em = font.units_per_em().expect("the font is scalable");
-    PxScale::from(EM * scale as f32 * font.height_unscaled() / em)
+    PxScale::from(EM * scale * font.height_unscaled() / em)
 }
 
 /// Draws text on straight-alpha RGBA8 pixels. `at` is the left end (column) and the top of capital letters (row) of the first line.
@@ -33,18 +33,19 @@ fn pixels(scale: u32) -> PxScale {
 /// ```
 /// use layersplat::image::{draw_text, text_size};
 ///
-/// let [width, height] = text_size("Hg", 2);
+/// let [width, height] = text_size("Hg", 2.0);
 /// let mut pixels = vec![0; (width * height * 4) as usize];
-/// draw_text(&mut pixels, [width, height], [0, 0], "Hg", [255, 255, 255, 255], 2);
+/// draw_text(&mut pixels, [width, height], [0, 0], "Hg", [255, 255, 255, 255], 2.0);
 /// assert!(pixels.contains(&255));
 /// ```
 ///
 /// # Panics
 /// If `pixels` does not have 4·`size[0]`·`size[1]` bytes.
-pub fn draw_text(pixels: &mut [u8], size: [u32; 2], at: [i32; 2], text: &str, color: [u8; 4], scale: u32) {
+pub fn draw_text(pixels: &mut [u8], size: [u32; 2], at: [i32; 2], text: &str, color: [u8; 4], scale: f32) {
     assert_eq!(pixels.len(), size[0] as usize * size[1] as usize * 4);
     for (line, letters) in text.lines().enumerate() {
-        let baseline = i64::from(at[1]) + (line as i64 * i64::from(LINE) + i64::from(CAPITALS)) * i64::from(scale);
+        let below = (line as f32 * LINE as f32 + CAPITALS as f32) * scale;
+        let baseline = i64::from(at[1]) + below.round() as i64;
         for (glyph, left) in placed(letters, scale).0 {
             draw_glyph(pixels, size, [i64::from(at[0]), baseline], (glyph, left), color, scale);
         }
@@ -54,17 +55,18 @@ pub fn draw_text(pixels: &mut [u8], size: [u32; 2], at: [i32; 2], text: &str, co
 /// Width and height of text in pixels. The height is that from the top of capital letters to the last baseline.
 ///
 /// ```
-/// let [width, height] = layersplat::image::text_size("one\nthree", 2);
+/// let [width, height] = layersplat::image::text_size("one\nthree", 2.0);
 /// assert!((60..80).contains(&width) && height == 48);
 /// ```
-pub fn text_size(text: &str, scale: u32) -> [u32; 2] {
+pub fn text_size(text: &str, scale: f32) -> [u32; 2] {
     let width = text.lines().map(|line| placed(line, scale).1).fold(0.0, f32::max);
     let lines = text.lines().count() as u32;
-    [width.ceil() as u32, (lines * LINE).saturating_sub(LINE - CAPITALS) * scale]
+    let height = (lines * LINE).saturating_sub(LINE - CAPITALS) as f32 * scale;
+    [width.ceil() as u32, height.round() as u32]
 }
 
 /// The glyphs of a line with the distances of their origins from its left end, and the width of the line.
-fn placed(line: &str, scale: u32) -> (Vec<(GlyphId, f32)>, f32) {
+fn placed(line: &str, scale: f32) -> (Vec<(GlyphId, f32)>, f32) {
     let font = font().as_scaled(pixels(scale));
     let mut left = 0.0;
     let glyph = |letter| {
@@ -77,7 +79,7 @@ fn placed(line: &str, scale: u32) -> (Vec<(GlyphId, f32)>, f32) {
 }
 
 /// Draws a glyph whose origin is `left` pixels right of `origin`, a column and a row.
-fn draw_glyph(pixels: &mut [u8], size: [u32; 2], origin: [i64; 2], (glyph, left): (GlyphId, f32), color: [u8; 4], scale: u32) {
+fn draw_glyph(pixels: &mut [u8], size: [u32; 2], origin: [i64; 2], (glyph, left): (GlyphId, f32), color: [u8; 4], scale: f32) {
     // Whole pixels are added as integers, so that shapes do not depend on the position.
     let glyph = glyph.with_scale_and_position(self::pixels(scale), point(left.fract(), 0.0));
     let Some(outline) = font().outline_glyph(glyph) else { return };
@@ -112,7 +114,7 @@ mod tests {
     use super::*;
 
     /// Rows of the picture, with `#` for pixels that are covered by more than a fifth.
-    fn drawn(text: &str, at: [i32; 2], scale: u32) -> Vec<String> {
+    fn drawn(text: &str, at: [i32; 2], scale: f32) -> Vec<String> {
         let size = [60, 20];
         let mut pixels = vec![0; 60 * 20 * 4];
         draw_text(&mut pixels, size, at, text, [9, 8, 7, 255], scale);
@@ -120,46 +122,46 @@ mod tests {
         pixels.chunks_exact(240).map(row).collect()
     }
 
-    fn covered(text: &str, scale: u32) -> usize {
+    fn covered(text: &str, scale: f32) -> usize {
         drawn(text, [1, 1], scale).concat().matches('#').count()
     }
 
     #[test]
     fn a_letter_is_where_it_should_be() {
-        let rows = drawn("L", [3, 4], 1);
+        let rows = drawn("L", [3, 4], 1.0);
         let dark: Vec<usize> = (0..rows.len()).filter(|&n| rows[n].contains('#')).collect();
         // From the top of capitals to the baseline; the stem of an L, and its foot.
         assert_eq!((dark[0], dark.len()), (4, CAPITALS as usize), "{rows:#?}");
         assert!(rows[12].matches('#').count() > 3 && rows[8].matches('#').count() < 3, "{rows:#?}");
-        let (once, twice) = (covered("M", 1), covered("M", 2));
+        let (once, twice) = (covered("M", 1.0), covered("M", 2.0));
         assert!((3 * once..6 * once).contains(&twice), "{once}, {twice}");
     }
 
     #[test]
     fn widths_are_those_drawn() {
         for text in ["1.25", "density", "µm³"] {
-            let [width, height] = text_size(text, 1);
-            let rows = drawn(text, [0, 2], 1);
+            let [width, height] = text_size(text, 1.0);
+            let rows = drawn(text, [0, 2], 1.0);
             let last = rows.iter().filter_map(|row| row.rfind('#')).max().unwrap() as u32;
             assert!((width.saturating_sub(3)..=width).contains(&(last + 1)), "{text}: {width}, {last}");
             assert_eq!(height, CAPITALS);
         }
-        assert_eq!(text_size("", 1), [0, 0]);
+        assert_eq!(text_size("", 1.0), [0, 0]);
     }
 
     #[test]
     fn what_lies_beyond_is_left_out() {
         for at in [[-400, 0], [0, 900], [i32::MAX, i32::MAX], [i32::MIN, 3]] {
-            assert!(!drawn("Wide text\nof lines", at, 3).concat().contains('#'), "{at:?}");
+            assert!(!drawn("Wide text\nof lines", at, 3.0).concat().contains('#'), "{at:?}");
         }
-        let (whole, cut) = (drawn("MM", [4, 2], 1), drawn("MM", [-6, 2], 1));
+        let (whole, cut) = (drawn("MM", [4, 2], 1.0), drawn("MM", [-6, 2], 1.0));
         assert_eq!(&whole[7][10..28], &cut[7][..18]);
     }
 
     /// Letters beyond ASCII have shapes of their own; a missing one is a box.
     #[test]
     fn letters_of_many_kinds_have_shapes() {
-        let shape = |letter: char| drawn(&letter.to_string(), [1, 4], 1);
+        let shape = |letter: char| drawn(&letter.to_string(), [1, 4], 1.0);
         for letter in "aZ0µÅ°α³⁻²→∇".chars() {
             assert!(shape(letter).concat().contains('#') && shape(letter) != shape('漢'), "{letter}");
         }

@@ -24,6 +24,11 @@ pub(in crate::cli) struct EncodingOptions {
 }
 
 impl EncodingOptions {
+    /// Pixels per inch, if given.
+    pub fn dpi(&self) -> Option<NonZeroU16> {
+        self.dpi
+    }
+
     pub fn encoding(&self) -> Encoding {
         let description = (!self.no_metadata).then(command_text);
         Encoding { bits: self.bits, dither: self.dither, dpi: self.dpi, description }

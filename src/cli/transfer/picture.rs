@@ -153,7 +153,7 @@ impl Page {
             (plot.left..plot.right).for_each(|x| self.mark(x, y, GRID));
             if step % 2 == 0 {
                 let label = number(opacity, self.top / 4.0);
-                let [width, height] = text_size(&label, scale);
+                let [width, height] = text_size(&label, scale as f32);
                 self.write([plot.left as i32 - (width + 6 * scale) as i32, y as i32 - (height / 2) as i32], &label, FAINT);
             }
         }
@@ -168,7 +168,7 @@ impl Page {
             (plot.top..plot.bottom).for_each(|y| self.mark(x, y, GRID));
             (bar.bottom..bar.bottom + 4 * scale).for_each(|y| self.mark(x, y, FAINT));
             let label = number(value, step);
-            let width = text_size(&label, scale)[0];
+            let width = text_size(&label, scale as f32)[0];
             let left = (x as i32 - width as i32 / 2).clamp(0, (self.size[0] - width.min(self.size[0])) as i32);
             if left >= free {
                 self.write([left, (bar.bottom + 8 * scale) as i32], &label, TEXT);
@@ -181,7 +181,7 @@ impl Page {
         let (left, right, scale) = (self.plot.left, self.plot.right, self.scale);
         let kinds = "opacity, log histogram";
         let letters = |width: u32| (width / (8 * scale)) as usize;
-        let kinds_width = text_size(kinds, scale)[0];
+        let kinds_width = text_size(kinds, scale as f32)[0];
         // File name without folders.
         let transfer = transfer.rsplit(['/', '\\']).next().unwrap_or(transfer);
         let title = shortened(&format!("{transfer} on {volume}"), letters(right - left - kinds_width - 16 * scale));
@@ -190,7 +190,7 @@ impl Page {
     }
 
     fn write(&mut self, at: [i32; 2], text: &str, color: [u8; 4]) {
-        draw_text(&mut self.pixels, self.size, at, text, color, self.scale);
+        draw_text(&mut self.pixels, self.size, at, text, color, self.scale as f32);
     }
 
     fn set(&mut self, x: u32, y: u32, color: [u8; 4]) {
