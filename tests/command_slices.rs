@@ -142,7 +142,7 @@ fn bad_slices_are_refused() {
         ("--axis w", 2, "possible values: x, y, z, axial, coronal, sagittal"),
         ("--at 101%", 2, "from 0% to 100%"),
         ("--at 24", 2, "outside the volume|-0.5 to 23.5|--at N"),
-        ("--axis axial", 2, "use x, y or z|--axis AXIS"),
+        ("--axis axial", 2, "use x, y or z|--axis x"),
         ("--plane 1,2,3", 2, "a point and a normal"),
         ("--plane 1,2,3,0,0,1 --at 4", 2, "cannot be used"),
         ("--plane 1,2,3,0,0,1 --up z", 2, "span no plane|--plane"),

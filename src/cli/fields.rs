@@ -9,7 +9,7 @@ const OPTIONS: [(&str, &str); 62] = [
     ("ao_reach", "--ao-reach inf|LENGTH"),
     ("array", "--array NAME"),
     ("at", "--at N|N%"),
-    ("axis", "--axis AXIS"),
+    ("axis", "--axis x|y|z|axial|coronal|sagittal"),
     ("background", "--background"),
     ("bits", "--bits N"),
     ("blend", "--blend composite|maximum|minimum|average|iso"),
