@@ -6,6 +6,7 @@ import json
 import pathlib
 import re
 import struct
+import subprocess
 import sys
 import threading
 import time
@@ -267,6 +268,25 @@ def test_what_is_closed_or_forgotten_leaves_no_thread_and_no_widget(array):
     widget._handle_custom_msg({"page": name, "closed": True}, [])
     gc.collect()
     assert gone() is None and painters() == before
+
+
+ENDS = """import sys
+sys.path.insert(0, {folder!r})
+import numpy, layersplat, test_live
+z, y, x = numpy.mgrid[-1:1:48j, -1:1:48j, -1:1:48j]
+view = layersplat.volshow(numpy.exp(-4 * (x**2 + y**2 + z**2)), cmap="fire", opacity="linear")
+page = test_live.Page(view)
+camera = page.first("hello")["camera"]
+page.view_of(camera, moving=True)
+page.wait(lambda: page.pictures)
+page.view_of(camera, size=(900, 900))
+"""
+
+
+def test_python_ends_while_a_page_is_drawn():
+    code = ENDS.format(folder=str(pathlib.Path(__file__).parent))
+    ended = subprocess.run([sys.executable, "-c", code], capture_output=True, timeout=PATIENCE, text=True)
+    assert (ended.returncode, ended.stderr) == (0, "")
 
 
 def test_the_copied_code_makes_the_saved_picture(view, array, tmp_path, monkeypatch):

@@ -19,7 +19,9 @@ export const widget = ({ body, style, page }) => ({
     const ended = new AbortController();
     const host = document.createElement("div");
     host.className = "layersplat";
-    // The right button is the page's.
+    // Keys and the right button are the page's: by letters a notebook would add and delete cells. For Notebook 7 this must be said where the
+    // focus seems to be; others hear what is not stopped.
+    host.dataset.lmSuppressShortcuts = "true";
     el.dataset.jpSuppressContextMenu = "true";
     el.append(host);
     const root = host.attachShadow({ mode: "open" });
@@ -42,7 +44,6 @@ export const widget = ({ body, style, page }) => ({
     model.on("change:size", resize);
     const still = hideStill(model.get("still"));
     const theme = followTheme(host, ended.signal);
-    // A notebook would add and delete cells by the letters that are typed here. Its shortcuts with Ctrl, for saving, stay.
     tab.addEventListener("keydown", (event) => { if (!event.ctrlKey && !event.metaKey) event.stopPropagation(); });
     // The wheel scrolls the notebook until the picture is clicked.
     tab.addEventListener("wheel", (event) => {

@@ -41,6 +41,10 @@ class Widget(anywidget.AnyWidget):  # type: ignore[misc]
         self.on_msg(self._hear)
         WIDGETS.add(self)
 
+    def __repr__(self) -> str:
+        # What a notebook without its kernel shows below the still picture.
+        return "Run the cell to turn the volume."
+
     def still_picture(self, png: bytes) -> str:
         """HTML of the picture of a saved notebook."""
         width, height = self.size
