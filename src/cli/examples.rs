@@ -77,7 +77,7 @@ Examples:
 
 Safety:
   Only this machine can connect, and only with the token in the printed address. --listen accepts other machines: it needs --token-file
-  and --host, and the line is not encrypted. An SSH tunnel is safer. Keys and details: docs/viewer.md.",
+  and --host, and the line is not encrypted. An SSH tunnel is safer. Keys and details: docs/dev/viewer.md.",
     volumes!(),
     transfer_functions!()
 );

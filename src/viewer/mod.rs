@@ -1,4 +1,4 @@
-//! The viewer: a page in the user's browser or in a notebook, whose pictures are drawn on this machine's device (docs/viewer.md).
+//! The viewer: a page in the user's browser or in a notebook, whose pictures are drawn on this machine's device (docs/dev/viewer.md).
 //!
 //! Each page has a [`Session`], with a thread that draws (`painter`) and an `inbox` between both, which keeps the newest requests only. All
 //! pages share the voxels on the device ([`Scene`]). The program that shows the page is a [`Host`]: it knows its options. It also carries the

@@ -24,7 +24,7 @@ fn psnr_of_light(volume: &Volume, transfer: &TransferFunction, camera: &Camera, 
     -10.0 * (error / (3 * pixels.len()) as f64).log10()
 }
 
-/// Least dB with the exact shadow, with F = 4, and of the sky alone: below the table of docs/light.md by up to 10, since the few pixels that
+/// Least dB with the exact shadow, with F = 4, and of the sky alone: below the table of docs/dev/light.md by up to 10, since the few pixels that
 /// are compared by default can lie at shadow edges.
 const LEAST: [(&str, f64, [f64; 3]); 5] = [
     ("engine", 72.0, [46.0, 43.0, 36.0]),

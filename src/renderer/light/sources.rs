@@ -8,7 +8,7 @@ use crate::volume::Grid;
 use glam::DVec3;
 
 /// Distance towards the light at which its transmittance is looked up, in smallest spacings. Interpolation mixes in what lies behind the
-/// sample. Measured (docs/light.md): at full resolution 0 to 0.1 is best, and 0 saves half of the look-ups in the planes of layers; at half
+/// sample. Measured (docs/dev/light.md): at full resolution 0 to 0.1 is best, and 0 saves half of the look-ups in the planes of layers; at half
 /// resolution 1 is best.
 fn shift_to_light(grid: LightGrid) -> f64 {
     if grid == LightGrid::Full { 0.0 } else { 1.0 }
