@@ -19,7 +19,7 @@ macro_rules! asset {
 pub(super) const PAGE: Asset = asset!("index.html", "text/html; charset=utf-8");
 
 /// All that the page loads.
-pub(super) const ASSETS: [Asset; 16] = [
+pub(super) const ASSETS: [Asset; 18] = [
     asset!("style.css", "text/css; charset=utf-8"),
     asset!("icon.svg", "image/svg+xml"),
     asset!("main.js", SCRIPT),
@@ -28,6 +28,8 @@ pub(super) const ASSETS: [Asset; 16] = [
     asset!("controls.js", SCRIPT),
     asset!("cutting.js", SCRIPT),
     asset!("editor.js", SCRIPT),
+    asset!("files.js", SCRIPT),
+    asset!("film.js", SCRIPT),
     asset!("editing.js", SCRIPT),
     asset!("gestures.js", SCRIPT),
     asset!("keys.js", SCRIPT),

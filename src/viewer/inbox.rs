@@ -1,6 +1,7 @@
 //! What a page wants, between the thread that listens to it and the thread that draws for it. Only the newest view, look and transfer
 //! function are kept, so a page can ask as often as it likes.
 
+use super::films::Film;
 use super::look::Look;
 use super::protocol::{PageCamera, View};
 use crate::device::Cancel;
@@ -19,6 +20,8 @@ const MOST_JOBS: usize = 8;
 pub(super) enum Job {
     Fit { camera: PageCamera, size: Viewport },
     Save { camera: PageCamera, size: Viewport, samples: u32 },
+    Film(Film),
+    CancelFilm(u32),
     Command { camera: PageCamera, size: Viewport, samples: u32 },
     Write { name: String, format: FileFormat },
 }
@@ -121,11 +124,6 @@ impl Inbox {
     /// A picture is on its way to the page.
     pub fn sent(&self) {
         self.state().in_flight += 1;
-    }
-
-    /// Puts a job back that gave way.
-    pub fn put_back(&self, job: Job) {
-        self.state().jobs.push_front(job);
     }
 
     /// Waits for a view, or for a job, or until the refinement goes on. A new look and a new transfer function

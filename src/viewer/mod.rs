@@ -7,8 +7,11 @@
 mod access;
 mod assets;
 mod encoding;
+mod films;
 mod inbox;
+mod keeper;
 mod look;
+mod opening;
 mod pace;
 mod painter;
 mod protocol;
@@ -17,15 +20,15 @@ mod saving;
 mod scene;
 mod server;
 mod session;
+mod sharpening;
 mod warming;
 
 pub use access::Access;
 pub use look::{Look, PageBlend, PageKernel, PageLight, PageQuality};
 pub use protocol::{PageCamera, PageProjection};
-pub use scene::{Host, Opening};
+pub use scene::{Host, Offered, Opening, Source};
 
 use crate::error::Error;
-use scene::Scene;
 use server::Served;
 use std::net::TcpListener;
 use std::path::Path;
@@ -75,8 +78,7 @@ impl Server {
         let failed = |e| Error::read(Path::new("the viewer's address"), e);
         let runtime = Builder::new_current_thread().enable_all().build().map_err(failed)?;
         listener.set_nonblocking(true).map_err(failed)?;
-        let scene = Arc::new(Scene::new(opening, host)?);
-        Ok(Self { runtime, listener, served: Arc::new(Served { access, scene }) })
+        Ok(Self { runtime, listener, served: Arc::new(Served::new(access, opening, host)?) })
     }
 
     /// Answers requests until `stop`.
@@ -85,15 +87,15 @@ impl Server {
     /// Failures of the system.
     pub fn run(self, stop: &Stop) -> Result<(), Error> {
         let Self { runtime, listener, served } = self;
-        let scene = served.scene.clone();
+        let alive = served.alive.clone();
         let ended: std::io::Result<()> = runtime.block_on(async {
-            server::run(tokio::net::TcpListener::from_std(listener)?, served, stop.stopped()).await;
+            server::run(tokio::net::TcpListener::from_std(listener)?, served.clone(), stop.stopped()).await;
             Ok(())
         });
         // Ends all sessions, which cancel the frames of their threads.
-        drop(runtime);
+        drop((runtime, served));
         let since = Instant::now();
-        while Arc::strong_count(&scene) > 1 && since.elapsed() < LONGEST_END {
+        while Arc::strong_count(&alive) > 1 && since.elapsed() < LONGEST_END {
             std::thread::sleep(Duration::from_millis(5));
         }
         ended.map_err(|e| Error::read(Path::new("the viewer's address"), e))

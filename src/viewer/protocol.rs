@@ -1,6 +1,8 @@
 //! Messages between page and server. The page sends JSON; pictures come back as bytes after a header.
 
+use super::films::Film;
 use super::look::Look;
+use super::opening::Wanted;
 use crate::camera::{Camera, Orbit, OrbitFrame, Projection};
 use crate::error::Error;
 use crate::transfer::{ControlPoint, TransferFunction};
@@ -40,6 +42,12 @@ pub(super) enum Request {
     Write { name: String },
     /// Answer with a picture of the best quality, and the command that makes it.
     Save { camera: PageCamera, width: u32, height: u32, samples: u32 },
+    /// Answer with a film along key cameras, in parts, and the command that makes it.
+    Film(Film),
+    /// Give up a film.
+    CancelFilm { id: u32 },
+    /// Show another volume: answered with another first message.
+    Open { volume: Wanted },
     /// Answer with the command alone.
     Command { camera: PageCamera, width: u32, height: u32, samples: u32 },
 }
@@ -178,12 +186,28 @@ pub(super) enum Reply<'a> {
     Written { name: &'a str, text: &'a str },
     /// The command that makes the picture.
     Command { line: &'a str, transfer_name: &'a str, transfer_text: &'a str },
+    /// The command that makes a film, and its files.
+    FilmCommand { id: u32, line: &'a str, keys_name: &'a str, keys_text: &'a str, transfer_name: &'a str, transfer_text: &'a str },
+    /// How far a film is: pictures done, of how many.
+    Film { id: u32, state: FilmState, done: u32, of: u32 },
     /// Whether all programs of usual frames are built.
     Ready { ready: bool },
     /// No better picture of this view follows the last one.
     Refined { id: u32 },
     /// A request that failed: what is wrong and what can be done.
     Problem { sentence: &'a str },
+}
+
+/// What has become of a film.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum FilmState {
+    Drawing,
+    /// All parts were sent.
+    Complete,
+    Cancelled,
+    /// The problem was sent.
+    Failed,
 }
 
 /// What a picture is.
@@ -193,12 +217,14 @@ pub(super) enum Step {
     Moving = 0,
     Standard = 1,
     High = 2,
-    /// After half of the samples.
+    /// With 2 × 2 samples per pixel.
     Half = 3,
-    /// Refined: no picture follows.
+    /// With 4 × 4 samples per pixel, or of the chosen quality: no picture follows.
     Last = 4,
     /// A picture to save.
     Saved = 5,
+    /// Part of a film's file.
+    Part = 6,
 }
 
 /// Format of a picture's bytes.
@@ -207,6 +233,9 @@ pub(super) enum Step {
 pub(super) enum Format {
     Jpeg = 0,
     Png = 1,
+    Gif = 2,
+    Apng = 3,
+    Mp4 = 4,
 }
 
 /// A picture, with what the page needs to know about it.

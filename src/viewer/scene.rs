@@ -5,14 +5,18 @@ use super::protocol::{Kind, PageCamera, PageProjection};
 use crate::camera::OrbitFrame;
 use crate::device::Device;
 use crate::error::Error;
+use crate::files::Scratch;
 use crate::framing::{Fixed, Framing, Orientation, Side};
 use crate::renderer::{Renderer, UploadedVolume, VolumeRenderer, volume_renderer};
 use crate::settings::{Blend, CropBox, Quality, Settings};
 use crate::transfer::TransferFunction;
 use crate::viewport::Viewport;
 use crate::volume::{Statistics, Volume};
+use serde::Serialize;
 use serde_json::{Value, json};
-use std::sync::atomic::{AtomicBool, AtomicUsize};
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 use tokio::sync::watch;
 
@@ -33,10 +37,42 @@ pub trait Host: Send + Sync {
     /// The command that makes a picture, with this name of the transfer function's file.
     fn command_line(&self, look: &Look, camera: &PageCamera, size: Viewport, samples: u32, transfer: &str) -> String;
 
+    /// The command that makes a film along the key cameras of a file: N × N samples per pixel, pictures per second, and its file's name.
+    fn film_command_line(&self, look: &Look, size: Viewport, made: (u32, u32, &str), keys: &str, transfer: &str) -> String;
+
+    /// Volumes that the page may open by name.
+    fn offered(&self) -> Vec<Offered> {
+        Vec::new()
+    }
+
+    /// Opens another volume, with the program's options that go with any volume.
+    ///
+    /// # Errors
+    /// If it is not offered or cannot be read.
+    fn open(&self, source: &Source) -> Result<(Opening, Box<dyn Host>), Error>;
+
     /// A sentence for an error, with what the user can do.
     fn sentence(&self, error: &Error) -> String {
         error.to_string()
     }
+}
+
+/// A volume that the page may open.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Offered {
+    /// Its name, without folders.
+    pub name: String,
+    /// Whether it is built in.
+    pub is_builtin: bool,
+}
+
+/// What is opened.
+#[derive(Clone, Copy, Debug)]
+pub enum Source<'a> {
+    /// One of the offered volumes, by its name.
+    Offered(&'a str),
+    /// A temporary file, which exists as long as its volume.
+    File(&'a Path),
 }
 
 /// How a volume is shown first.
@@ -59,14 +95,18 @@ pub struct Opening {
     pub time_limit: Option<Duration>,
 }
 
-/// The scene of a run.
+/// A volume and how it is shown.
 pub(super) struct Scene {
+    /// Number of the scene within the run.
+    number: u32,
     pub opening: Opening,
     pub host: Box<dyn Host>,
     /// `None` if the volume is streamed.
     uploaded: Option<UploadedVolume>,
     statistics: Statistics,
-    pub sessions: AtomicUsize,
+    /// The folder of a dropped file, removed with the scene. After the volume, which may be mapped.
+    _held: Option<Scratch>,
+    _alive: Arc<()>,
     /// Whether programs are built, or being built, in the background.
     pub warming: AtomicBool,
     /// Whether these programs are ready.
@@ -75,7 +115,7 @@ pub(super) struct Scene {
 
 impl Scene {
     /// Uploads the volume, unless it needs to be streamed.
-    pub fn new(mut opening: Opening, host: Box<dyn Host>) -> Result<Self, Error> {
+    pub fn new(mut opening: Opening, host: Box<dyn Host>, alive: Arc<()>, number: u32) -> Result<Self, Error> {
         let own = &opening.transfer;
         opening.transfer = TransferFunction::new(file_name(own.name()), own.colors().to_vec(), own.opacities().to_vec())?;
         let Opening { volume, device, .. } = &opening;
@@ -83,8 +123,13 @@ impl Scene {
         let is_streamed = device.memory_budget().is_some() || bytes > device.largest_buffer_bytes();
         let uploaded = if is_streamed { None } else { Some(UploadedVolume::new(device, volume)?) };
         let statistics = volume.statistics();
-        let (sessions, warming, ready) = (AtomicUsize::new(0), AtomicBool::new(false), watch::Sender::new(false));
-        Ok(Self { opening, host, uploaded, statistics, sessions, warming, ready })
+        let (warming, ready) = (AtomicBool::new(false), watch::Sender::new(false));
+        Ok(Self { number, opening, host, uploaded, statistics, _held: None, _alive: alive, warming, ready })
+    }
+
+    /// Keeps a dropped file as long as the scene.
+    pub fn holding(self, folder: Option<Scratch>) -> Self {
+        Self { _held: folder, ..self }
     }
 
     /// A renderer of its own for a page. All share the voxels.
@@ -164,6 +209,8 @@ impl Scene {
             "presets": TransferFunction::presets().map(|(name, shows)| json!({ "name": name, "shows": shows })).collect::<Vec<_>>(),
             "maps": maps.collect::<Vec<_>>(),
             "is_layered": is_layered,
+            "scene": self.number,
+            "offered": self.host.offered(),
         })
     }
 

@@ -2,9 +2,11 @@
 
 use super::access::{Access, Refusal};
 use super::assets::{ASSETS, Asset, PAGE};
+use super::opening::{self, Drops};
 use super::protocol::MAX_MESSAGE;
-use super::scene::Scene;
+use super::scene::{Host, Opening, Scene};
 use super::session;
+use crate::error::Error;
 use axum::Router;
 use axum::extract::ws::WebSocketUpgrade;
 use axum::extract::{Request, State};
@@ -12,12 +14,13 @@ use axum::http::header::{CONTENT_TYPE, SET_COOKIE};
 use axum::http::{HeaderValue, Method, StatusCode, Uri};
 use axum::middleware::{self, Next};
 use axum::response::{IntoResponse, Response};
-use axum::routing::get;
+use axum::routing::{get, post};
 use hyper::server::conn::http1;
 use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::service::TowerToHyperService;
 use std::future::Future;
-use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::Semaphore;
@@ -32,6 +35,8 @@ const HEADER_BYTES: usize = 32 << 10;
 const PAUSE: Duration = Duration::from_millis(100);
 /// Path of the WebSocket.
 const SOCKET: &str = "/socket";
+/// Path that dropped files are sent to.
+const DROP: &str = "/drop";
 
 /// Headers of every answer. The page may load its own files, and show pictures that it received.
 const HEADERS: [(&str, &str); 7] = [
@@ -56,7 +61,35 @@ const LET_IN: &str = "<!doctype html><meta charset=utf-8><meta http-equiv=refres
 /// What requests need.
 pub(super) struct Served {
     pub access: Access,
-    pub scene: Arc<Scene>,
+    /// The scene of new pages: the one that was opened last.
+    scene: Mutex<Arc<Scene>>,
+    /// Number of the last scene.
+    scenes: AtomicU32,
+    pub sessions: AtomicUsize,
+    pub drops: Drops,
+    /// Held by all scenes, to know when the last one is gone.
+    pub alive: Arc<()>,
+}
+
+impl Served {
+    pub fn new(access: Access, opening: Opening, host: Box<dyn Host>) -> Result<Self, Error> {
+        let alive = Arc::default();
+        let scene = Mutex::new(Arc::new(Scene::new(opening, host, Arc::clone(&alive), 0)?));
+        let (scenes, sessions) = (AtomicU32::new(0), AtomicUsize::new(0));
+        Ok(Self { access, scene, scenes, sessions, drops: Drops::default(), alive })
+    }
+
+    pub fn scene(&self) -> Arc<Scene> {
+        self.scene.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    pub fn set_scene(&self, scene: Arc<Scene>) {
+        *self.scene.lock().unwrap_or_else(PoisonError::into_inner) = scene;
+    }
+
+    pub fn next_number(&self) -> u32 {
+        self.scenes.fetch_add(1, Ordering::Relaxed) + 1
+    }
 }
 
 /// Serves pages until `stop`.
@@ -95,6 +128,7 @@ async fn connection(stream: TcpStream, routes: Router) -> Result<(), hyper::Erro
 fn router(served: Arc<Served>) -> Router {
     Router::new()
         .route(SOCKET, get(socket))
+        .route(DROP, post(opening::receive))
         .fallback(file)
         .layer(middleware::from_fn_with_state(served.clone(), guard))
         .with_state(served)
@@ -119,7 +153,8 @@ enum Admitted {
 }
 
 fn admit(access: &Access, request: &Request) -> Result<Admitted, Refusal> {
-    access.check_site(request.headers(), request.uri().path() == SOCKET)?;
+    let requires_origin = request.method() == Method::POST || request.uri().path() == SOCKET;
+    access.check_site(request.headers(), requires_origin)?;
     match token(request.uri()) {
         Some(token) if request.uri().path() == "/" => access.check_token(token).map(|()| Admitted::ByToken),
         _ => access.check_cookie(request.headers()).map(|()| Admitted::ByCookie),
@@ -155,6 +190,5 @@ async fn file(method: Method, uri: Uri) -> Response {
 }
 
 async fn socket(State(served): State<Arc<Served>>, upgrade: WebSocketUpgrade) -> Response {
-    let scene = served.scene.clone();
-    upgrade.max_message_size(MAX_MESSAGE).max_frame_size(MAX_MESSAGE).on_upgrade(move |socket| session::serve(socket, scene))
+    upgrade.max_message_size(MAX_MESSAGE).max_frame_size(MAX_MESSAGE).on_upgrade(move |socket| session::serve(socket, served))
 }

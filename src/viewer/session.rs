@@ -1,10 +1,13 @@
 //! A page's connection: what it asks for, what it gets, and the limits of both.
 
 use super::inbox::{Inbox, Job};
+use super::keeper::{Keeper, Maker};
+use super::opening::{self, Wanted};
 use super::painter::Painter;
 use super::protocol::{MAX_MESSAGE, Picture, Reply, Request, saved_size, shown_size, transfer_function};
 use super::rate::Rate;
 use super::scene::Scene;
+use super::server::Served;
 use super::warming;
 use crate::device::Cancel;
 use crate::error::Error;
@@ -38,6 +41,12 @@ impl Outgoing {
         let _ = self.0.blocking_send(Message::Binary(picture.message().into()));
     }
 
+    /// Sends the sentence of an error.
+    pub fn problem(&self, scene: &Scene, error: &Error) {
+        tracing::info!("reported to a page: {error}");
+        self.reply(&Reply::Problem { sentence: &scene.host.sentence(error) });
+    }
+
     /// Sends a reply; waits while too much is on its way. Does nothing if the page is gone.
     pub fn reply(&self, reply: &Reply) {
         let _ = self.0.blocking_send(text(reply));
@@ -49,51 +58,64 @@ fn text(reply: &Reply) -> Message {
 }
 
 /// Serves a page until it closes.
-pub(super) async fn serve(mut socket: WebSocket, scene: Arc<Scene>) {
-    let Some(_place) = Place::take(&scene) else {
+pub(super) async fn serve(mut socket: WebSocket, served: Arc<Served>) {
+    let Some(_place) = Place::take(&served) else {
         let reason = "Too many pages are open. Close one of them and reload this page.";
         close(&mut socket, close_code::AGAIN, reason).await;
         return;
     };
-    let hello = Message::Text(scene.hello().to_string().into());
-    if !send(&mut socket, hello).await {
-        return;
-    }
-    let cancel = Cancel::new();
-    let inbox = Arc::new(Inbox::new(cancel.clone()));
-    let (sender, mut outgoing) = mpsc::channel(MOST_WAITING);
-    let painter = Painter::new(scene.clone(), inbox.clone(), Outgoing(sender.clone()), cancel);
-    drop(sender);
-    let mut painter = match painter {
-        Ok(painter) => painter,
-        Err(error) => {
-            send(&mut socket, text(&Reply::Problem { sentence: &scene.host.sentence(&error) })).await;
-            return;
-        }
-    };
-    warming::begin(&scene, &mut painter);
-    let thread = std::thread::Builder::new().name("painter".into()).spawn(move || painter.run());
-    let mut session = Session { scene, inbox, rate: Rate::new(Instant::now()) };
-    if thread.is_ok() {
-        session.run(&mut socket, &mut outgoing).await;
+    let mut scene = Some(served.scene());
+    while let Some(shown) = scene {
+        scene = show(&mut socket, &served, shown).await;
     }
 }
 
+/// Serves a page as long as it shows a scene. Returns the next one, which the page has opened.
+async fn show(socket: &mut WebSocket, served: &Arc<Served>, scene: Arc<Scene>) -> Option<Arc<Scene>> {
+    let hello = Message::Text(scene.hello().to_string().into());
+    if !send(socket, hello).await {
+        return None;
+    }
+    let cancel = Cancel::new();
+    let inbox = Arc::new(Inbox::new(cancel.clone()));
+    let keeper = Arc::new(Keeper::default());
+    let (sender, mut outgoing) = mpsc::channel(MOST_WAITING);
+    let maker = Maker { scene: scene.clone(), keeper: keeper.clone(), outgoing: Outgoing(sender.clone()) };
+    let painter = Painter::new(scene.clone(), inbox.clone(), keeper.clone(), Outgoing(sender), cancel);
+    let mut painter = match painter {
+        Ok(painter) => painter,
+        Err(error) => {
+            send(socket, text(&Reply::Problem { sentence: &scene.host.sentence(&error) })).await;
+            return None;
+        }
+    };
+    warming::begin(&scene, &mut painter);
+    let thread = |name: &str| std::thread::Builder::new().name(name.into());
+    let (opened, mut opening) = mpsc::channel(1);
+    let (served, rate) = (served.clone(), Rate::new(Instant::now()));
+    let mut session = Session { served, scene, inbox, keeper, rate, opened, is_opening: false };
+    if thread("painter").spawn(move || painter.run()).is_ok() && thread("maker").spawn(move || maker.run()).is_ok() {
+        return session.run(socket, &mut outgoing, &mut opening).await;
+    }
+    None
+}
+
 impl Drop for Session {
-    /// Ends the drawing thread, also where the server ends in the middle of a session.
+    /// Ends the drawing threads, also where the server ends in the middle of a session.
     fn drop(&mut self) {
         self.inbox.close();
+        self.keeper.close();
     }
 }
 
 /// A place among the sessions.
-struct Place(Arc<Scene>);
+struct Place(Arc<Served>);
 
 impl Place {
-    fn take(scene: &Arc<Scene>) -> Option<Self> {
-        let place = Self(scene.clone());
+    fn take(served: &Arc<Served>) -> Option<Self> {
+        let place = Self(served.clone());
         // Dropping the place frees it again.
-        (scene.sessions.fetch_add(1, Ordering::SeqCst) < MOST_SESSIONS).then_some(place)
+        (served.sessions.fetch_add(1, Ordering::SeqCst) < MOST_SESSIONS).then_some(place)
     }
 }
 
@@ -103,18 +125,31 @@ impl Drop for Place {
     }
 }
 
+/// A scene that a page has opened, or the sentence of an error.
+type Opened = Result<Arc<Scene>, String>;
+
 struct Session {
+    served: Arc<Served>,
     scene: Arc<Scene>,
     inbox: Arc<Inbox>,
+    keeper: Arc<Keeper>,
     rate: Rate,
+    /// Where a volume that was opened comes out.
+    opened: mpsc::Sender<Opened>,
+    is_opening: bool,
 }
 
 impl Session {
-    async fn run(&mut self, socket: &mut WebSocket, outgoing: &mut mpsc::Receiver<Message>) {
+    async fn run(
+        &mut self,
+        socket: &mut WebSocket,
+        outgoing: &mut mpsc::Receiver<Message>,
+        opening: &mut mpsc::Receiver<Opened>,
+    ) -> Option<Arc<Scene>> {
         let mut ready = self.scene.ready.subscribe();
         let is_ready = *ready.borrow_and_update();
         if !send(socket, text(&Reply::Ready { ready: is_ready })).await {
-            return;
+            return None;
         }
         let mut pings = interval(PING);
         pings.set_missed_tick_behavior(MissedTickBehavior::Delay);
@@ -122,30 +157,60 @@ impl Session {
         loop {
             let answer = tokio::select! {
                 received = socket.recv() => {
-                    let Some(Ok(message)) = received else { return };
+                    let Some(Ok(message)) = received else { return None };
                     heard = Instant::now();
                     match self.receive(&message, heard) {
                         Received::Nothing => continue,
                         Received::Answer(answer) => answer,
-                        Received::Close(code, reason) => return close(socket, code, reason).await,
+                        Received::Close(code, reason) => {
+                            close(socket, code, reason).await;
+                            return None;
+                        }
                     }
                 }
                 picture = outgoing.recv() => match picture {
                     Some(message) => message,
-                    None => return,
+                    None => return None,
+                },
+                // The session has a sender, too: this never ends.
+                Some(opened) = opening.recv() => match opened {
+                    Ok(scene) => {
+                        self.served.set_scene(scene.clone());
+                        return Some(scene);
+                    }
+                    Err(sentence) => {
+                        self.is_opening = false;
+                        text(&Reply::Problem { sentence: &sentence })
+                    }
                 },
                 Ok(()) = ready.changed() => text(&Reply::Ready { ready: *ready.borrow_and_update() }),
                 _ = pings.tick() => {
                     if heard.elapsed() > LONGEST_SILENCE {
-                        return;
+                        return None;
                     }
                     Message::Ping(Vec::new().into())
                 }
             };
             if !send(socket, answer).await {
-                return;
+                return None;
             }
         }
+    }
+
+    /// Opens a volume on a thread of its own, since reading takes long. Pictures of the old one are drawn meanwhile.
+    fn open(&mut self, volume: Wanted) -> Result<(), Error> {
+        let problem = |problem: &str| Error::Settings { field: "page", problem: problem.into() };
+        if self.is_opening {
+            return Err(problem("a volume is being opened: wait until it is there"));
+        }
+        let (served, scene, opened) = (self.served.clone(), self.scene.clone(), self.opened.clone());
+        let work = move || {
+            // The page may be gone.
+            let _ = opened.blocking_send(opening::open(&served, &scene, &volume));
+        };
+        let thread = std::thread::Builder::new().name("opening".into()).spawn(work);
+        self.is_opening = thread.is_ok();
+        thread.map(|_| ()).map_err(|_| problem("the server has no thread left: try again"))
     }
 
     fn receive(&mut self, message: &Message, now: Instant) -> Received {
@@ -172,10 +237,11 @@ impl Session {
     }
 
     /// Takes a request; returns the answer of requests that are answered at once.
-    fn handle(&self, request: Request) -> Result<Option<Message>, Error> {
+    fn handle(&mut self, request: Request) -> Result<Option<Message>, Error> {
         let job = match request {
             Request::View(view) => {
                 shown_size(view.width, view.height)?;
+                self.keeper.hand(view.moving);
                 self.inbox.post_view(view);
                 return Ok(None);
             }
@@ -192,6 +258,7 @@ impl Session {
                 self.inbox.acknowledge();
                 return Ok(None);
             }
+            Request::Open { volume } => return self.open(volume).map(|()| None),
             Request::Named { kind, name } => return Ok(Some(described(&self.scene.named(kind, &name)?))),
             Request::Read { name, text } => return Ok(Some(described(&TransferFunction::from_text(&text, &name)?))),
             Request::Write { name } => {
@@ -203,6 +270,9 @@ impl Session {
             Request::Save { camera, width, height, samples } => {
                 Job::Save { camera, size: saved_size(width, height, samples)?, samples }
             }
+            Request::Film(film) => Job::Film(film),
+            // After the order, which waits there too.
+            Request::CancelFilm { id } => Job::CancelFilm(id),
             Request::Command { camera, width, height, samples } => {
                 Job::Command { camera, size: saved_size(width, height, samples)?, samples }
             }

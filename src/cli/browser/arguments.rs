@@ -128,6 +128,34 @@ pub(super) fn render(
     words.iter().map(|word| quoted(word)).collect::<Vec<_>>().join(" ")
 }
 
+/// The command that renders a film along key cameras: samples, pictures per second and the output.
+pub(super) fn rotate(
+    given: &Given,
+    look: &Look,
+    size: Viewport,
+    (samples, rate, output): (u32, u32, &str),
+    keys: &str,
+    transfer: &str,
+    is_layered: bool,
+) -> String {
+    let mut words = vec!["layersplat".to_owned(), "rotate".into(), given.volume.clone()];
+    words.extend(given.reading.iter().flat_map(|option| option.words.clone()));
+    let mut add = |option: &str, value: String| words.extend([option.to_owned(), value]);
+    add("--transfer", transfer.into());
+    add("--keys", keys.into());
+    add("--fit", "volume".into());
+    add("--rate", rate.to_string());
+    add("--size", format!("{}x{}", size.width, size.height));
+    add("--background", look.background.clone());
+    if samples > 1 {
+        add("--samples", samples.to_string());
+    }
+    words.extend(kept(&given.drawing, look));
+    words.extend(of_look(look, look.quality.map(Quality::from), is_layered));
+    words.extend(["-o".into(), output.into()]);
+    words.iter().map(|word| quoted(word)).collect::<Vec<_>>().join(" ")
+}
+
 /// Given options that go with a look: those of shadows only where there are shadows.
 fn kept<'a>(given: &'a [GivenOption], look: &'a Look) -> impl Iterator<Item = String> + 'a {
     let goes = |option: &&GivenOption| match option.id.as_str() {

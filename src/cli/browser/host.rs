@@ -2,6 +2,7 @@
 
 use super::arguments;
 use super::given::Given;
+use super::opening;
 use crate::camera::Camera;
 use crate::check::Family;
 use crate::cli::check;
@@ -9,7 +10,7 @@ use crate::cli::options::DeviceOptions;
 use crate::device::Device;
 use crate::error::Error;
 use crate::settings::{Quality, Settings};
-use crate::viewer::{Host, Look, Opening, PageCamera};
+use crate::viewer::{Host, Look, Offered, Opening, PageCamera, Source};
 use crate::viewport::Viewport;
 use crate::volume::Grid;
 use std::collections::BTreeSet;
@@ -25,6 +26,7 @@ pub(super) struct PageHost {
     device: Device,
     options: DeviceOptions,
     grid: Grid,
+    offered: Vec<Offered>,
     checked: Mutex<BTreeSet<Family>>,
     /// The last settings: parsing options takes longer than a page should wait in every frame.
     last: Mutex<Vec<(Look, Option<Quality>, Settings)>>,
@@ -36,7 +38,13 @@ impl PageHost {
         let is_layered =
             arguments::settings(&given, &opening.look, None, false).is_ok_and(|settings| settings.layered().is_some());
         let (device, grid) = (opening.device.clone(), opening.volume.grid().clone());
-        Self { given, is_layered, device, options, grid, checked: Mutex::default(), last: Mutex::default() }
+        let (offered, checked, last) = (Vec::new(), Mutex::default(), Mutex::default());
+        Self { given, is_layered, device, options, grid, offered, checked, last }
+    }
+
+    /// Offers these volumes to the page.
+    pub fn offering(self, offered: &[Offered]) -> Self {
+        Self { offered: offered.to_vec(), ..self }
     }
 }
 
@@ -66,7 +74,20 @@ impl Host for PageHost {
         Ok(())
     }
 
+    fn offered(&self) -> Vec<Offered> {
+        self.offered.clone()
+    }
+
+    fn open(&self, source: &Source) -> Result<(Opening, Box<dyn Host>), Error> {
+        let (opening, host) = opening::open(&self.given, &self.offered, source, &self.device)?;
+        Ok((opening, Box::new(host)))
+    }
+
     fn command_line(&self, look: &Look, camera: &PageCamera, size: Viewport, samples: u32, transfer: &str) -> String {
         arguments::render(&self.given, look, camera, size, samples, transfer, self.is_layered)
+    }
+
+    fn film_command_line(&self, look: &Look, size: Viewport, made: (u32, u32, &str), keys: &str, transfer: &str) -> String {
+        arguments::rotate(&self.given, look, size, made, keys, transfer, self.is_layered)
     }
 }

@@ -14,6 +14,7 @@ export const LINES = [
   { keys: "r", does: "first view" },
   { keys: "o", does: "parallel or perspective" },
   { keys: "p", does: "fold the panel" },
+  { keys: "k", does: "record the view for a film" },
   { keys: "s", does: "save the picture" },
   { keys: "c", does: "copy the command that makes the picture" },
   { keys: "Ctrl + Z, Ctrl + Y", does: "undo, redo" },

@@ -5,6 +5,8 @@ import { Connection } from "./connection.js";
 import * as controls from "./controls.js";
 import { Cutting } from "./cutting.js";
 import { Editor } from "./editor.js";
+import { Film } from "./film.js";
+import { Files } from "./files.js";
 import * as gestures from "./gestures.js";
 import * as keys from "./keys.js";
 import { Lighting } from "./lighting.js";
@@ -71,6 +73,17 @@ const lighting = new Lighting({
   },
 });
 const cutting = new Cutting({ change: changeLook, plane: newPlane });
+const film = new Film({
+  camera: () => state().camera,
+  show: (camera) => { state().camera = camera; showCamera(); settle(); },
+  send: (request) => connection.send(request),
+  size: () => picture.size(),
+});
+const files = new Files({
+  send: (request) => connection.send(request),
+  problem: (sentence) => problem(sentence),
+  transfer: async (file) => connection.send({ type: "read", name: file.name, text: await file.text() }),
+});
 const sides = new Sides((side) => look(side));
 const connection = new Connection({ message, picture: receive, lost });
 
@@ -97,16 +110,26 @@ function message(text) {
     },
     written: () => download(new Blob([text.text], { type: "text/plain" }), text.name),
     command: () => command(text),
-    problem: () => problem(text.sentence),
+    film_command: () => film.command(text),
+    film: () => film.progress(text),
+    problem: () => { files.say(""); problem(text.sentence); },
   };
   answers[text.type]?.();
 }
 
 /** A new connection: the first one, or one after a loss, with the same view. @param {any} first */
 function begin(first) {
+  if (hello && hello.scene !== first.scene) {
+    // Another volume: nothing of the last one's state applies.
+    history = null;
+    film.clear();
+    window.history.replaceState(null, "", location.pathname);
+  }
   hello = first;
   element("problem").hidden = true;
-  sent = { look: hello.look, transfer: [hello.transfer.colors, hello.transfer.opacities] };
+  // Sent again: what the page sent last may have met the volume before.
+  sent = { look: null, transfer: null };
+  files.set(hello.offered, hello.volume.name);
   const { volume, histogram } = hello;
   element("name").textContent = volume.name;
   document.title = `${volume.name} – layersplat`;
@@ -136,11 +159,16 @@ function begin(first) {
 
 /** @param {string} reason */
 function lost(reason) {
+  film.giveUp();
   problem(reason || "The connection is lost. The page connects again by itself once layersplat answers.", "lost");
 }
 
 /** @param {import("./connection.js").Received} received */
 async function receive(received) {
+  if (received.step === "part") {
+    film.part(received);
+    return;
+  }
   if (received.step === "saved") {
     download(received.blob, "layersplat.png");
     return;
@@ -425,7 +453,7 @@ function listen() {
     ",": held(() => roll(-5)), ".": held(() => roll(5)),
     ...Object.fromEntries([0, 1, 2, 3, 4, 5].map((n) => [String(n + 1), () => look(hello.sides[n])])),
     "7": corner(45), "8": corner(225),
-    f: fit, r: reset, o: () => { changeCamera(otherProjection); settle(); }, p: fold, s: save, c: copyCommand, "?": help,
+    f: fit, r: reset, o: () => { changeCamera(otherProjection); settle(); }, p: fold, k: () => film.record(), s: save, c: copyCommand, "?": help,
     "Ctrl+z": () => go(-1), "Ctrl+y": () => go(1), "Ctrl+Shift+z": () => go(1),
   });
   controls.listen(changeLook);
