@@ -1,5 +1,5 @@
 //! A contact sheet of all volumes of a folder, each with its automatic transfer function:
-//! `cargo run --release --example contact_sheet ../shared/volumes docs/images/volumes.jpg`.
+//! `cargo run --release --example contact_sheet ../shared/volumes docs/guide/images/volumes.jpg`.
 
 use image::{RgbaImage, imageops};
 use layersplat::framing::{Fixed, Framing};

@@ -1,4 +1,4 @@
-//! Writes the pictures of the README to a folder: `cargo run --release --example gallery docs/images`.
+//! Writes pictures of two built-in volumes with transfer functions of its own to a folder: `cargo run --release --example gallery FOLDER`.
 
 use layersplat::{
     Background, Camera, Device, DeviceChoice, Error, OpenOptions, Orbit, Renderer, Settings, TransferFunction, Viewport, Volume,

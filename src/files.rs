@@ -167,10 +167,10 @@ pub(crate) fn temporary_failed(e: io::Error) -> Error {
 
 /// A temporary folder. It is removed with its content when this is dropped or the process ends, and after a kill by the first process that
 /// makes one a day later.
-#[cfg(any(feature = "cli", feature = "viewer"))]
+#[cfg(any(feature = "cli", feature = "page"))]
 pub(crate) struct Scratch(tempfile::TempDir);
 
-#[cfg(any(feature = "cli", feature = "viewer"))]
+#[cfg(any(feature = "cli", feature = "page"))]
 impl Scratch {
     /// Creates the folder in the system's temporary folder (`TMPDIR`).
     pub fn new() -> Result<Self, Error> {
@@ -188,7 +188,7 @@ impl Scratch {
     }
 }
 
-#[cfg(any(feature = "cli", feature = "viewer"))]
+#[cfg(any(feature = "cli", feature = "page"))]
 impl Drop for Scratch {
     fn drop(&mut self) {
         unfinished(|paths| paths.remove(self.0.path()));

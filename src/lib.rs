@@ -54,8 +54,9 @@ mod progress;
 pub mod reference;
 pub mod renderer;
 pub mod settings;
+pub mod slice;
 pub mod transfer;
-#[cfg(feature = "viewer")]
+#[cfg(feature = "page")]
 #[doc(hidden)]
 pub mod viewer;
 mod viewport;
@@ -75,7 +76,7 @@ pub use transfer::TransferFunction;
 pub use viewport::Viewport;
 pub use volume::{OpenOptions, Volume};
 
-/// Builds the examples of docs/embedding.md with the tests.
+/// Builds the examples of docs/guide/embedding.md with the tests.
 #[cfg(doctest)]
-#[doc = include_str!("../docs/embedding.md")]
+#[doc = include_str!("../docs/guide/embedding.md")]
 struct Embedding;

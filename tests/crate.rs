@@ -27,6 +27,45 @@ fn the_library_alone_pays_for_nothing_of_the_command() {
     }
 }
 
+/// The files of the archive that `cargo publish` uploads, relative to the crate's root.
+fn published() -> BTreeSet<String> {
+    let mut command = Command::new(env!("CARGO"));
+    command.args(["package", "--list", "--offline", "--locked", "--allow-dirty"]).current_dir(env!("CARGO_MANIFEST_DIR"));
+    let output = command.output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).unwrap().lines().map(|line| line.replace('\\', "/")).collect()
+}
+
+/// The files below a folder of the crate that are not in a list.
+fn absent(folder: &str, list: &BTreeSet<String>) -> Vec<String> {
+    let mut found = Vec::new();
+    for entry in std::fs::read_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join(folder)).unwrap() {
+        let entry = entry.unwrap();
+        let path = format!("{folder}/{}", entry.file_name().to_str().unwrap());
+        if entry.path().is_dir() {
+            found.extend(absent(&path, list));
+        } else if !list.contains(&path) {
+            found.push(path);
+        }
+    }
+    found
+}
+
+/// The crate embeds kernels, a page, a font and a picture: without them it would not compile.
+#[test]
+fn the_published_crate_is_whole() {
+    let mut files = published();
+    for folder in ["kernels", "src"] {
+        assert_eq!(absent(folder, &files), [""; 0]);
+    }
+    for file in ["Cargo.lock", "LICENSE-APACHE", "LICENSE-MIT", "README.md", "build.rs", "docs/embedding.md"] {
+        assert!(files.contains(file), "{file}");
+    }
+    assert!(!files.iter().any(|file| file.starts_with("bindings") || file.ends_with(".jpg")));
+    assert!(files.remove("kernels/shared/accumulator.cl"));
+    assert_eq!(absent("kernels", &files), ["kernels/shared/accumulator.cl"]);
+}
+
 /// Settings and cameras can be constructed with this crate's public items only.
 #[test]
 fn what_users_need_is_at_hand() {

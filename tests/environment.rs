@@ -37,7 +37,7 @@ fn under_mpirun_it_says_what_to_build() {
 
 /// The command starts without OpenCL and says what to install. So do programs that use the library, except with the feature `gl-interop`.
 #[cfg(target_os = "linux")]
-#[cfg_attr(feature = "gl-interop", ignore = "ocl-interop links OpenCL and OpenGL: docs/gl.md")]
+#[cfg_attr(feature = "gl-interop", ignore = "ocl-interop links OpenCL and OpenGL: docs/dev/gl.md")]
 #[test]
 fn opencl_is_loaded_at_run_time() {
     let output = Command::new("readelf").args(["-d", env!("CARGO_BIN_EXE_layersplat")]).output().expect("binutils");

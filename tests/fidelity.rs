@@ -1,4 +1,4 @@
-//! Fidelity of the presets, warp included, lit and unlit, to the converged integral: the tables in docs/fidelity.md. `high` is compared with
+//! Fidelity of the presets, warp included, lit and unlit, to the converged integral: the tables in docs/dev/fidelity.md. `high` is compared with
 //! the integral of the paper's cubic using that kernel, and with the integral of its own kernel. Lit presets as shipped are compared with the
 //! integral of their own kernel and gradients.
 

@@ -1,5 +1,5 @@
 //! Fidelity of lit presets where the data sets of the other tests say little: generated volumes with noise, thin shells and terraces, and real
-//! volumes with steep opacities or at 45°, between two layer axes (docs/fidelity.md). Pictures are framed as the command does by default.
+//! volumes with steep opacities or at 45°, between two layer axes (docs/dev/fidelity.md). Pictures are framed as the command does by default.
 
 mod common;
 

@@ -1,5 +1,5 @@
 //! Opacities that rise within a few values: opaque surfaces, and thin shells that lie between two samples. Lattices follow the screen there
-//! (docs/fidelity.md).
+//! (docs/dev/fidelity.md).
 
 mod common;
 

@@ -90,7 +90,7 @@ def main():
     panel(axes[0], [b["active_samples"] for b in fog], times(fog), "active samples, 128³, 512²", "active samples", float)
     panel(axes[1], VIEWPORTS, times(sizes), "viewport, 128³", "pixels per side", lambda n: n**2, VIEWPORTS)
     panel(axes[2], VOLUMES, times(volumes), "volume, 512²", "voxels per side", lambda n: n**3, VOLUMES)
-    figure.savefig(ROOT / "docs/images/growth.png", dpi=110)
+    figure.savefig(ROOT / "docs/dev/images/growth.png", dpi=110)
 
     text = "\n\n".join(
         [
@@ -108,7 +108,7 @@ def main():
             table("volume", [row(f"{SIDE}³", whole), row(f"{box}³", cropped)]),
         ]
     )
-    page = ROOT / "docs/performance.md"
+    page = ROOT / "docs/dev/performance.md"
     begin, end = "<!-- growth -->\n", "\n<!-- /growth -->"
     before, rest = page.read_text().split(begin)
     page.write_text(before + begin + text + end + rest.split(end)[1])

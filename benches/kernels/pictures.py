@@ -1,4 +1,4 @@
-"""The pictures of docs/kernels.md: each data set with each kernel in `high`, and Marschner and Lobb's signal beside its reference."""
+"""The pictures of docs/dev/kernels.md: each data set with each kernel in `high`, and Marschner and Lobb's signal beside its reference."""
 
 import json
 import pathlib
@@ -9,7 +9,7 @@ from PIL import Image, ImageDraw
 
 from scenes import CONVERGED, ENGINE, KERNELS, ROOT, SKULL, VOLUMES, kernel_options, psnr, run
 
-IMAGES = ROOT / "docs/images"
+IMAGES = ROOT / "docs/dev/images"
 TILE = 320
 # Samples per axis of the displayed signal, and of the float volume that serves as the reference.
 SAMPLED, KNOWN = 41, 241

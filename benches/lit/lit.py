@@ -1,4 +1,4 @@
-"""The pictures of docs/lit.md; benches/lit/run calls it."""
+"""The pictures of docs/dev/lit.md; benches/lit/run calls it."""
 
 import json
 import os
@@ -15,7 +15,7 @@ from PIL import Image, ImageDraw  # noqa: E402
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 VOLUMES = pathlib.Path(os.environ.get("LAYERSPLAT_VOLUMES", ROOT.parent / "shared/volumes"))
-IMAGES = ROOT / "docs/images"
+IMAGES = ROOT / "docs/dev/images"
 LAYERSPLAT = ROOT / "target/release/layersplat"
 CONVERGED = ["--algorithm", "raycast", "--kernel", "cubic", "--gradient", "sobel", "--step", 0.0625]
 TILE = 190

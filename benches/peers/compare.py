@@ -1,4 +1,4 @@
-"""Runs layersplat and its peers alternately on the same pictures, and writes the table of docs/performance.md.
+"""Runs layersplat and its peers alternately on the same pictures, and writes the table of docs/dev/performance.md.
 
 First the pictures must agree, since times of different pictures are not comparable.
 """
@@ -171,7 +171,7 @@ def table(sets, results, agreements, versions, device, frames, rounds):
 
 
 def write(text):
-    page = ROOT / "docs/performance.md"
+    page = ROOT / "docs/dev/performance.md"
     begin, end = "<!-- peers -->\n", "\n<!-- /peers -->"
     before, rest = page.read_text().split(begin)
     page.write_text(before + begin + text + end + rest.split(end)[1])

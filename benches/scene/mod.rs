@@ -42,7 +42,7 @@ impl Scene {
         Renderer::new(&device(), &self.volume, &self.transfer).expect("a renderer")
     }
 
-    /// The view of docs/fidelity.md: oblique, fits any orientation.
+    /// The view of docs/dev/fidelity.md: oblique, fits any orientation.
     pub fn camera(&self, azimuth: f64) -> Camera {
         let grid = self.volume.grid();
         Camera::fit_parallel(grid.centre(), grid.diagonal(), viewport(), Orbit { azimuth, elevation: 20.0, roll: 0.0 })

@@ -1,5 +1,7 @@
 // A tile of lattice samples that a work-group renders on GPUs, one per work-item. VW is 1.
 
+#include "shared/vector.cl"
+
 #ifndef SAMPLE_COLUMNS
 #error "SAMPLE_COLUMNS: samples of a group along u, a multiple of 8"
 #endif

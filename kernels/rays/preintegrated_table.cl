@@ -26,7 +26,7 @@ __kernel void preintegrated_table(__global const int4 *integrals, int first, int
         const float mean = sum.w * unit / (hi - lo);
         const float part = mean * thickness / parts;
         // A selection instead of a branch: if a branch sets two values and only the next branch reads one of them, PoCL 6 aborts
-        // (docs/portability.md).
+        // (docs/dev/portability.md).
         const float dimmed = absorbed(part), opacity = linear ? part : dimmed;
         if (sum.w > 0.0f)
             color += through * opacity * (float4)(sum.xyz / sum.w, 1.0f);

@@ -36,7 +36,7 @@ static inline intv open_rays(const SampleParams *p, const Accumulator *a) {
 }
 
 // Accumulates a segment between two values. `length`, in ray parameters, is 0 where the segment does not contribute. Neutral values are
-// selected there: if `a` were, PoCL 6 would abort (docs/portability.md).
+// selected there: if `a` were, PoCL 6 would abort (docs/dev/portability.md).
 static inline void accumulate_values(realv from, realv to, realv length, Accumulator *a, intv *active) {
     const intv contributes = length > 0.0f;
     *active += COUNT_IF(contributes);

@@ -5,10 +5,11 @@ use super::{Family, figures};
 use crate::camera::{Camera, Projection};
 use crate::device::{Buffer, DeviceKind, Started, Tuning, kernel_names};
 use crate::renderer::{DeviceVoxels, Renderer, UploadedVolume};
-use crate::settings::Quality;
+use crate::settings::{AmbientOcclusion, Blend, Clipping, CropBox, GradientOpacity, LightGrid, Quality, Settings};
 use crate::transfer::TransferFunction;
 use crate::volume::{Volume, VoxelType, Voxels};
 use crate::{Device, DeviceChoice};
+use glam::DVec3;
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -50,6 +51,25 @@ fn draw(renderer: &mut Renderer, quality: Quality) {
     }
 }
 
+/// Draws with shadows and ambient occlusion, in each of the media that light is swept through.
+fn draw_light(device: &Device) {
+    let volume = pictures::volume();
+    let mut renderer = Renderer::new(device, &volume, &pictures::transfer()).unwrap();
+    let [picture, _] = pictures::views(Family::Light);
+    let crop = CropBox { lowest: DVec3::ONE, highest: DVec3::splat(6.0) };
+    let clipping = Clipping { crop: Some(crop), ..Clipping::default() };
+    let thinned = Some(GradientOpacity::new(&[(1.0, 0.2), (30.0, 1.0)]).unwrap());
+    let lit = Settings { ambient_occlusion: Some(AmbientOcclusion::default()), ..picture.settings };
+    for settings in [
+        lit,
+        Settings { clipping, gradient_opacity: thinned, ..lit },
+        Settings { clipping, gradient_opacity: thinned, light_grid: LightGrid::Quarter, ..lit },
+        Settings { clipping, blend: Blend::Iso(60.0), ..lit },
+    ] {
+        renderer.render(&picture.camera, SIZE, &settings).unwrap();
+    }
+}
+
 /// The transfer function of the check, and one with strong attenuation within a layer.
 fn transfers() -> [TransferFunction; 2] {
     let colors = vec![(0.0, [0.0, 0.0, 1.0]), (127.0, [1.0, 0.0, 0.0])];
@@ -69,7 +89,7 @@ fn started_by(quality: Quality) -> BTreeSet<Started> {
     device.started()
 }
 
-/// The programs of the device check, and those of float voxels in a caller's buffer whose range is unknown.
+/// The programs of the device check and of light, and those of float voxels in a caller's buffer whose range is unknown.
 fn started_by_check() -> BTreeSet<Started> {
     let device = device();
     device.check().unwrap();
@@ -78,6 +98,7 @@ fn started_by_check() -> BTreeSet<Started> {
     let description = voxels.describe(&device, "floats", pictures::volume().grid().clone(), &[]).unwrap();
     let volume = UploadedVolume::in_place(&device, &description, &voxels).unwrap();
     draw(&mut Renderer::from_uploaded(&volume, &pictures::transfer()).unwrap(), Quality::Standard);
+    draw_light(&device);
     device.started()
 }
 

@@ -31,8 +31,9 @@ enum AlgorithmName {
     Raycast,
 }
 
+/// A reconstruction kernel by name.
 #[derive(Clone, Copy, ValueEnum)]
-enum KernelName {
+pub(super) enum KernelName {
     #[value(alias = "tricubic")]
     Cubic,
     #[value(alias = "trilinear")]
@@ -72,13 +73,19 @@ impl AlgorithmOptions {
 
     /// The kernel given by `--kernel`.
     pub fn kernel(&self) -> Option<Kernel> {
-        self.kernel.map(|name| match name {
+        self.kernel.map(KernelName::kernel)
+    }
+}
+
+impl KernelName {
+    pub fn kernel(self) -> Kernel {
+        match self {
             KernelName::Cubic => Kernel::Cubic,
             KernelName::Linear => Kernel::Linear,
             KernelName::CatmullRom => Kernel::CatmullRom,
             KernelName::Bspline => Kernel::BSpline,
             KernelName::Gaussian => Kernel::Gaussian,
-        })
+        }
     }
 }
 

@@ -47,6 +47,7 @@ struct Bench<'a> {
     cpu_ms: f64,
     first_ms: f64,
     transfer_change_ms: f64,
+    transfer_change_cpu_ms: f64,
     axis_change_ms: f64,
     stages: BTreeMap<&'static str, f64>,
     effective_splats: u64,
@@ -141,15 +142,17 @@ pub(super) fn run(arguments: &Arguments, processes: &Processes) -> Result<ExitCo
         Ok(milliseconds(started))
     };
     let mut transfer_changes = Vec::new();
+    let mut transfer_changes_cpu = Vec::new();
     let mut axis_changes = Vec::new();
     // A slightly different function, because setting an equal one has no effect.
     let (lo, hi) = scene.transfer.range();
     let other = scene.transfer.stretched(lo, hi + (hi - lo) * 1e-9).unwrap_or_else(|_| scene.transfer.clone());
     for transfer in [&other, &scene.transfer].into_iter().cycle().take(CHANGES) {
-        let started = Instant::now();
+        let (started, cpu) = (Instant::now(), ProcessTime::now());
         renderer.set_transfer_function(transfer);
         timed(renderer, 0.0)?;
         transfer_changes.push(milliseconds(started));
+        transfer_changes_cpu.push(cpu.elapsed().as_secs_f64() * 1e3);
     }
     // Warm-up: the first change across 45° builds what the other layer axis needs.
     timed(renderer, 50.0)?;
@@ -178,6 +181,7 @@ pub(super) fn run(arguments: &Arguments, processes: &Processes) -> Result<ExitCo
         cpu_ms: cpu_ms / own.len() as f64,
         first_ms,
         transfer_change_ms: median(transfer_changes),
+        transfer_change_cpu_ms: median(transfer_changes_cpu),
         axis_change_ms: median(axis_changes),
         stages: per_stage,
         effective_splats,

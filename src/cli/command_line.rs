@@ -5,7 +5,7 @@ use clap::error::{ContextKind, ContextValue, Error, ErrorKind};
 use clap::{Command, CommandFactory, FromArgMatches};
 
 /// Options that `-h` shows of commands with many options, by name. `--help` shows all.
-const ESSENTIAL: [&str; 30] = [
+const ESSENTIAL: [&str; 34] = [
     "volume",
     "dims",
     "voxel_type",
@@ -23,6 +23,10 @@ const ESSENTIAL: [&str; 30] = [
     "output",
     "frames",
     "keys",
+    "axis",
+    "at",
+    "plane",
+    "values",
     "cameras",
     "quality",
     "light",

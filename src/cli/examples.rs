@@ -102,6 +102,16 @@ Examples:
     volumes!(),
     transfer_functions!()
 );
+pub(super) const SLICE: &str = concat!(
+    "\
+Examples:
+  layersplat slice engine_256x256x128_uint8.raw.gz --axis z --at 40 -o slice.png
+  layersplat slice head.nii.gz --axis coronal --window 40,400 -o coronal.png
+  layersplat slice builtin:hydrogen --plane 15.5,15.5,15.5,1,1,0.5 --transfer viridis --kernel bspline
+  layersplat slice tooth_103x94x161_uint8.raw.gz --axis x --at 25% --values -o values.npy",
+    volumes!(),
+    transfer_functions!()
+);
 pub(super) const INFO: &str = concat!(
     "\
 Examples:

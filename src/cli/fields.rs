@@ -3,11 +3,13 @@
 use crate::error::Error;
 
 /// Field names as in [`Error::fields`], and the options that set them; sorted by field.
-const OPTIONS: [(&str, &str); 56] = [
+const OPTIONS: [(&str, &str); 61] = [
     ("algorithm", "--algorithm"),
     ("ambient_occlusion", "--ambient-occlusion on|off"),
     ("ao_reach", "--ao-reach inf|LENGTH"),
     ("array", "--array NAME"),
+    ("at", "--at N|N%"),
+    ("axis", "--axis AXIS"),
     ("background", "--background"),
     ("bits", "--bits N"),
     ("blend", "--blend composite|maximum|minimum|average|iso"),
@@ -41,6 +43,7 @@ const OPTIONS: [(&str, &str); 56] = [
     ("memory", "--memory BYTES"),
     ("output", "--output"),
     ("palette", "--palette"),
+    ("plane", "--plane X,Y,Z,NX,NY,NZ"),
     ("preset", "--preset"),
     ("quality", "--quality"),
     ("samples", "--samples N"),
@@ -54,9 +57,11 @@ const OPTIONS: [(&str, &str); 56] = [
     ("spacing", "--spacing X,Y,Z"),
     ("step", "--step D"),
     ("tent", "--tent V,WIDTH"),
+    ("thickness", "--thickness T"),
     ("transfer function", "--transfer"),
     ("transfer range", "--transfer-range LO,HI"),
     ("unit_distance", "--unit-distance D"),
+    ("values", "--values"),
     ("viewport", "--size WxH"),
     ("voxel_type", "--type"),
     ("window", "--window LEVEL,WIDTH"),
@@ -77,10 +82,11 @@ mod tests {
     #[test]
     fn options_exist() {
         let command = super::super::Cli::command();
-        let render = command.find_subcommand("render").unwrap();
+        let commands = ["render", "slice"].map(|name| command.find_subcommand(name).unwrap());
         for (field, option) in OPTIONS {
             let name = option.split(' ').next().unwrap().strip_prefix("--").unwrap();
-            let found = render.get_arguments().find(|argument| argument.get_long() == Some(name));
+            let mut arguments = commands.iter().flat_map(|command| command.get_arguments());
+            let found = arguments.find(|argument| argument.get_long() == Some(name));
             let found = found.unwrap_or_else(|| panic!("{field}: no option {option}"));
             let values: Vec<String> = found.get_possible_values().iter().map(|value| value.get_name().into()).collect();
             if let Some((_, named)) = option.split_once(' ').filter(|_| !values.is_empty()) {

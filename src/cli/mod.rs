@@ -31,6 +31,7 @@ mod scene;
 mod shell;
 #[cfg(unix)]
 mod signals;
+mod slice;
 mod standard;
 mod studio;
 mod transfer;
@@ -75,6 +76,9 @@ enum Command {
     /// Render a contact sheet of eight labelled views: six sides and two corners
     #[command(after_help = examples::VIEWS)]
     Views(views::Arguments),
+    /// Draw a slice through a volume, along any plane
+    #[command(after_help = examples::SLICE)]
+    Slice(slice::Arguments),
     /// Show dimensions, type, range and histogram of a volume
     #[command(after_help = examples::INFO)]
     Info(info::Arguments),
@@ -147,6 +151,7 @@ pub fn main() -> ExitCode {
         #[cfg(feature = "viewer")]
         Command::View(arguments) => browser::run(arguments, &processes),
         Command::Views(arguments) => views::run(&arguments),
+        Command::Slice(arguments) => slice::run(&arguments),
         Command::Info(arguments) => info::run(&arguments),
         Command::Transfer(arguments) => transfer::run(&arguments),
         Command::Convert(arguments) => convert::run(&arguments),

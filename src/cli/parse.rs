@@ -2,11 +2,13 @@
 
 use super::names;
 use super::options::{LevelChoice, Opacities, Reach, Tent};
+use super::slice::Along;
 use crate::camera::Up;
 use crate::framing::Side;
 use crate::image::{Background, BitDepth};
 use crate::layers::{Axis, Correction, Density, MAX_SAMPLES_PER_VOXEL};
 use crate::settings::{ClipPlane, CropBox, Evaluation, GradientOpacity, LayerAxis, Light, Quality};
+use crate::slice::SliceAxis;
 use crate::transfer::Value;
 use crate::viewport::Viewport;
 use clap::builder::TypedValueParser;
@@ -84,6 +86,23 @@ where
 {
     let find = move |given: String| all.into_iter().find(|&value| name(value) == given).expect("the name is a possible value");
     names::from_list(all.map(name)).map(find)
+}
+
+/// Parses an axis of slices: `x`, `axial` and so on.
+pub(super) fn slice_axis() -> impl TypedValueParser<Value = SliceAxis> {
+    named(SliceAxis::ALL, SliceAxis::name)
+}
+
+/// Parses a place along an axis: a coordinate, or a percentage of the volume's extent.
+pub(super) fn along(text: &str) -> Result<Along, String> {
+    let refused = || format!("invalid place '{text}'; use a number, or a percentage from 0% to 100%");
+    match text.strip_suffix('%') {
+        Some(share) => {
+            let share = finite(share.trim()).ok().filter(|share| (0.0..=100.0).contains(share));
+            share.map(|share| Along::Share(share / 100.0)).ok_or_else(refused)
+        }
+        None => finite(text).map(Along::Coordinate).map_err(|_| refused()),
+    }
 }
 
 /// Parses an angle between 0 and 180 degrees, exclusive.
@@ -356,6 +375,10 @@ mod tests {
         assert_eq!(light("-1,0.5,2:0.25"), Ok(Light { strength: 0.25, ..Light::towards(DVec3::new(-1.0, 0.5, 2.0)) }));
         assert_eq!(light("0,0,1:0.5:10"), Ok(Light { strength: 0.5, angle: 10.0, ..Light::towards(DVec3::Z) }));
         assert_eq!((light("camera"), light("0,0,1")), (Ok(Light::AT_CAMERA), Ok(Light::towards(DVec3::Z))));
+        for bad in ["", "%", "-1%", "101%", "x", "inf"] {
+            assert!(along(bad).is_err(), "{bad}");
+        }
+        assert_eq!((along("-3.5"), along("25 %")), (Ok(Along::Coordinate(-3.5)), Ok(Along::Share(0.25))));
         assert!(samples("0").is_err() && samples("17").is_err() && samples("x").is_err() && samples("16") == Ok(16));
         assert!(sub_layers("0").is_err() && sub_layers("17").is_err());
     }

@@ -77,14 +77,8 @@ impl Scene {
         let opened_at = Instant::now();
         let volume = processes.open(&options.volume, Some(options.camera.size), memory)?;
         let first_pass = opened_at.elapsed();
-        if options.volume.assumes_spacing() && processes.leads() {
-            eprintln!("spacing: 1,1,1 assumed, since raw files state none (--spacing X,Y,Z)");
-        }
-        if let Some(notice) = notice::explain_spacing(volume.grid().spacing()).filter(|_| processes.leads()) {
-            eprintln!("layersplat: {notice}");
-        }
-        if let Some(notice) = notice::explain_values(&volume).filter(|_| processes.leads()) {
-            eprintln!("layersplat: {notice}");
+        if processes.leads() {
+            remark_on_volume(&options.volume, &volume);
         }
         let settings = options.blend.apply(settings, Value::finder(&volume));
         if settings.blend.gathers_values() && volume.grid().voxel_count() == 1 {
@@ -148,6 +142,15 @@ impl Scene {
         let families = check::families(cameras, size, self.volume.grid(), &self.settings);
         self.processes.in_turn(|| check::require(&self.device, &families, &options.device))
     }
+}
+
+/// Says on standard error what is assumed of a volume, and what looks wrong.
+pub(super) fn remark_on_volume(options: &VolumeOptions, volume: &Volume) {
+    if options.assumes_spacing() {
+        eprintln!("spacing: 1,1,1 assumed, since raw files state none (--spacing X,Y,Z)");
+    }
+    let notices = [notice::explain_spacing(volume.grid().spacing()), notice::explain_values(volume)];
+    notices.into_iter().flatten().for_each(|notice| eprintln!("layersplat: {notice}"));
 }
 
 /// Says on standard error which transfer function was made for the volume. The built-in phantom has its own, which needs no remark.

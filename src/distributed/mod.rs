@@ -2,7 +2,7 @@
 //!
 //! A volume is partitioned into ranges of layers along the layer axis of the view. Each rank composites its range, with the ghost
 //! layers that kernels and gradients need. A single reduction of (colour, transmittance) pairs on the lattice yields the picture,
-//! before the warp. The "over" operator is associative but not commutative; MPI keeps the order of the ranks. See docs/scale.md.
+//! before the warp. The "over" operator is associative but not commutative; MPI keeps the order of the ranks. See docs/dev/scale.md.
 //!
 //! ```no_run
 //! use layersplat::distributed::mpi::{self, Threading, traits::*};

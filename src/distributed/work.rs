@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 /// Approximate number of sampled voxels, over all processes.
 const SAMPLED_VOXELS: f64 = 4e6;
-/// Invisible samples, skipped block by block, that take as long as one visible sample (docs/scale.md).
+/// Invisible samples, skipped block by block, that take as long as one visible sample (docs/dev/scale.md).
 const SKIPPED_PER_VISIBLE: u64 = 24;
 
 /// Work of each layer along x, y and z of the whole volume, in units of visible voxels; `is_visible` classifies values. Large

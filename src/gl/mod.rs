@@ -1,6 +1,6 @@
 //! OpenGL interoperability: functions from the caller's loader, and textures that receive pictures. No other module calls OpenGL.
 //!
-//! Requires the feature `gl-interop`. docs/gl.md lists which OpenGL and OpenCL implementations share textures.
+//! Requires the feature `gl-interop`. docs/dev/gl.md lists which OpenGL and OpenCL implementations share textures.
 
 mod bound;
 mod functions;

@@ -20,17 +20,19 @@ pub struct LightRays {
 }
 
 impl LightRays {
-    /// Rays for a grid of `dims` voxels. `to_light`: direction towards the light in voxels along x, y, z, of any length. The rays surround
-    /// each of the voxels −1 … n along every axis.
+    /// Rays for a grid of `dims` voxels. `to_light`: direction towards the light in voxels along x, y, z, of any length. Two rays lie on
+    /// each side of each of the voxels −1 … n.
     pub fn new(dims: [usize; 3], to_light: DVec3, axis: Axis) -> Self {
         let frame = axis.frame();
         let shear = frame.shear(to_light);
         let [u, v, layers] = [frame.u, frame.v, frame.a].map(|i| dims[i] as i64);
-        // The layer where ray 0 lies farthest ahead: voxel −1 must still have a ray before it there.
-        let first = |shear: f64| -2.0 - if shear > 0.0 { shear * layers as f64 } else { -shear };
+        // In the middle layer rays meet voxels, so that they move as little as possible where the light turns. In the layer where ray 0 lies
+        // farthest ahead, voxel −1 must still have two rays before it.
+        let middle = (layers / 2) as f64;
+        let first = |shear: f64| -3.0 - (shear.abs() * (middle + 1.0)).ceil();
         let offsets = shear.map(|shear| {
             let offset = |k: i64| {
-                let position = first(shear) + k as f64 * shear;
+                let position = first(shear) + (k as f64 - middle) * shear;
                 let base = position.floor();
                 LayerOffset { base: base as i32, fraction: (position - base) as f32 }
             };
@@ -38,7 +40,7 @@ impl LightRays {
         });
         let size = [(u, &offsets[0]), (v, &offsets[1])].map(|(n, offsets)| {
             let lowest = offsets.iter().map(|offset| i64::from(offset.base)).min().unwrap_or(0);
-            (n + 1 - lowest) as usize
+            (n + 2 - lowest) as usize
         });
         Self { frame, layer_step: if to_light[frame.a] > 0.0 { -1 } else { 1 }, shear, size, offsets }
     }
@@ -85,7 +87,7 @@ mod tests {
                 for offset in &rays.offsets[i] {
                     let first = f64::from(offset.base) + f64::from(offset.fraction);
                     let last = first + (rays.size[i] - 1) as f64;
-                    assert!(first < -1.0 && last >= voxels - 1e-6, "{to_light}: rays from {first} to {last}");
+                    assert!(first < -2.0 && last >= voxels + 1.0 - 1e-6, "{to_light}: rays from {first} to {last}");
                     assert!((0.0..=1.0).contains(&offset.fraction));
                 }
             }

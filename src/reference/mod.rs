@@ -1,7 +1,7 @@
 //! Reference renderers in plain `f64` on the host, independent of the kernels, for tests.
 //!
 //! [`Layered`] evaluates layered splatting ray by ray from its definition, with exact footprints and without lattice, table, culling and
-//! early ray termination. [`Marched`] and [`Sheets`] do the same for the other algorithms. All of them clip rays to a single interval.
+//! early ray termination. [`Marched`] and [`Sheets`] do the same for the other algorithms, and [`Slices`] for planes. All of them clip rays to a single interval.
 //! [`Integral`] is the converged volume rendering integral of the reconstructed field, which layered splatting approximates, or of the
 //! analytic function that the voxels sample.
 
@@ -19,6 +19,7 @@ mod points;
 mod shading;
 mod shadow_rays;
 mod sheets;
+mod slices;
 mod smoothing;
 mod taps;
 
@@ -26,3 +27,4 @@ pub use integral::Integral;
 pub use layered::Layered;
 pub use march::Marched;
 pub use sheets::Sheets;
+pub use slices::Slices;

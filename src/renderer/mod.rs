@@ -29,6 +29,7 @@ mod screen;
 #[cfg(test)]
 mod shaded_places;
 mod sheets;
+mod slice;
 mod store;
 mod streamed;
 #[cfg(feature = "gl-interop")]
@@ -41,7 +42,7 @@ mod world;
 pub use accumulation::Accumulation;
 #[cfg(feature = "mpi")]
 pub(crate) use accumulation::Jitter;
-#[cfg(feature = "cli")]
+#[cfg(any(feature = "cli", feature = "page"))]
 pub(crate) use depths::depth_settings;
 #[cfg(feature = "mpi")]
 pub use distributed_report::{Composed, DistributedReport, Exchanged, RankMeasured, RankReport};

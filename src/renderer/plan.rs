@@ -12,7 +12,7 @@ const MAX_FORCED_SHEAR: f64 = 3.0;
 
 /// [Steepness](crate::TransferFunction::steepness) of a transfer function from which `high` has more samples along rays, and from which
 /// lattices follow the screen. Below the first, `high` has 48 dB and more without; below the second, `standard` has 39 dB and more
-/// (docs/fidelity.md).
+/// (docs/dev/fidelity.md).
 const STEEP: f64 = 0.25;
 const HARD_EDGED: f64 = 0.5;
 

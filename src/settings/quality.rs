@@ -8,7 +8,7 @@ use std::str::FromStr;
 /// Quality presets.
 ///
 /// `draft`, `standard` and `high` are pre-integrated: closer to the integral than splat sums with sub-layers, in a third of the time
-/// (docs/fidelity.md, docs/performance.md).
+/// (docs/dev/fidelity.md, docs/dev/performance.md).
 ///
 /// ```
 /// use layersplat::{Quality, Settings};
@@ -24,7 +24,7 @@ pub enum Quality {
     /// [`Density::Relaxed`], one sample per layer: the best compromise of quality and time.
     #[default]
     Standard,
-    /// [`Density::Fine`], two samples per layer, interpolating B-spline: 3 to 6 dB closer to the original signal (docs/kernels.md).
+    /// [`Density::Fine`], two samples per layer, interpolating B-spline: 3 to 6 dB closer to the original signal (docs/dev/kernels.md).
     High,
     /// Exactly the paper's method: per pixel, with its footprint set and constant κ.
     Paper,

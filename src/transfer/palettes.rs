@@ -113,6 +113,12 @@ impl Default for Palette {
     }
 }
 
+/// The palettes' names and colours of materials, from the innermost.
+#[cfg(feature = "page")]
+pub(super) fn colors() -> impl Iterator<Item = (&'static str, [Color; 6])> {
+    PALETTES.iter().map(|palette| (palette.name, palette.materials))
+}
+
 pub(super) fn names() -> impl Iterator<Item = &'static str> {
     PALETTES.iter().map(|palette| palette.name)
 }

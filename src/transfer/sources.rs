@@ -91,6 +91,12 @@ impl TransferFunction {
         palettes::names()
     }
 
+    /// The palettes with their colours of materials.
+    #[cfg(feature = "page")]
+    pub(crate) fn palette_colors() -> impl Iterator<Item = (&'static str, [[f64; 3]; 6])> {
+        palettes::colors()
+    }
+
     /// Opens a built-in transfer function or a preset by name, a file, or a preset of a file as `FILE#PRESET`.
     ///
     /// # Errors

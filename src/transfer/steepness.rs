@@ -4,7 +4,7 @@ use super::{ControlPoint, TransferFunction};
 use std::collections::VecDeque;
 
 /// Fraction of the range of the data by which values typically change between two neighbouring samples of a ray where materials meet. Ramps
-/// and peaks of opacity that are narrower depend on how samples are placed (docs/fidelity.md).
+/// and peaks of opacity that are narrower depend on how samples are placed (docs/dev/fidelity.md).
 const TYPICAL_CHANGE: f64 = 1.0 / 32.0;
 
 impl TransferFunction {

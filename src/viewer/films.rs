@@ -1,7 +1,9 @@
 //! Films along key cameras, and the commands that make the same ones.
 
+use super::annotated::annotated;
 use super::keeper::{Maker, Order, PageRenderer};
 use super::protocol::{FilmState, Format, PageCamera, PageProjection, Picture, Reply, Step, saved_size};
+use super::scene::FilmWanted;
 use super::saving::{TRANSFER_NAME, saved_look};
 use crate::camera::{CameraPath, Key};
 use crate::error::Error;
@@ -158,7 +160,8 @@ impl Maker {
         for (done, camera) in (0..).zip(&cameras) {
             progress(FilmState::Drawing, done);
             let (Some(frame), _) = renderer.render(camera, rendered, &settings)? else { return Ok(()) };
-            animation.add(&if film.samples > 1 { frame.averaged(film.samples)? } else { frame })?;
+            let frame = if film.samples > 1 { frame.averaged(film.samples)? } else { frame };
+            animation.add(&annotated(frame, scene, (&look, &order.transfer), camera, settings.blend)?)?;
         }
         animation.finish()?;
         self.send_parts(&path, film, size)?;
@@ -168,13 +171,21 @@ impl Maker {
 
     /// Sends the command, its key cameras and its transfer function.
     fn say_film(&self, order: &Order, film: &Film, size: Viewport) {
-        let look = saved_look(&order.look);
-        let made = (film.samples, film.rate, film.format.file_name());
-        let line = self.scene.host.film_command_line(&look, size, made, KEYS_NAME, TRANSFER_NAME);
+        let wanted = FilmWanted {
+            look: &saved_look(&order.look),
+            size,
+            samples: film.samples,
+            rate: film.rate,
+            output: film.format.file_name(),
+            keys: KEYS_NAME,
+            transfer: TRANSFER_NAME,
+            length_units: self.scene.length_units(),
+        };
+        let line = self.scene.host.film_command_line(&wanted);
         let transfer_text = order.transfer.to_text(FileFormat::ParaView);
         self.outgoing.reply(&Reply::FilmCommand {
             id: film.id,
-            line: &line,
+            line: line.as_deref(),
             keys_name: KEYS_NAME,
             keys_text: &film.keys_text(),
             transfer_name: TRANSFER_NAME,

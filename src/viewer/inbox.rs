@@ -3,7 +3,8 @@
 
 use super::films::Film;
 use super::look::Look;
-use super::protocol::{PageCamera, View};
+use super::protocol::{PageCamera, Pick, SavedFormat, View};
+use super::slices::SlicesView;
 use crate::device::Cancel;
 use crate::transfer::{FileFormat, TransferFunction};
 use crate::viewport::Viewport;
@@ -19,11 +20,21 @@ const MOST_JOBS: usize = 8;
 /// Work that is answered once, in order.
 pub(super) enum Job {
     Fit { camera: PageCamera, size: Viewport },
-    Save { camera: PageCamera, size: Viewport, samples: u32 },
+    Save(Saving),
     Film(Film),
     CancelFilm(u32),
-    Command { camera: PageCamera, size: Viewport, samples: u32 },
+    Command(Saving),
+    Pick(Pick),
     Write { name: String, format: FileFormat },
+}
+
+/// A picture to save.
+#[derive(Clone, Copy)]
+pub(super) struct Saving {
+    pub camera: PageCamera,
+    pub size: Viewport,
+    pub samples: u32,
+    pub format: SavedFormat,
 }
 
 /// What is new for the drawing thread.
@@ -32,14 +43,18 @@ pub(super) struct News {
     pub look: Option<Look>,
     pub transfer: Option<TransferFunction>,
     pub view: Option<View>,
+    pub slices: Option<SlicesView>,
     pub job: Option<Job>,
+    pub ready: Option<bool>,
 }
 
 #[derive(Default)]
 struct State {
+    ready: Option<bool>,
     look: Option<Look>,
     transfer: Option<TransferFunction>,
     view: Option<View>,
+    slices: Option<SlicesView>,
     jobs: VecDeque<Job>,
     in_flight: u32,
     is_closed: bool,
@@ -50,11 +65,12 @@ struct State {
 impl State {
     /// Whether a picture would not be what the page wants.
     fn is_changed(&self) -> bool {
-        self.look.is_some() || self.transfer.is_some() || self.view.is_some()
+        self.look.is_some() || self.transfer.is_some() || self.view.is_some() || self.slices.is_some()
     }
 
     fn take_news(&mut self) -> News {
-        News { look: self.look.take(), transfer: self.transfer.take(), view: self.view.take(), job: None }
+        let Self { look, transfer, view, slices, .. } = self;
+        News { look: look.take(), transfer: transfer.take(), view: view.take(), slices: slices.take(), ..News::default() }
     }
 }
 
@@ -97,6 +113,10 @@ impl Inbox {
         self.post(|state| state.view = Some(view));
     }
 
+    pub fn post_slices(&self, slices: SlicesView) {
+        self.post(|state| state.slices = Some(slices));
+    }
+
     /// Adds a job; returns false if too many wait.
     pub fn post_job(&self, job: Job) -> bool {
         let mut is_added = false;
@@ -113,6 +133,12 @@ impl Inbox {
     pub fn acknowledge(&self) {
         let mut state = self.state();
         state.in_flight = state.in_flight.saturating_sub(1);
+        self.changed.notify_all();
+    }
+
+    /// Whether programs are ready. This is no input either.
+    pub fn post_ready(&self, ready: bool) {
+        self.state().ready = Some(ready);
         self.changed.notify_all();
     }
 
@@ -134,11 +160,17 @@ impl Inbox {
             if state.is_closed {
                 return None;
             }
+            if let Some(ready) = state.ready.take() {
+                return Some(News { ready: Some(ready), ..News::default() });
+            }
             let may_draw = state.in_flight < MOST_IN_FLIGHT;
             if state.view.is_some() {
                 if may_draw {
                     return Some(state.take_news());
                 }
+            } else if let Some(slices) = state.slices.take_if(|_| may_draw) {
+                // A look or a transfer function waits for its view.
+                return Some(News { slices: Some(slices), ..News::default() });
             } else if let Some(job) = state.jobs.pop_front() {
                 return Some(News { job: Some(job), ..state.take_news() });
             }

@@ -2,15 +2,15 @@
 //! a hand moves.
 
 use super::films::Film;
+use super::inbox::Saving;
 use super::look::Look;
-use super::protocol::{FilmState, PageCamera, Reply};
+use super::protocol::{FilmState, Reply};
 use super::scene::Scene;
 use super::session::Outgoing;
 use crate::device::{Bands, Cancel};
 use crate::error::Error;
 use crate::renderer::VolumeRenderer;
 use crate::transfer::TransferFunction;
-use crate::viewport::Viewport;
 use std::collections::VecDeque;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
@@ -29,7 +29,7 @@ pub(super) struct Order {
 
 /// What is made.
 pub(super) enum Kept {
-    Picture { camera: PageCamera, size: Viewport, samples: u32 },
+    Picture(Saving),
     Film(Film),
 }
 
@@ -153,12 +153,11 @@ impl Maker {
 
     fn make(&self, order: &Order) -> Result<(), Error> {
         // Dropped when done, with its buffers on the device.
-        let mut renderer = self.scene.renderer()?;
-        renderer.set_transfer_function(&order.transfer);
+        let mut renderer = self.scene.renderer(&order.transfer)?;
         renderer.set_cancel(Some(self.keeper.cancel.clone()));
         renderer.set_bands(Some(self.keeper.bands.clone()));
         match &order.kept {
-            Kept::Picture { camera, size, samples } => self.save(order, renderer.as_mut(), camera, (*size, *samples)),
+            Kept::Picture(saving) => self.save(order, renderer.as_mut(), saving),
             Kept::Film(film) => self.film(order, renderer.as_mut(), film),
         }
     }

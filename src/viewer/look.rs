@@ -1,8 +1,9 @@
 //! What the page can change besides the camera and the transfer function.
 
+use crate::annotation::Annotations;
 use crate::error::Error;
 use crate::image::Background;
-use crate::layers::Kernel;
+use crate::layers::{GradientEstimator, Kernel};
 use crate::settings::{Blend, ClipPlane, Clipping, CropBox, Light, LightSpace, Lights, Quality, Settings};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
@@ -37,6 +38,14 @@ pub struct Look {
     pub crop: Option<[[f64; 3]; 2]>,
     /// Clip planes in world units: a point and a normal each.
     pub clips: Vec<[f64; 6]>,
+    /// Estimation of gradients by its name on the command line; `None`: by algorithm.
+    pub gradient: Option<String>,
+    /// A colour bar, in parallel projections with a scale bar, over the picture.
+    pub legend: bool,
+    /// The bounding box.
+    pub bounding_box: bool,
+    /// The world axes.
+    pub axes: bool,
 }
 
 /// A white light.
@@ -96,15 +105,21 @@ impl From<PageQuality> for Quality {
     }
 }
 
+impl From<PageKernel> for Kernel {
+    fn from(kernel: PageKernel) -> Self {
+        match kernel {
+            PageKernel::Cubic => Kernel::Cubic,
+            PageKernel::Linear => Kernel::Linear,
+            PageKernel::CatmullRom => Kernel::CatmullRom,
+            PageKernel::Bspline => Kernel::BSpline,
+        }
+    }
+}
+
 impl PageKernel {
     /// Name on the command line.
     pub fn name(self) -> &'static str {
-        match self {
-            PageKernel::Cubic => Kernel::Cubic.name(),
-            PageKernel::Linear => Kernel::Linear.name(),
-            PageKernel::CatmullRom => Kernel::CatmullRom.name(),
-            PageKernel::Bspline => Kernel::BSpline.name(),
-        }
+        Kernel::from(self).name()
     }
 }
 
@@ -155,7 +170,17 @@ impl Look {
             background: name_of(background),
             crop,
             clips: settings.clipping.planes.iter().flatten().map(clip).collect(),
+            gradient: settings.gradient.map(|gradient| gradient.to_string()),
+            legend: false,
+            bounding_box: false,
+            axes: false,
         }
+    }
+
+    /// Annotations over the whole picture. `length_units`: the unit of length, if it is known.
+    pub(super) fn annotations(&self, length_units: Option<&str>) -> Annotations {
+        let &Self { legend, bounding_box, axes, .. } = self;
+        Annotations { legend, bounding_box, axes, units: None, length_units: length_units.map(str::to_owned) }
     }
 
     /// Checks what the page can send wrong. Combinations are checked when settings are made.
@@ -186,6 +211,12 @@ impl Look {
         if !(0.0..=1.0).contains(&self.shadow_strength) {
             return refuse("shadow_strength", self.shadow_strength.to_string(), "a strength from 0 to 1");
         }
+        if let Some(gradient) = &self.gradient
+            && gradient.parse::<GradientEstimator>().is_err()
+        {
+            let value = gradient.chars().take(20).collect();
+            return refuse("gradient", value, "central, sobel, gaussian:SIGMA with SIGMA from 0.3 to 2, or own");
+        }
         if !self.iso.is_finite() {
             return refuse("blend", self.iso.to_string(), "a finite iso-value");
         }
@@ -210,7 +241,7 @@ impl PageLight {
         Self { direction: light.direction.map(|d| d.to_array()), strength: light.strength, angle: light.angle }
     }
 
-    fn light(&self) -> Light {
+    pub(super) fn light(&self) -> Light {
         let direction = self.direction.map(DVec3::from_array);
         Light { direction, strength: self.strength, angle: self.angle, ..Light::AT_CAMERA }
     }
@@ -255,6 +286,8 @@ mod tests {
             ("an empty box", Look { crop: Some([[0.0; 3], [1.0, 0.0, 1.0]]), ..good.clone() }),
             ("strength", Look { shadow_strength: 1.1, ..good.clone() }),
             ("iso", Look { iso: f64::NAN, ..good.clone() }),
+            ("gradient", Look { gradient: Some("gaussian:9".into()), ..good.clone() }),
+            ("long gradient", Look { gradient: Some("x".repeat(1 << 16)), ..good.clone() }),
             ("colour", Look { background: "pink".into(), ..good.clone() }),
             ("long colour", Look { background: "x".repeat(1 << 16), ..good.clone() }),
         ] {

@@ -1,6 +1,7 @@
 //! Volumes that a page opens: one of those that the program offers, or a file that was dropped onto the page. The page sends names, never
 //! paths.
 
+use super::protocol::OpenWanted;
 use super::scene::{Scene, Source};
 use super::server::Served;
 use crate::error::Error;
@@ -10,7 +11,6 @@ use axum::extract::{Request, State};
 use axum::http::header::CONTENT_LENGTH;
 use axum::http::{StatusCode, Uri};
 use axum::response::{IntoResponse, Response};
-use serde::Deserialize;
 use std::fs::File;
 use std::future::poll_fn;
 use std::io::{self, Write};
@@ -27,16 +27,6 @@ const MOST_BYTES: u64 = 8 << 30;
 const LONGEST_PAUSE: Duration = Duration::from_secs(30);
 /// Longest name of a dropped file in bytes.
 const LONGEST_NAME: usize = 200;
-
-/// What a page wants to open.
-#[derive(Clone, Debug, Deserialize, PartialEq)]
-#[serde(rename_all = "snake_case")]
-pub(super) enum Wanted {
-    /// One of the offered volumes, by name.
-    Offered(String),
-    /// The file that was dropped last, by the number that the upload was answered with.
-    Dropped(u32),
-}
 
 /// A dropped file, removed with its folder when this is dropped.
 struct Dropped {
@@ -72,15 +62,15 @@ impl Drops {
 }
 
 /// Opens a volume. Takes as long as reading it. The error is a sentence for the page.
-pub(super) fn open(served: &Served, scene: &Scene, wanted: &Wanted) -> Result<Arc<Scene>, String> {
+pub(super) fn open(served: &Served, scene: &Scene, wanted: &OpenWanted) -> Result<Arc<Scene>, String> {
     let dropped = match wanted {
-        Wanted::Offered(_) => None,
-        Wanted::Dropped(number) => {
+        OpenWanted::Offered(_) => None,
+        OpenWanted::Dropped(number) => {
             Some(served.drops.take(*number).ok_or("The file is gone, because another one was dropped. Drop it again.")?)
         }
     };
     let source = match (wanted, &dropped) {
-        (Wanted::Offered(name), _) => Source::Offered(name),
+        (OpenWanted::Offered(name), _) => Source::Offered(name),
         (_, dropped) => Source::File(&dropped.as_ref().expect("taken above").path),
     };
     // The folder is none of the page's business, nor is it of the user's.
@@ -91,8 +81,8 @@ pub(super) fn open(served: &Served, scene: &Scene, wanted: &Wanted) -> Result<Ar
     };
     let (opening, host) = scene.host.open(&source).map_err(|error| sentence(&error))?;
     let held = dropped.map(|dropped| dropped.folder);
-    let opened = Scene::new(opening, host, served.alive.clone(), served.next_number()).map_err(|error| sentence(&error))?;
-    Ok(Arc::new(opened.holding(held)))
+    let opened = Scene::new(opening, host).map_err(|error| sentence(&error))?;
+    Ok(Arc::new(opened.numbered(served.scenes.next_number(), held)))
 }
 
 /// Receives a dropped file; answers with its number.

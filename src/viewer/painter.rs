@@ -6,7 +6,7 @@ use super::keeper::{Keeper, Kept, Order};
 use super::look::Look;
 use super::pace::Pace;
 use super::protocol::{FilmState, Picture, Reply, Step, View, shown_size};
-use super::scene::Scene;
+use super::scene::{First, Scene};
 use super::session::Outgoing;
 use super::sharpening::Sharpening;
 use crate::camera::Camera;
@@ -59,14 +59,14 @@ impl Current {
 impl Painter {
     pub fn new(
         scene: Arc<Scene>,
-        inbox: Arc<Inbox>,
-        keeper: Arc<Keeper>,
+        (inbox, keeper): (Arc<Inbox>, Arc<Keeper>),
         outgoing: Outgoing,
+        first: &First,
         cancel: Cancel,
     ) -> Result<Self, Error> {
-        let mut renderer = scene.renderer()?;
+        let mut renderer = scene.renderer(&first.transfer)?;
         renderer.set_cancel(Some(cancel));
-        let look = scene.opening.look.clone();
+        let look = first.look.clone();
         Ok(Self { scene, inbox, keeper, outgoing, renderer, look, pace: Pace::default(), current: None })
     }
 
@@ -84,7 +84,11 @@ impl Painter {
     }
 
     fn work(&mut self, news: News) -> Result<(), Error> {
-        let News { look, transfer, view, job } = news;
+        let News { look, transfer, view, slices, job, ready } = news;
+        if let Some(ready) = ready {
+            self.outgoing.reply(&Reply::Ready { ready });
+            return Ok(());
+        }
         if look.is_some() || transfer.is_some() {
             // The view that follows is drawn.
             self.current = None;
@@ -103,6 +107,13 @@ impl Painter {
             let page = shown_size(view.width, view.height)?;
             let camera = self.scene.camera(&view.camera)?;
             self.current = Some(Current { view, camera, page, since: Instant::now(), progress: Progress::Nothing });
+        }
+        if let Some(slices) = slices {
+            // Before the view: they take milliseconds.
+            match self.show_slices(&slices) {
+                Ok(()) | Err(Error::Cancelled { .. }) => {}
+                Err(error) => self.outgoing.problem(&self.scene, &error),
+            }
         }
         match job {
             Some(job) => self.do_job(job),
@@ -182,13 +193,11 @@ impl Painter {
                 let settings = self.scene.host.settings(&self.look, Some(Quality::High))?;
                 let renderer = self.renderer.require_whole("refinement")?;
                 if sharpening.draw_strip(renderer, &current.camera, &settings)? {
+                    let (frame, next) = (sharpening.frame(), sharpening.next().ok().flatten());
                     let background = self.look.background()?;
-                    let rgba = sharpening.rgba8(background);
-                    let (step, progress) = match sharpening.next().ok().flatten() {
-                        Some(next) => (Step::Half, Progress::Sharpening(next)),
-                        None => (Step::Last, Progress::All),
-                    };
-                    current.progress = progress;
+                    let rgba = self.annotated(frame, &current.camera, settings.blend)?.to_rgba8(background);
+                    let step = if next.is_some() { Step::Half } else { Step::Last };
+                    current.progress = next.map_or(Progress::All, Progress::Sharpening);
                     self.send(current, step, page, background, &rgba)?;
                 }
             }
@@ -207,7 +216,13 @@ impl Painter {
     fn show(&mut self, current: &Current, step: Step, size: Viewport, settings: &Settings) -> Result<(), Error> {
         self.scene.host.require_checked(&current.camera, size, settings)?;
         let background = self.look.background()?;
-        let (rgba, _) = self.renderer.render_rgba8(&current.camera, size, settings, background)?;
+        let rgba = if self.has_annotations() {
+            let (frame, _) = self.renderer.render(&current.camera, size, settings)?;
+            let drawn = frame.map(|frame| self.annotated(frame, &current.camera, settings.blend));
+            drawn.transpose()?.map(|frame| frame.to_rgba8(background))
+        } else {
+            self.renderer.render_rgba8(&current.camera, size, settings, background)?.0
+        };
         rgba.map_or(Ok(()), |rgba| self.send(current, step, size, background, &rgba))
     }
 
@@ -233,12 +248,13 @@ impl Painter {
                 self.outgoing.reply(&Reply::Written { name: &name, text: &transfer.to_text(format) });
                 Ok(())
             }
-            Job::Command { camera, size, samples } => {
-                self.scene.camera(&camera)?;
-                self.say_command(&camera, size, samples);
+            Job::Command(saving) => self.say_command(&saving),
+            Job::Pick(pick) => {
+                let point = self.pick(&pick)?;
+                self.outgoing.reply(&Reply::Picked { id: pick.id, point });
                 Ok(())
             }
-            Job::Save { camera, size, samples } => self.keep(Kept::Picture { camera, size, samples }),
+            Job::Save(saving) => self.keep(Kept::Picture(saving)),
             Job::Film(film) => {
                 let id = film.id;
                 if let Err(error) = film.check().and_then(|_| self.keep(Kept::Film(film))) {

@@ -2,7 +2,7 @@
 
 use super::films::Film;
 use super::look::Look;
-use super::opening::Wanted;
+use super::slices::{PlacedSlice, SlicesView};
 use crate::camera::{Camera, Orbit, OrbitFrame, Projection};
 use crate::error::Error;
 use crate::transfer::{ControlPoint, TransferFunction};
@@ -26,6 +26,8 @@ const MAX_POINTS: usize = 4096;
 pub(super) enum Request {
     /// Draw this view. The newest one wins.
     View(View),
+    /// Draw these slices. The newest ones win.
+    Slices(SlicesView),
     /// Use this look from the next view on.
     Look { look: Look },
     /// Use this transfer function from the next view on.
@@ -41,15 +43,77 @@ pub(super) enum Request {
     /// Answer with the transfer function as the text of a file, by the name's extension.
     Write { name: String },
     /// Answer with a picture of the best quality, and the command that makes it.
-    Save { camera: PageCamera, width: u32, height: u32, samples: u32 },
+    Save {
+        camera: PageCamera,
+        width: u32,
+        height: u32,
+        samples: u32,
+        #[serde(default)]
+        format: SavedFormat,
+    },
     /// Answer with a film along key cameras, in parts, and the command that makes it.
     Film(Film),
     /// Give up a film.
     CancelFilm { id: u32 },
     /// Show another volume: answered with another first message.
-    Open { volume: Wanted },
+    Open { volume: OpenWanted },
     /// Answer with the command alone.
-    Command { camera: PageCamera, width: u32, height: u32, samples: u32 },
+    Command {
+        camera: PageCamera,
+        width: u32,
+        height: u32,
+        samples: u32,
+        #[serde(default)]
+        format: SavedFormat,
+    },
+    /// Answer with the point that is seen at a place of a picture, and the value there.
+    Pick(Pick),
+}
+
+/// A volume that a page wants to open.
+#[derive(Clone, Debug, Deserialize, PartialEq)]
+#[serde(rename_all = "snake_case")]
+pub enum OpenWanted {
+    /// One of the offered volumes, by name.
+    Offered(String),
+    /// The file that was dropped last, by the number that it was answered with.
+    Dropped(u32),
+}
+
+/// A place of a picture.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Pick {
+    /// Number of the request; the answer repeats it.
+    pub id: u32,
+    pub camera: PageCamera,
+    /// Height of the picture in pixels: a pixel is as wide as the ray that is followed.
+    pub height: u32,
+    /// From the middle to the right, in half heights.
+    pub x: f64,
+    /// From the middle upwards, in half heights.
+    pub y: f64,
+}
+
+/// Format of a saved picture.
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "snake_case")]
+pub enum SavedFormat {
+    /// 8 bits per channel.
+    #[default]
+    Png,
+    /// Floating-point numbers.
+    Exr,
+}
+
+impl SavedFormat {
+    /// Name of the file that the browser saves.
+    pub fn file_name(self) -> &'static str {
+        match self {
+            SavedFormat::Png => "layersplat.png",
+            SavedFormat::Exr => "layersplat.exr",
+        }
+    }
 }
 
 /// A view to draw.
@@ -185,11 +249,22 @@ pub(super) enum Reply<'a> {
     /// The text of a file that was asked for.
     Written { name: &'a str, text: &'a str },
     /// The command that makes the picture.
-    Command { line: &'a str, transfer_name: &'a str, transfer_text: &'a str },
-    /// The command that makes a film, and its files.
-    FilmCommand { id: u32, line: &'a str, keys_name: &'a str, keys_text: &'a str, transfer_name: &'a str, transfer_text: &'a str },
+    Command { line: &'a str, python: &'a str, transfer_name: &'a str, transfer_text: &'a str },
+    /// The command that makes a film, if the program has one, and its files.
+    FilmCommand {
+        id: u32,
+        line: Option<&'a str>,
+        keys_name: &'a str,
+        keys_text: &'a str,
+        transfer_name: &'a str,
+        transfer_text: &'a str,
+    },
     /// How far a film is: pictures done, of how many.
     Film { id: u32, state: FilmState, done: u32, of: u32 },
+    /// What is seen at a place. `None`: nothing.
+    Picked { id: u32, point: Option<Picked> },
+    /// The slices whose picture follows: their places, and the value at their point, if it lies in the volume.
+    Slices { id: u32, value: Option<f32>, placed: &'a [PlacedSlice] },
     /// Whether all programs of usual frames are built.
     Ready { ready: bool },
     /// No better picture of this view follows the last one.
@@ -210,6 +285,17 @@ pub(super) enum FilmState {
     Failed,
 }
 
+/// A point of the volume that is seen.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub(super) struct Picked {
+    /// World position.
+    pub position: [f64; 3],
+    /// Position in voxels.
+    pub voxel: [f64; 3],
+    /// Value of the field.
+    pub value: f64,
+}
+
 /// What a picture is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
@@ -223,8 +309,10 @@ pub(super) enum Step {
     Last = 4,
     /// A picture to save.
     Saved = 5,
+    /// Three slices below each other.
+    Slices = 6,
     /// Part of a film's file.
-    Part = 6,
+    Part = 7,
 }
 
 /// Format of a picture's bytes.
@@ -233,9 +321,10 @@ pub(super) enum Step {
 pub(super) enum Format {
     Jpeg = 0,
     Png = 1,
-    Gif = 2,
-    Apng = 3,
-    Mp4 = 4,
+    Exr = 2,
+    Gif = 3,
+    Apng = 4,
+    Mp4 = 5,
 }
 
 /// A picture, with what the page needs to know about it.

@@ -1,10 +1,12 @@
 //! Saved pictures, and the commands that make the same ones.
 
+use super::annotated::annotated;
+use super::inbox::Saving;
 use super::keeper::{Maker, Order, PageRenderer};
 use super::look::{Look, PageQuality};
 use super::painter::Painter;
-use super::protocol::{Format, PageCamera, Picture, Reply, Step};
-use super::scene::Scene;
+use super::protocol::{Format, Picture, Reply, SavedFormat, Step};
+use super::scene::{Scene, Wanted};
 use super::session::Outgoing;
 use crate::error::Error;
 use crate::image::Encoding;
@@ -23,50 +25,57 @@ pub(super) fn saved_look(look: &Look) -> Look {
 
 impl Maker {
     /// Renders a picture as the command does, and sends it as the command writes it.
-    pub(super) fn save(
-        &self,
-        order: &Order,
-        renderer: &mut PageRenderer,
-        camera: &PageCamera,
-        (size, samples): (Viewport, u32),
-    ) -> Result<(), Error> {
-        let look = saved_look(&order.look);
-        let settings = self.scene.host.settings(&look, None)?;
-        let view = self.scene.camera(camera)?;
+    pub(super) fn save(&self, order: &Order, renderer: &mut PageRenderer, saving: &Saving) -> Result<(), Error> {
+        let &Saving { camera, size, samples, format } = saving;
+        let (scene, look) = (&self.scene, saved_look(&order.look));
+        let settings = scene.host.settings(&look, None)?;
+        let view = scene.camera(&camera)?;
         let rendered = Viewport::new(size.width * samples, size.height * samples)?;
-        self.scene.host.require_checked(&view, rendered, &settings)?;
+        scene.host.require_checked(&view, rendered, &settings)?;
         let (Some(frame), _) = renderer.render(&view, rendered, &settings)? else { return Ok(()) };
         let frame = if samples > 1 { frame.averaged(samples)? } else { frame };
+        let frame = annotated(frame, scene, (&look, &order.transfer), &view, settings.blend)?;
         let failed = |e: io::Error| Error::write(Path::new("the picture"), e);
         let folder = tempfile::tempdir().map_err(failed)?;
-        let path = folder.path().join("picture.png");
-        let line = self.scene.host.command_line(&look, camera, size, samples, TRANSFER_NAME);
+        let path = folder.path().join(format.file_name());
+        let line = scene.host.command_line(&wanted(scene, saving, &look)?);
         let encoding = Encoding { description: Some(line), ..Encoding::default() };
         frame.save_encoded(&path, Some(look.background()?), &encoding, None)?;
         let bytes = std::fs::read(&path).map_err(failed)?;
-        say_command(&self.scene, &self.outgoing, (&order.look, &order.transfer), camera, (size, samples));
-        self.outgoing.picture(&Picture { step: Step::Saved, format: Format::Png, id: 0, size, milliseconds: 0.0, bytes });
+        say_command(scene, &self.outgoing, (&order.look, &order.transfer), saving)?;
+        let format = match format {
+            SavedFormat::Png => Format::Png,
+            SavedFormat::Exr => Format::Exr,
+        };
+        self.outgoing.picture(&Picture { step: Step::Saved, format, id: 0, size, milliseconds: 0.0, bytes });
         Ok(())
     }
 }
 
 impl Painter {
     /// Sends the command that makes a picture of the current look.
-    pub(super) fn say_command(&self, camera: &PageCamera, size: Viewport, samples: u32) {
-        let shown = (&self.look, self.renderer.transfer_function());
-        say_command(&self.scene, &self.outgoing, shown, camera, (size, samples));
+    pub(super) fn say_command(&self, saving: &Saving) -> Result<(), Error> {
+        say_command(&self.scene, &self.outgoing, (&self.look, self.renderer.transfer_function()), saving)
     }
 }
 
-/// Sends the command that makes a picture, with its transfer function as a file.
+/// Sends the command that makes a picture, and the program in Python, with the transfer function as a file.
 fn say_command(
     scene: &Scene,
     outgoing: &Outgoing,
     (look, transfer): (&Look, &TransferFunction),
-    camera: &PageCamera,
-    (size, samples): (Viewport, u32),
-) {
-    let line = scene.host.command_line(&saved_look(look), camera, size, samples, TRANSFER_NAME);
-    let transfer_text = transfer.to_text(FileFormat::ParaView);
-    outgoing.reply(&Reply::Command { line: &line, transfer_name: TRANSFER_NAME, transfer_text: &transfer_text });
+    saving: &Saving,
+) -> Result<(), Error> {
+    let look = saved_look(look);
+    let wanted = wanted(scene, saving, &look)?;
+    let (line, python) = (scene.host.command_line(&wanted), scene.host.python(&wanted));
+    let text = transfer.to_text(FileFormat::ParaView);
+    outgoing.reply(&Reply::Command { line: &line, python: &python, transfer_name: TRANSFER_NAME, transfer_text: &text });
+    Ok(())
+}
+
+fn wanted<'a>(scene: &Scene, saving: &'a Saving, look: &'a Look) -> Result<Wanted<'a>, Error> {
+    let Saving { camera, size, samples, format } = saving;
+    let (view, length_units) = (scene.camera(camera)?, scene.length_units());
+    Ok(Wanted { look, camera, view, size: *size, samples: *samples, format: *format, transfer: TRANSFER_NAME, length_units })
 }

@@ -1,10 +1,13 @@
 //! What all pages of a run share: the volume on the device, and what its first view is.
 
 use super::look::Look;
-use super::protocol::{Kind, PageCamera, PageProjection};
+use super::protocol::{Kind, PageCamera, PageProjection, SavedFormat};
+use super::readiness::Readiness;
+use super::slices;
 use crate::camera::OrbitFrame;
 use crate::device::Device;
 use crate::error::Error;
+#[cfg(feature = "viewer")]
 use crate::files::Scratch;
 use crate::framing::{Fixed, Framing, Orientation, Side};
 use crate::renderer::{Renderer, UploadedVolume, VolumeRenderer, volume_renderer};
@@ -13,12 +16,11 @@ use crate::transfer::TransferFunction;
 use crate::viewport::Viewport;
 use crate::volume::{Statistics, Volume};
 use serde::Serialize;
-use serde_json::{Value, json};
+use serde_json::json;
 use std::path::Path;
-use std::sync::Arc;
+use std::sync::OnceLock;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
-use tokio::sync::watch;
 
 /// What the program that shows the page knows: its options, and how they are written.
 pub trait Host: Send + Sync {
@@ -34,11 +36,16 @@ pub trait Host: Send + Sync {
     /// If the device check failed.
     fn require_checked(&self, camera: &crate::Camera, size: Viewport, settings: &Settings) -> Result<(), Error>;
 
-    /// The command that makes a picture, with this name of the transfer function's file.
-    fn command_line(&self, look: &Look, camera: &PageCamera, size: Viewport, samples: u32, transfer: &str) -> String;
+    /// The command that makes a picture.
+    fn command_line(&self, wanted: &Wanted) -> String;
 
-    /// The command that makes a film along the key cameras of a file: N × N samples per pixel, pictures per second, and its file's name.
-    fn film_command_line(&self, look: &Look, size: Viewport, made: (u32, u32, &str), keys: &str, transfer: &str) -> String;
+    /// The same picture as a program in Python.
+    fn python(&self, wanted: &Wanted) -> String;
+
+    /// The command that makes a film, if the program has one.
+    fn film_command_line(&self, _: &FilmWanted) -> Option<String> {
+        None
+    }
 
     /// Volumes that the page may open by name.
     fn offered(&self) -> Vec<Offered> {
@@ -49,12 +56,61 @@ pub trait Host: Send + Sync {
     ///
     /// # Errors
     /// If it is not offered or cannot be read.
-    fn open(&self, source: &Source) -> Result<(Opening, Box<dyn Host>), Error>;
+    fn open(&self, _: &Source) -> Result<(Opening, Box<dyn Host>), Error> {
+        Err(Error::Settings { field: "page", problem: "this program shows a single volume".into() })
+    }
+
+    /// Whether programs of usual frames are built in the background, with the first page.
+    fn builds_ahead(&self) -> bool {
+        true
+    }
 
     /// A sentence for an error, with what the user can do.
     fn sentence(&self, error: &Error) -> String {
         error.to_string()
     }
+}
+
+/// A picture whose command is asked for.
+#[derive(Clone, Copy)]
+pub struct Wanted<'a> {
+    /// Its look, with a quality.
+    pub look: &'a Look,
+    /// Its camera.
+    pub camera: &'a PageCamera,
+    /// The same camera in the world.
+    pub view: crate::Camera,
+    /// Its size.
+    pub size: Viewport,
+    /// N × N samples per pixel.
+    pub samples: u32,
+    /// Format of the file.
+    pub format: SavedFormat,
+    /// Name of the transfer function's file.
+    pub transfer: &'a str,
+    /// Unit of length, if it is known.
+    pub length_units: Option<&'a str>,
+}
+
+/// A film whose command is asked for.
+#[derive(Clone, Copy)]
+pub struct FilmWanted<'a> {
+    /// Its look, with a quality.
+    pub look: &'a Look,
+    /// Size of its pictures.
+    pub size: Viewport,
+    /// N × N samples per pixel.
+    pub samples: u32,
+    /// Pictures per second.
+    pub rate: u32,
+    /// Name of the film's file.
+    pub output: &'a str,
+    /// Name of the file with the key cameras.
+    pub keys: &'a str,
+    /// Name of the transfer function's file.
+    pub transfer: &'a str,
+    /// Unit of length, if it is known.
+    pub length_units: Option<&'a str>,
 }
 
 /// A volume that the page may open.
@@ -95,46 +151,84 @@ pub struct Opening {
     pub time_limit: Option<Duration>,
 }
 
-/// A volume and how it is shown.
-pub(super) struct Scene {
-    /// Number of the scene within the run.
+/// What a page begins with.
+#[derive(Clone, Debug)]
+pub struct First {
+    /// The camera.
+    pub camera: PageCamera,
+    /// Whether it stays as it is; otherwise it is fitted to the page.
+    pub camera_is_given: bool,
+    /// The look.
+    pub look: Look,
+    /// The transfer function.
+    pub transfer: TransferFunction,
+}
+
+impl Opening {
+    /// What the first page begins with.
+    pub fn first(&self) -> First {
+        let Self { camera, camera_is_given, look, transfer, .. } = self;
+        First { camera: *camera, camera_is_given: *camera_is_given, look: look.clone(), transfer: transfer.clone() }
+    }
+}
+
+/// What all pages of a run share.
+pub struct Scene {
+    /// Number of the scene within a run that opens several.
     number: u32,
-    pub opening: Opening,
-    pub host: Box<dyn Host>,
+    pub(super) opening: Opening,
+    pub(super) host: Box<dyn Host>,
     /// `None` if the volume is streamed.
     uploaded: Option<UploadedVolume>,
-    statistics: Statistics,
+    /// Counted for the first page.
+    statistics: OnceLock<Statistics>,
     /// The folder of a dropped file, removed with the scene. After the volume, which may be mapped.
+    #[cfg(feature = "viewer")]
     _held: Option<Scratch>,
-    _alive: Arc<()>,
     /// Whether programs are built, or being built, in the background.
-    pub warming: AtomicBool,
+    pub(super) warming: AtomicBool,
     /// Whether these programs are ready.
-    pub ready: watch::Sender<bool>,
+    pub(super) ready: Readiness,
 }
 
 impl Scene {
     /// Uploads the volume, unless it needs to be streamed.
-    pub fn new(mut opening: Opening, host: Box<dyn Host>, alive: Arc<()>, number: u32) -> Result<Self, Error> {
+    ///
+    /// # Errors
+    /// Insufficient memory of the device.
+    pub fn new(mut opening: Opening, host: Box<dyn Host>) -> Result<Self, Error> {
         let own = &opening.transfer;
         opening.transfer = TransferFunction::new(file_name(own.name()), own.colors().to_vec(), own.opacities().to_vec())?;
         let Opening { volume, device, .. } = &opening;
         let bytes = volume.grid().voxel_count() as u64 * volume.voxel_type().bytes() as u64;
         let is_streamed = device.memory_budget().is_some() || bytes > device.largest_buffer_bytes();
         let uploaded = if is_streamed { None } else { Some(UploadedVolume::new(device, volume)?) };
-        let statistics = volume.statistics();
-        let (warming, ready) = (AtomicBool::new(false), watch::Sender::new(false));
-        Ok(Self { number, opening, host, uploaded, statistics, _held: None, _alive: alive, warming, ready })
+        let (statistics, warming, ready) = (OnceLock::new(), AtomicBool::new(false), Readiness::default());
+        Ok(Self {
+            number: 0,
+            opening,
+            host,
+            uploaded,
+            statistics,
+            #[cfg(feature = "viewer")]
+            _held: None,
+            warming,
+            ready,
+        })
     }
 
-    /// Keeps a dropped file as long as the scene.
-    pub fn holding(self, folder: Option<Scratch>) -> Self {
-        Self { _held: folder, ..self }
+    /// A later scene of a run, which keeps the folder of its dropped file.
+    #[cfg(feature = "viewer")]
+    pub(super) fn numbered(self, number: u32, folder: Option<Scratch>) -> Self {
+        Self { number, _held: folder, ..self }
     }
 
-    /// A renderer of its own for a page. All share the voxels.
-    pub fn renderer(&self) -> Result<Box<dyn VolumeRenderer<'static> + Send>, Error> {
-        let Opening { volume, transfer, device, time_limit, .. } = &self.opening;
+    /// A renderer of its own for a page, or for the program. All share the voxels.
+    ///
+    /// # Errors
+    /// Insufficient memory of the device.
+    pub fn renderer(&self, transfer: &TransferFunction) -> Result<Box<dyn VolumeRenderer<'static> + Send>, Error> {
+        let Opening { volume, device, time_limit, .. } = &self.opening;
         let mut renderer: Box<dyn VolumeRenderer<'static> + Send> = match &self.uploaded {
             Some(uploaded) => Box::new(Renderer::from_uploaded(uploaded, transfer)?),
             None => volume_renderer(device, volume, transfer)?,
@@ -143,17 +237,31 @@ impl Scene {
         Ok(renderer)
     }
 
-    pub fn frame(&self) -> OrbitFrame {
+    pub(super) fn frame(&self) -> OrbitFrame {
         self.opening.orientation.frame()
     }
 
+    /// Unit of length of the volume. Patients are measured in millimetres; other files name no unit.
+    pub fn length_units(&self) -> Option<&'static str> {
+        self.opening.volume.grid().has_anatomy().then_some("mm")
+    }
+
     /// The camera of a page, and its check.
+    ///
+    /// # Errors
+    /// If numbers are not finite or lie outside their ranges.
     pub fn camera(&self, camera: &PageCamera) -> Result<crate::Camera, Error> {
         camera.camera(self.frame(), self.opening.volume.grid())
     }
 
     /// The camera with these angles and this kind of projection that fits what is visible.
-    pub fn fitted(&self, camera: &PageCamera, size: Viewport, settings: &Settings, transfer: &TransferFunction) -> PageCamera {
+    pub(super) fn fitted(
+        &self,
+        camera: &PageCamera,
+        size: Viewport,
+        settings: &Settings,
+        transfer: &TransferFunction,
+    ) -> PageCamera {
         let volume = &self.opening.volume;
         let framing = match settings.blend {
             Blend::Composite => Framing::visible(volume, transfer, settings.unit_distance),
@@ -173,7 +281,7 @@ impl Scene {
     }
 
     /// A transfer function by name.
-    pub fn named(&self, kind: Kind, name: &str) -> Result<TransferFunction, Error> {
+    pub(super) fn named(&self, kind: Kind, name: &str) -> Result<TransferFunction, Error> {
         let volume = &self.opening.volume;
         match kind {
             Kind::Automatic => TransferFunction::automatic_in(volume, name),
@@ -183,46 +291,59 @@ impl Scene {
         }
     }
 
-    /// The first message of a session.
-    pub fn hello(&self) -> Value {
-        let Opening { volume, transfer, orientation, camera, camera_is_given, look, .. } = &self.opening;
+    /// The first message to a page, JSON.
+    pub fn hello(&self, first: &First) -> String {
+        let Opening { volume, orientation, .. } = &self.opening;
+        let First { camera, camera_is_given, look, transfer } = first;
         let (grid, frame) = (volume.grid(), self.frame());
+        let statistics = self.statistics.get_or_init(|| volume.statistics());
         let sides = Side::ALL.map(|side| {
             let orbit = orientation.side(side);
             json!({ "name": side.name(), "seen_from": orientation.seen_from(orbit), "azimuth": orbit.azimuth, "elevation": orbit.elevation })
         });
         let is_layered = self.host.settings(look, None).is_ok_and(|settings| settings.layered().is_some());
+        let presets = TransferFunction::presets().map(|(name, shows)| {
+            let colors = TransferFunction::preset(name, volume).map_or_else(|_| Vec::new(), |preset| strip(&preset));
+            json!({ "name": name, "shows": shows, "colors": colors })
+        });
         let maps = TransferFunction::names().map(|name| json!({ "name": name, "colors": self.preview(name) }));
         json!({
             "type": "hello",
             "version": env!("CARGO_PKG_VERSION"),
             "volume": {
                 "name": volume.name(), "dims": grid.dims(), "spacing": grid.spacing().to_array(), "centre": grid.centre().to_array(),
-                "diagonal": grid.diagonal(), "voxel_type": volume.voxel_type().to_string(),
+                "diagonal": grid.diagonal(), "voxel_type": volume.voxel_type().to_string(), "length_units": self.length_units(),
+                "origin": grid.origin().to_array(), "direction": grid.direction().to_cols_array(),
             },
             "frame": { "right": frame.right().to_array(), "up": frame.up().to_array(), "to_eye": frame.to_eye().to_array() },
             "sides": sides,
-            "histogram": { "lowest": self.statistics.min, "highest": self.statistics.max, "counts": self.statistics.histogram },
+            "histogram": { "lowest": statistics.min, "highest": statistics.max, "counts": statistics.histogram },
             "camera": camera, "camera_is_given": camera_is_given, "look": look,
             "transfer": { "name": transfer.name(), "colors": transfer.colors(), "opacities": transfer.opacities() },
-            "palettes": TransferFunction::palettes().collect::<Vec<_>>(),
-            "presets": TransferFunction::presets().map(|(name, shows)| json!({ "name": name, "shows": shows })).collect::<Vec<_>>(),
+            "palettes": TransferFunction::palette_colors().map(|(name, colors)| json!({ "name": name, "colors": colors })).collect::<Vec<_>>(),
+            "presets": presets.collect::<Vec<_>>(),
             "maps": maps.collect::<Vec<_>>(),
+            "slices": slices::described(volume),
             "is_layered": is_layered,
             "scene": self.number,
             "offered": self.host.offered(),
         })
+        .to_string()
     }
 
-    /// Colours of a map at even distances.
+    /// Colours of a map.
     fn preview(&self, name: &str) -> Vec<[f64; 3]> {
-        /// Enough for a strip on the page.
-        const COLORS: usize = 12;
-        let Ok(map) = TransferFunction::builtin(name, &self.opening.volume) else { return Vec::new() };
-        let (lo, hi) = map.range();
-        let at = |n: usize| map.color(lo + (hi - lo) * n as f64 / (COLORS - 1) as f64);
-        (0..COLORS).map(|n| at(n).map(|c| (c * 1e3).round() / 1e3)).collect()
+        TransferFunction::builtin(name, &self.opening.volume).map_or_else(|_| Vec::new(), |map| strip(&map))
     }
+}
+
+/// Colours of a transfer function at even distances.
+fn strip(transfer: &TransferFunction) -> Vec<[f64; 3]> {
+    /// Enough for a strip on the page.
+    const COLORS: usize = 12;
+    let (lo, hi) = transfer.range();
+    let at = |n: usize| transfer.color(lo + (hi - lo) * n as f64 / (COLORS - 1) as f64);
+    (0..COLORS).map(|n| at(n).map(|c| (c * 1e3).round() / 1e3)).collect()
 }
 
 /// A name without folders: the page names no path of this machine.

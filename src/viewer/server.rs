@@ -5,7 +5,7 @@ use super::assets::{ASSETS, Asset, PAGE};
 use super::opening::{self, Drops};
 use super::protocol::MAX_MESSAGE;
 use super::scene::{Host, Opening, Scene};
-use super::session;
+use super::socket;
 use crate::error::Error;
 use axum::Router;
 use axum::extract::ws::WebSocketUpgrade;
@@ -19,11 +19,13 @@ use hyper::server::conn::http1;
 use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::service::TowerToHyperService;
 use std::future::Future;
+use std::path::Path;
 use std::sync::atomic::{AtomicU32, AtomicUsize, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
-use std::time::Duration;
+use std::sync::{Arc, Mutex, PoisonError, Weak};
+use std::time::{Duration, Instant};
 use tokio::net::{TcpListener, TcpStream};
-use tokio::sync::Semaphore;
+use tokio::runtime::{Builder, Runtime};
+use tokio::sync::{Semaphore, watch};
 
 /// Most connections at once, those that say nothing included. Others are closed at once.
 const MOST_CONNECTIONS: usize = 512;
@@ -33,6 +35,8 @@ const HEADER_TIME: Duration = Duration::from_secs(10);
 const HEADER_BYTES: usize = 32 << 10;
 /// Pause after the system refused a connection, for example because too many files are open.
 const PAUSE: Duration = Duration::from_millis(100);
+/// Time for drawing threads to end after the server has.
+const LONGEST_END: Duration = Duration::from_secs(3);
 /// Path of the WebSocket.
 const SOCKET: &str = "/socket";
 /// Path that dropped files are sent to.
@@ -58,42 +62,117 @@ const HEADERS: [(&str, &str); 7] = [
 const LET_IN: &str = "<!doctype html><meta charset=utf-8><meta http-equiv=refresh content=\"0;url=/\"><title>layersplat</title>\
                       <link rel=icon href=/icon.svg><a href=\"/\">Continue to the viewer</a>";
 
+/// Ends a server from another thread. Clones end the same one.
+#[derive(Clone, Debug)]
+pub struct Stop(watch::Sender<bool>);
+
+impl Default for Stop {
+    fn default() -> Self {
+        Self(watch::Sender::new(false))
+    }
+}
+
+impl Stop {
+    /// Ends the server, now or as soon as it begins.
+    pub fn stop(&self) {
+        self.0.send_replace(true);
+    }
+
+    async fn stopped(&self) {
+        // The sender is this one: it is not dropped before.
+        let _ = self.0.subscribe().wait_for(|stopped| *stopped).await;
+    }
+}
+
+/// A server that has a volume on the device and is ready to answer.
+pub struct Server {
+    runtime: Runtime,
+    listener: std::net::TcpListener,
+    served: Arc<Served>,
+}
+
+impl Server {
+    /// Uploads the volume. `listener` is bound already, so that its address can be printed.
+    ///
+    /// # Errors
+    /// Insufficient memory of the device, and failures of the system.
+    pub fn new(opening: Opening, host: Box<dyn Host>, access: Access, listener: std::net::TcpListener) -> Result<Self, Error> {
+        let failed = |e| Error::read(Path::new("the viewer's address"), e);
+        let runtime = Builder::new_current_thread().enable_all().build().map_err(failed)?;
+        listener.set_nonblocking(true).map_err(failed)?;
+        Ok(Self { runtime, listener, served: Arc::new(Served::new(access, Scene::new(opening, host)?)) })
+    }
+
+    /// Answers requests until `stop`.
+    ///
+    /// # Errors
+    /// Failures of the system.
+    pub fn run(self, stop: &Stop) -> Result<(), Error> {
+        let Self { runtime, listener, served } = self;
+        let scenes = served.scenes.clone();
+        let ended: std::io::Result<()> = runtime.block_on(async {
+            run(TcpListener::from_std(listener)?, served, stop.stopped()).await;
+            Ok(())
+        });
+        // Ends all sessions, which cancel the frames of their threads.
+        drop(runtime);
+        let since = Instant::now();
+        while scenes.are_in_use() && since.elapsed() < LONGEST_END {
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        ended.map_err(|e| Error::read(Path::new("the viewer's address"), e))
+    }
+}
+
 /// What requests need.
 pub(super) struct Served {
     pub access: Access,
-    /// The scene of new pages: the one that was opened last.
-    scene: Mutex<Arc<Scene>>,
-    /// Number of the last scene.
-    scenes: AtomicU32,
-    pub sessions: AtomicUsize,
+    pub scenes: Arc<Scenes>,
     pub drops: Drops,
-    /// Held by all scenes, to know when the last one is gone.
-    pub alive: Arc<()>,
+    /// Number of open pages.
+    pub sessions: AtomicUsize,
 }
 
 impl Served {
-    pub fn new(access: Access, opening: Opening, host: Box<dyn Host>) -> Result<Self, Error> {
-        let alive = Arc::default();
-        let scene = Mutex::new(Arc::new(Scene::new(opening, host, Arc::clone(&alive), 0)?));
-        let (scenes, sessions) = (AtomicU32::new(0), AtomicUsize::new(0));
-        Ok(Self { access, scene, scenes, sessions, drops: Drops::default(), alive })
+    fn new(access: Access, scene: Scene) -> Self {
+        let scenes = Arc::new(Scenes { last: Mutex::new(Arc::new(scene)), earlier: Mutex::default(), number: AtomicU32::new(0) });
+        Self { access, scenes, drops: Drops::default(), sessions: AtomicUsize::new(0) }
+    }
+}
+
+/// The scenes of a run. New pages show the one that was opened last; others keep theirs.
+pub(super) struct Scenes {
+    last: Mutex<Arc<Scene>>,
+    earlier: Mutex<Vec<Weak<Scene>>>,
+    number: AtomicU32,
+}
+
+impl Scenes {
+    pub fn last(&self) -> Arc<Scene> {
+        self.last.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    pub fn scene(&self) -> Arc<Scene> {
-        self.scene.lock().unwrap_or_else(PoisonError::into_inner).clone()
-    }
-
-    pub fn set_scene(&self, scene: Arc<Scene>) {
-        *self.scene.lock().unwrap_or_else(PoisonError::into_inner) = scene;
+    pub fn open(&self, scene: Arc<Scene>) {
+        let before = std::mem::replace(&mut *self.last.lock().unwrap_or_else(PoisonError::into_inner), scene);
+        let mut earlier = self.earlier.lock().unwrap_or_else(PoisonError::into_inner);
+        earlier.retain(|scene| scene.strong_count() > 0);
+        earlier.push(Arc::downgrade(&before));
     }
 
     pub fn next_number(&self) -> u32 {
-        self.scenes.fetch_add(1, Ordering::Relaxed) + 1
+        self.number.fetch_add(1, Ordering::Relaxed) + 1
+    }
+
+    /// Whether a thread still draws one of them.
+    fn are_in_use(&self) -> bool {
+        let last = self.last.lock().unwrap_or_else(PoisonError::into_inner);
+        let earlier = self.earlier.lock().unwrap_or_else(PoisonError::into_inner);
+        Arc::strong_count(&last) > 1 || earlier.iter().any(|scene| scene.strong_count() > 0)
     }
 }
 
 /// Serves pages until `stop`.
-pub(super) async fn run(listener: TcpListener, served: Arc<Served>, stop: impl Future<Output = ()>) {
+async fn run(listener: TcpListener, served: Arc<Served>, stop: impl Future<Output = ()>) {
     let routes = router(served);
     let places = Arc::new(Semaphore::new(MOST_CONNECTIONS));
     tokio::pin!(stop);
@@ -153,7 +232,7 @@ enum Admitted {
 }
 
 fn admit(access: &Access, request: &Request) -> Result<Admitted, Refusal> {
-    let requires_origin = request.method() == Method::POST || request.uri().path() == SOCKET;
+    let requires_origin = [SOCKET, DROP].contains(&request.uri().path());
     access.check_site(request.headers(), requires_origin)?;
     match token(request.uri()) {
         Some(token) if request.uri().path() == "/" => access.check_token(token).map(|()| Admitted::ByToken),
@@ -190,5 +269,5 @@ async fn file(method: Method, uri: Uri) -> Response {
 }
 
 async fn socket(State(served): State<Arc<Served>>, upgrade: WebSocketUpgrade) -> Response {
-    upgrade.max_message_size(MAX_MESSAGE).max_frame_size(MAX_MESSAGE).on_upgrade(move |socket| session::serve(socket, served))
+    upgrade.max_message_size(MAX_MESSAGE).max_frame_size(MAX_MESSAGE).on_upgrade(move |socket| socket::serve(socket, served))
 }

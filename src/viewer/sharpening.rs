@@ -2,7 +2,7 @@
 
 use crate::camera::Camera;
 use crate::error::Error;
-use crate::image::{Background, Frame};
+use crate::image::Frame;
 use crate::memory;
 use crate::renderer::Renderer;
 use crate::settings::Settings;
@@ -61,8 +61,8 @@ impl Sharpening {
         Ok(self.row == self.page.height)
     }
 
-    /// The picture in 8 bits.
-    pub fn rgba8(&self, background: Background) -> Vec<u8> {
-        Frame::new(self.page, self.pixels.clone()).to_rgba8(background)
+    /// The whole picture; its pixels are taken.
+    pub fn frame(&mut self) -> Frame {
+        Frame::new(self.page, std::mem::take(&mut self.pixels))
     }
 }

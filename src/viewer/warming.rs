@@ -16,11 +16,15 @@ pub(super) fn begin(scene: &Arc<Scene>, painter: &mut Painter) {
     if scene.warming.swap(true, Ordering::SeqCst) {
         return;
     }
+    if !scene.host.builds_ahead() {
+        scene.ready.set();
+        return;
+    }
     let settings =
         [Quality::Standard, Quality::Draft, Quality::High].map(|quality| scene.host.settings(&painter.look, Some(quality)));
     let settings: Vec<_> = settings.into_iter().flatten().collect();
     let Some(renderer) = painter.renderer.whole() else {
-        scene.ready.send_replace(true);
+        scene.ready.set();
         return;
     };
     let expected = ExpectedFrames::new(&settings, SIZE).with_parallel_views();
@@ -29,6 +33,6 @@ pub(super) fn begin(scene: &Arc<Scene>, painter: &mut Painter) {
         if let Err(error) = built {
             tracing::info!("programs could not be built ahead: {error}");
         }
-        scene.ready.send_replace(true);
+        scene.ready.set();
     });
 }

@@ -124,6 +124,7 @@ fn info_rotate_devices_and_bench() {
         "peak_bytes",
         "quality",
         "stages",
+        "transfer_change_cpu_ms",
         "transfer_change_ms",
         "volume",
     ];

@@ -1,4 +1,4 @@
-//! Time for a picture to reach a texture: the figures of docs/gl.md.
+//! Time for a picture to reach a texture: the figures of docs/dev/gl.md.
 
 use crate::context::OpenGl;
 use layersplat::renderer::GlTexture;

@@ -1,5 +1,5 @@
 //! All kernels for layers and rays: agreement with the f64 reference, convergence to their own integral, and fidelity to the sampled
-//! signal (the tables in docs/kernels.md).
+//! signal (the tables in docs/dev/kernels.md).
 
 #[path = "../common/mod.rs"]
 mod common;

@@ -5,10 +5,12 @@ use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{SocketAddr, TcpStream};
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// Longest wait for an answer; only a hang reaches it.
 const PATIENCE: Duration = Duration::from_secs(120);
+/// The status of a WebSocket that is closed because too many pages are open.
+const TRY_AGAIN_LATER: u16 = 1013;
 /// Bytes before a picture.
 const HEADER: usize = 20;
 
@@ -86,8 +88,23 @@ impl Viewer {
         )
     }
 
-    /// A page: its WebSocket after the first message.
+    /// A page: its WebSocket after the first message. Waits while closed pages still have their places.
     pub fn page(&self) -> Page {
+        let begun = Instant::now();
+        loop {
+            let mut page = Page { stream: self.socket(), hello: Value::Null };
+            match page.receive() {
+                Message::Text(hello) => {
+                    page.hello = hello;
+                    return page;
+                }
+                Message::Closed(TRY_AGAIN_LATER) if begun.elapsed() < PATIENCE => std::thread::sleep(Duration::from_millis(50)),
+                other => panic!("{other:?}"),
+            }
+        }
+    }
+
+    fn socket(&self) -> TcpStream {
         let (host, cookie) = (self.host(), self.cookie());
         let mut stream = self.connect();
         let request = self.upgrade(&format!("Host: {host}\r\nOrigin: http://{host}\r\nCookie: {cookie}\r\n"));
@@ -99,12 +116,7 @@ impl Viewer {
             answer.push(byte[0]);
         }
         assert!(answer.starts_with(b"HTTP/1.1 101"), "{}", String::from_utf8_lossy(&answer));
-        let mut page = Page { stream, hello: Value::Null };
-        page.hello = match page.receive() {
-            Message::Text(hello) => hello,
-            other => panic!("{other:?}"),
-        };
-        page
+        stream
     }
 
     /// Resident memory of the server in bytes.

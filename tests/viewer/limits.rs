@@ -90,7 +90,6 @@ fn pages_floods_and_sizes_are_bounded() {
     assert!(ended, "a flood ends the page");
     // Its place is free again.
     drop(pages.remove(1));
-    std::thread::sleep(Duration::from_millis(300));
     viewer.page();
 }
 

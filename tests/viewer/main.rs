@@ -5,4 +5,6 @@ mod files;
 mod films;
 mod limits;
 mod pictures;
+mod reading;
 mod safety;
+mod slices;

@@ -72,7 +72,7 @@ fn run(line: &str, command: &Value, device: &str) -> Vec<u8> {
     let script = format!("'{bin}' {words} {device}");
     let output = Command::new("sh").args(["-c", &script]).current_dir(folder.path()).output().unwrap();
     assert!(output.status.success(), "{line}: {}", String::from_utf8_lossy(&output.stderr));
-    std::fs::read(folder.path().join("layersplat.png")).unwrap()
+    std::fs::read(folder.path().join(line.rsplit(' ').next().unwrap())).unwrap()
 }
 
 /// The bytes of the file, in several looks and both projections.
@@ -103,14 +103,27 @@ fn saved_pictures_are_those_of_the_command() {
         look
     };
     let light = json!([{ "direction": [0.5, 0.25, 0.3333333333333333], "strength": 0.8, "angle": 0.0 }]);
-    for (look, camera, samples) in [
-        (first.clone(), &turned, 1),
-        (changed(&[("quality", json!("standard")), ("shadows", json!(false)), ("background", json!("#a0b0c0"))]), &eye, 2),
+    for (look, camera, samples, format) in [
+        (first.clone(), &turned, 1, "png"),
+        (changed(&[("quality", json!("standard")), ("shadows", json!(false)), ("background", json!("#a0b0c0"))]), &eye, 2, "exr"),
         (
             changed(&[("blend", json!("iso")), ("iso", json!(61.3)), ("kernel", json!("catmull-rom")), ("lights", light)]),
             &camera,
             1,
+            "png",
         ),
+        (
+            changed(&[
+                ("legend", json!(true)),
+                ("bounding_box", json!(true)),
+                ("axes", json!(true)),
+                ("gradient", json!("sobel")),
+            ]),
+            &turned,
+            2,
+            "png",
+        ),
+        (changed(&[("bounding_box", json!(true)), ("quality", json!("draft"))]), &eye, 1, "exr"),
         (
             changed(&[
                 ("blend", json!("maximum")),
@@ -119,10 +132,11 @@ fn saved_pictures_are_those_of_the_command() {
             ]),
             &turned,
             1,
+            "exr",
         ),
     ] {
         page.send(&json!({ "type": "look", "look": look }));
-        page.send(&json!({ "type": "save", "camera": camera, "width": 90, "height": 70, "samples": samples }));
+        page.send(&json!({ "type": "save", "camera": camera, "width": 90, "height": 70, "samples": samples, "format": format }));
         let command = page.text("command");
         let saved = page.picture();
         assert_eq!((saved.step, saved.width, saved.height), (5, 90, 70));

@@ -307,6 +307,36 @@ typedef enum layersplat_pixel_format {
 } layersplat_pixel_format;
 
 /**
+ * The axis that a slice is perpendicular to.
+ */
+typedef enum layersplat_slice_axis {
+  /**
+   * The voxels' x: y to the right, z up.
+   */
+  LAYERSPLAT_SLICE_AXIS_X = 0,
+  /**
+   * The voxels' y: x to the right, z up.
+   */
+  LAYERSPLAT_SLICE_AXIS_Y = 1,
+  /**
+   * The voxels' z: x to the right, y up.
+   */
+  LAYERSPLAT_SLICE_AXIS_Z = 2,
+  /**
+   * Seen from the feet: the patient's left is on the right, the front is up. Only if the file states how the patient lies.
+   */
+  LAYERSPLAT_SLICE_AXIS_AXIAL = 3,
+  /**
+   * Seen from the front: the patient's left is on the right, the head is up.
+   */
+  LAYERSPLAT_SLICE_AXIS_CORONAL = 4,
+  /**
+   * Seen from the patient's left: the back is on the right, the head is up.
+   */
+  LAYERSPLAT_SLICE_AXIS_SAGITTAL = 5,
+} layersplat_slice_axis;
+
+/**
  * A cancellation flag for frames. Several threads may use it at the same time, also while its renderers are in use. Several
  * renderers may share one.
  */
@@ -685,6 +715,47 @@ typedef struct layersplat_voxels {
 } layersplat_voxels;
 
 /**
+ * A rectangle of a plane through a volume, in world coordinates. Fill it in, or use layersplat_slice_at() or
+ * layersplat_slice_facing().
+ */
+typedef struct layersplat_slice {
+  /**
+   * The point at the centre of the picture.
+   */
+  double centre[3];
+  /**
+   * Direction that points right in the picture. Its length does not matter.
+   */
+  double right[3];
+  /**
+   * Any vector that points up in the picture.
+   */
+  double up[3];
+  /**
+   * Half the height of the picture in world units.
+   */
+  double scale;
+} layersplat_slice;
+
+/**
+ * Colours of a slice: a window of grey, or those of the renderer's transfer function.
+ */
+typedef struct layersplat_slice_colors {
+  /**
+   * Value shown as middle grey.
+   */
+  double window_level;
+  /**
+   * Width of the window in data values: black below it, white above it. 0: colours of the transfer function.
+   */
+  double window_width;
+  /**
+   * Without a window: opacity of a layer this many unit distances thick. 0: opaque wherever there is any opacity.
+   */
+  double thickness;
+} layersplat_slice_colors;
+
+/**
  * How a frame uploads its volume. See layersplat_renderer_stream_plan().
  */
 typedef struct layersplat_stream_plan {
@@ -1058,6 +1129,56 @@ void layersplat_renderer_free(struct layersplat_renderer *renderer);
 enum layersplat_status layersplat_settings_default(int32_t quality,
                                                    struct layersplat_settings *settings,
                                                    size_t size);
+
+/**
+ * The slice perpendicular to an axis (a layersplat_slice_axis). `at`: for x, y and z the number of a slice of voxels, or any number
+ * between two; for axial, coronal and sagittal the world coordinate along the axis. NaN: the middle. The slice shows the whole volume.
+ */
+enum layersplat_status layersplat_slice_at(const struct layersplat_volume *volume,
+                                           int32_t axis,
+                                           double at,
+                                           uint32_t width,
+                                           uint32_t height,
+                                           struct layersplat_slice *slice);
+
+/**
+ * The slice through a world point (three numbers), seen from where `normal` points; `up` points up as far as possible. It shows the
+ * whole section through the volume.
+ */
+enum layersplat_status layersplat_slice_facing(const struct layersplat_volume *volume,
+                                               const double *point,
+                                               const double *normal,
+                                               const double *up,
+                                               uint32_t width,
+                                               uint32_t height,
+                                               struct layersplat_slice *slice);
+
+/**
+ * Draws a slice as floats: premultiplied red, green, blue, and alpha, transparent outside the volume, contiguous, row by row from the
+ * top. `kernel` is a layersplat_kernel; automatic is linear. Null colours are those of the transfer function, opaque. `floats` is the
+ * number of elements of `pixels`: at least 4 * width * height. The call blocks until the picture is complete. The renderer must hold
+ * the whole volume.
+ */
+enum layersplat_status layersplat_render_slice(struct layersplat_renderer *renderer,
+                                               const struct layersplat_slice *slice,
+                                               uint32_t width,
+                                               uint32_t height,
+                                               int32_t kernel,
+                                               const struct layersplat_slice_colors *colors,
+                                               float *pixels,
+                                               size_t floats);
+
+/**
+ * The data values of a slice, one per pixel, NaN outside the volume. `floats` is the number of elements of `values`: at least
+ * width * height. The other arguments are those of layersplat_render_slice().
+ */
+enum layersplat_status layersplat_slice_values(struct layersplat_renderer *renderer,
+                                               const struct layersplat_slice *slice,
+                                               uint32_t width,
+                                               uint32_t height,
+                                               int32_t kernel,
+                                               float *values,
+                                               size_t floats);
 
 /**
  * The streaming plan of a frame, without rendering it. Returns the same out-of-memory errors as rendering would.

@@ -2,6 +2,7 @@
 
 use crate::boundary::Failure;
 use layersplat::settings::LightGrid;
+use layersplat::slice::SliceAxis;
 use layersplat::{GradientEstimator, Kernel, Quality, volume};
 
 /// Type of a voxel.
@@ -123,6 +124,24 @@ pub enum ProjectionChoice {
     Perspective = 1,
 }
 
+/// The axis that a slice is perpendicular to.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub enum SliceAxisChoice {
+    /// The voxels' x: y to the right, z up.
+    X = 0,
+    /// The voxels' y: x to the right, z up.
+    Y = 1,
+    /// The voxels' z: x to the right, y up.
+    Z = 2,
+    /// Seen from the feet: the patient's left is on the right, the front is up. Only if the file states how the patient lies.
+    Axial = 3,
+    /// Seen from the front: the patient's left is on the right, the head is up.
+    Coronal = 4,
+    /// Seen from the patient's left: the back is on the right, the head is up.
+    Sagittal = 5,
+}
+
 /// Pixel format of a picture in the caller's device memory. The channels are red, green, blue, alpha.
 #[repr(C)]
 #[derive(Clone, Copy)]
@@ -155,6 +174,20 @@ from_number!(BlendChoice, "blend mode", Composite Maximum Minimum Average Iso);
 from_number!(LightGridChoice, "light grid", Full Half Quarter);
 from_number!(ProjectionChoice, "projection", Parallel Perspective);
 from_number!(PixelFormat, "pixel format", Rgba8 Floats);
+from_number!(SliceAxisChoice, "slice axis", X Y Z Axial Coronal Sagittal);
+
+impl From<SliceAxisChoice> for SliceAxis {
+    fn from(chosen: SliceAxisChoice) -> Self {
+        match chosen {
+            SliceAxisChoice::X => Self::X,
+            SliceAxisChoice::Y => Self::Y,
+            SliceAxisChoice::Z => Self::Z,
+            SliceAxisChoice::Axial => Self::Axial,
+            SliceAxisChoice::Coronal => Self::Coronal,
+            SliceAxisChoice::Sagittal => Self::Sagittal,
+        }
+    }
+}
 
 impl From<VoxelType> for volume::VoxelType {
     fn from(chosen: VoxelType) -> Self {

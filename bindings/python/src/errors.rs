@@ -58,7 +58,7 @@ fn raised(py: Python, failure: Failure) -> PyResult<PyErr> {
         Failure::Refused { class: Refusal::Value, message, field } => exception("InvalidValue", message, &[argument(field)])?,
         Failure::Panicked(message) => exception("InternalError", message, &[])?,
         Failure::Ours(error) => {
-            let exception = exception(class(&error), error.to_string(), error.fields())?;
+            let exception = exception(class(&error), message(&error), error.fields())?;
             if let Some((path, errno)) = file(&error) {
                 exception.setattr("filename", path)?;
                 exception.setattr("errno", errno)?;
@@ -72,6 +72,16 @@ fn raised(py: Python, failure: Failure) -> PyResult<PyErr> {
 /// The argument that contains a field: `shading` for `shading['power']`.
 fn argument(field: &'static str) -> &'static str {
     field.split('[').next().unwrap_or(field)
+}
+
+/// The message of an error. Without OpenCL, PyPI has one for the processors that pyproject.toml names.
+fn message(error: &Error) -> String {
+    match error {
+        Error::NoOpenCl { .. } if cfg!(all(target_os = "linux", target_arch = "x86_64")) => {
+            format!("{error}; or run: pip install 'layersplat[pocl]'")
+        }
+        _ => error.to_string(),
+    }
 }
 
 /// The exception class of an error, defined in `layersplat/_errors.py`.

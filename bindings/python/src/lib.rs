@@ -16,6 +16,7 @@ mod names;
 mod pickled;
 mod renderer;
 mod settings;
+mod slice;
 mod transfer;
 mod volume;
 mod warned;
@@ -36,6 +37,8 @@ mod _layersplat {
     use super::renderer::Renderer;
     #[pymodule_export]
     use super::settings::Settings;
+    #[pymodule_export]
+    use super::slice::Slice;
     #[pymodule_export]
     use super::transfer::TransferFunction;
     #[pymodule_export]

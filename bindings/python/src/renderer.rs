@@ -10,10 +10,12 @@ use crate::event::Event;
 use crate::exclusive::{AnyRenderer, Exclusive};
 use crate::handles::{events, memory};
 use crate::names::{Over, Size, orbit, picture_format};
-use crate::settings::Settings;
+use crate::settings::{Settings, kernel};
+use crate::slice::{Slice, colors};
 use crate::transfer::TransferFunction;
 use crate::volume::Volume;
 use layersplat::renderer::{PictureMemory, StreamPlan, volume_renderer};
+use layersplat::volume::Grid;
 use layersplat::{Renderer as Ours, Settings as OurSettings, TransferFunction as Transfer, Viewport};
 use numpy::{Element, IntoPyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods, ToPyArray};
 use pyo3::prelude::*;
@@ -30,7 +32,7 @@ use std::time::Duration;
 /// If the Device has a memory budget, or the volume exceeds its largest buffer, the voxels are uploaded during frames, in parts if they
 /// do not fit. The renderer then keeps the Volume. See stream_plan.
 ///
-/// On Python's main thread, Ctrl-C interrupts the constructor, render, render_float, depths and prepare: KeyboardInterrupt is raised
+/// On Python's main thread, Ctrl-C interrupts the constructor, render, render_float, depths, slice, slice_values and prepare: KeyboardInterrupt is raised
 /// immediately. The kernel that is running completes first; the next call waits for it.
 #[pyclass(frozen, module = "layersplat")]
 pub struct Renderer {
@@ -183,6 +185,57 @@ impl Renderer {
         Ok((array(depths.first())?, array(depths.mean())?))
     }
 
+    /// Draws a slice: (height, width, 4), uint8, over a background; row 0 on top. Where the slice lies outside the volume, the background
+    /// shows.
+    ///
+    /// kernel: linear, cubic, catmull-rom, bspline or gaussian. window: (level, width) of a window of grey; otherwise the colours of the
+    /// transfer function, opaque wherever it has any opacity. thickness: gives colours the opacity of a layer this many unit distances thick.
+    #[pyo3(
+        signature = (
+            slice, size, *, kernel = Argument::Default("linear".into()), window = None, thickness = None,
+            background = Argument::Default(Over::default()),
+        ),
+        text_signature = "($self, slice, size, *, kernel='linear', window=None, thickness=None, background='black')"
+    )]
+    #[allow(clippy::too_many_arguments)] // Python passes them by keyword.
+    fn slice<'py>(
+        &self,
+        py: Python<'py>,
+        slice: Argument<Bound<Slice>>,
+        size: Argument<Size>,
+        kernel: Argument<String>,
+        window: Option<Argument<(f64, f64)>>,
+        thickness: Option<Argument<f64>>,
+        background: Argument<Over>,
+    ) -> Result<Bound<'py, PyArray3<u8>>> {
+        extract!(slice, size, kernel, window, thickness, background);
+        let (slice, viewport, kernel) = (*slice.get().ours(), size.viewport()?, self::kernel(&kernel)?);
+        let (colors, background) = (colors(window, thickness)?, background.background()?);
+        let draw = move |ours: &mut AnyRenderer| ours.require_whole("Renderer.slice")?.slice(&slice, viewport, kernel, colors);
+        let frame = self.shared.interruptible(py, draw)?;
+        Ok(picture(py, frame.to_rgba8(background), viewport)?)
+    }
+
+    /// The data values of a slice: (height, width), float32, NaN outside the volume. kernel: see slice.
+    #[pyo3(
+        signature = (slice, size, *, kernel = Argument::Default("linear".into())),
+        text_signature = "($self, slice, size, *, kernel='linear')"
+    )]
+    fn slice_values<'py>(
+        &self,
+        py: Python<'py>,
+        slice: Argument<Bound<Slice>>,
+        size: Argument<Size>,
+        kernel: Argument<String>,
+    ) -> Result<Bound<'py, PyArray2<f32>>> {
+        extract!(slice, size, kernel);
+        let (slice, viewport, kernel) = (*slice.get().ours(), size.viewport()?, self::kernel(&kernel)?);
+        let find =
+            move |ours: &mut AnyRenderer| ours.require_whole("Renderer.slice_values")?.slice_values(&slice, viewport, kernel);
+        let values = self.shared.interruptible(py, find)?;
+        Ok(values.values().to_pyarray(py).reshape([viewport.height as usize, viewport.width as usize])?)
+    }
+
     /// Enqueues a picture into a buffer or a 2D image of the context, after wait_for. Returns an Event without waiting.
     ///
     /// onto: an object with int_ptr (pyopencl) or an integer handle. format: rgba8, over the background, or float, premultiplied, without
@@ -271,7 +324,7 @@ impl Renderer {
         Ok(Event::new(event))
     }
 
-    /// Cancels calls of render, render_float, depths and prepare on other threads, including those that wait for the renderer. They raise
+    /// Cancels calls of render, render_float, depths, slice, slice_values and prepare on other threads, including those that wait for the renderer. They raise
     /// Cancelled before their next kernel. Later calls are not affected. Does not block.
     fn cancel(&self) {
         self.shared.cancel();
@@ -342,8 +395,7 @@ impl Renderer {
         field_of_view: Option<Argument<f64>>,
     ) -> Result<Camera> {
         extract!(size, azimuth, elevation, roll, zoom, field_of_view);
-        let grid = self.shared.with(py, |ours| Ok(ours.grid().clone()))?;
-        around(&grid, size.viewport()?, orbit(azimuth, elevation, roll)?, zoom, field_of_view)
+        around(&self.grid(py)?, size.viewport()?, orbit(azimuth, elevation, roll)?, zoom, field_of_view)
     }
 
     /// The transfer function. It can be set, effective from the next frame.
@@ -369,6 +421,10 @@ impl Renderer {
 }
 
 impl Renderer {
+    pub fn grid(&self, py: Python) -> Result<Grid> {
+        self.shared.with(py, |ours| Ok(ours.grid().clone()))
+    }
+
     fn with_limit(mut renderer: Box<AnyRenderer>, owner: Option<Py<PyAny>>, time_limit: Option<Duration>) -> Self {
         renderer.limit(time_limit);
         Self { shared: Arc::new(Exclusive::new(renderer, owner)), time_limit: Mutex::new(time_limit) }

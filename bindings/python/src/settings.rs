@@ -307,7 +307,8 @@ fn layer_axis(name: &str) -> Result<LayerAxis> {
     }
 }
 
-fn kernel(name: &str) -> Result<Kernel> {
+/// A kernel by name.
+pub fn kernel(name: &str) -> Result<Kernel> {
     let found = Kernel::ALL.into_iter().find(|kernel| kernel.name() == name);
     found.ok_or_else(|| -> Failure { unknown("kernel", name, "cubic, linear, catmull-rom, bspline or gaussian") })
 }

@@ -1,5 +1,6 @@
 """pyopencl's wheel contains its own OpenCL loader. Handles are interchangeable if both loaders find the same implementation."""
 
+import ctypes
 import os
 import pathlib
 import shutil
@@ -11,6 +12,7 @@ import pytest
 
 import layersplat
 from host import Host
+from layersplat import _loader
 
 
 def mapped(word):
@@ -121,3 +123,82 @@ def test_other_loaders_leave_the_environment_alone():
     (system,) = [path for path in mapped("libOpenCL") if "pyopencl" not in path]
     for named in (system, "libOpenCL.so.1"):
         assert alone(OPENCL_DYLIB_PATH=named)[0][1:] == ["False", "None"]
+
+
+@pytest.fixture
+def machine(monkeypatch, tmp_path):
+    """A made-up machine whose wheel has a loader of its own: a function of what else is there. It returns the variables that are set."""
+    own, registered_in, packages = tmp_path / "_opencl" / "libOpenCL.so.1", tmp_path / "vendors", tmp_path / "packages"
+    for folder in (own.parent, registered_in, packages / "pocl_binary_distribution", packages / "pyopencl" / ".libs"):
+        folder.mkdir(parents=True)
+    own.write_bytes(b"asks for PYOPENCL_HOME")
+    (packages / "pocl_binary_distribution" / "__init__.py").write_text("")
+    (packages / "pyopencl" / ".libs" / "pocl.icd").write_text("libpocl.so")
+    (packages / "pyopencl" / ".libs" / "libpocl.so").write_bytes(b"")
+    (packages / "zig").write_bytes(b"")
+    monkeypatch.setattr(_loader, "OWN", own)
+    monkeypatch.setattr(_loader, "REGISTERED", registered_in)
+    monkeypatch.setattr(_loader, "ZIG", packages / "zig")
+
+    def variables(*libraries, registered=(), installed=False, programs=(), **environment):
+        def load(name):
+            if name not in libraries:
+                raise OSError(name)
+
+        for number, library in enumerate(registered):
+            (registered_in / f"{number}.icd").write_text(library + "\n")
+        if installed:
+            monkeypatch.syspath_prepend(str(packages))
+        monkeypatch.setattr(ctypes, "CDLL", load)
+        monkeypatch.setattr(shutil, "which", lambda name: name if name in programs else None)
+        monkeypatch.setattr(os, "environ", dict(environment))
+        _loader.prepare()
+        return {name: value for name, value in os.environ.items() if environment.get(name) != value}
+
+    return variables
+
+
+SYSTEM, GPU = "libOpenCL.so.1", "libgpu.so"
+
+
+def own_loader(folder):
+    return {"OPENCL_DYLIB_PATH": str(folder / "_opencl" / "libOpenCL.so.1"), "PYOPENCL_HOME": str(folder / "_opencl")}
+
+
+def test_a_system_with_opencl_is_left_alone(machine):
+    assert machine(SYSTEM, GPU, registered=[GPU]) == {}
+
+
+def test_a_system_with_opencl_is_preferred_to_an_installed_implementation(machine):
+    assert machine(SYSTEM, GPU, registered=["libremoved.so", GPU], installed=True) == {}
+
+
+def test_a_system_without_an_implementation_is_left_alone_if_none_is_installed(machine):
+    assert machine(SYSTEM) == {}
+
+
+@pytest.mark.parametrize("installed", [False, True])
+def test_a_system_without_a_loader_gets_the_wheels(machine, tmp_path, installed):
+    assert machine(GPU, registered=[GPU], installed=installed) == own_loader(tmp_path)
+
+
+@pytest.mark.parametrize("registered", [(), ["libremoved.so"]])
+@pytest.mark.parametrize("libraries", [(), (SYSTEM,)])
+def test_an_installed_implementation_is_found_if_there_is_no_other(machine, tmp_path, libraries, registered):
+    library = tmp_path / "packages" / "pyopencl" / ".libs" / "libpocl.so"
+    expected = {**own_loader(tmp_path), "OCL_ICD_VENDORS": str(library)}
+    assert machine(*libraries, registered=registered, installed=True, programs=["cc", "ld"]) == expected
+    assert machine(*libraries, installed=True) == {**expected, "COMPILER_PATH": expected["PYOPENCL_HOME"]}
+    assert machine(*libraries, installed=True, COMPILER_PATH="/mine") == expected
+
+
+def test_an_installed_implementation_that_cannot_link_is_not_used(machine, tmp_path):
+    """It would end the process."""
+    _loader.ZIG.unlink()
+    assert machine(installed=True) == own_loader(tmp_path)
+
+
+def test_variables_of_the_user_are_left_alone(machine):
+    assert machine(PYOPENCL_HOME="/home").keys() == {"OPENCL_DYLIB_PATH"}
+    assert machine(OPENCL_DYLIB_PATH="/loader.so") == {}
+    assert machine(SYSTEM, installed=True, OCL_ICD_VENDORS="/vendors") == {}

@@ -6,8 +6,7 @@ use crate::cli::options::{QualityOptions, quoted};
 use crate::error::Error;
 use crate::settings::{Quality, Settings};
 use crate::transfer::Value;
-use crate::viewer::{Look, PageBlend, PageCamera, PageProjection};
-use crate::viewport::Viewport;
+use crate::viewer::{FilmWanted, Look, PageBlend, PageProjection, Wanted};
 use clap::Parser;
 use std::iter::once;
 
@@ -30,6 +29,9 @@ pub(super) fn of_look(look: &Look, quality: Option<Quality>, is_layered: bool) -
     }
     if let Some(kernel) = look.kernel.filter(|_| is_layered) {
         add("--kernel", kernel.name().into());
+    }
+    if let Some(gradient) = &look.gradient {
+        add("--gradient", gradient.clone());
     }
     if look.blend != PageBlend::Composite {
         add("--blend", look.blend.name().into());
@@ -92,15 +94,8 @@ pub(super) fn settings(given: &Given, look: &Look, quality: Option<Quality>, is_
 }
 
 /// The command that renders a picture.
-pub(super) fn render(
-    given: &Given,
-    look: &Look,
-    camera: &PageCamera,
-    size: Viewport,
-    samples: u32,
-    transfer: &str,
-    is_layered: bool,
-) -> String {
+pub(super) fn render(given: &Given, wanted: &Wanted, is_layered: bool) -> String {
+    let &Wanted { look, camera, size, samples, format, transfer, length_units, .. } = wanted;
     let mut words = vec!["layersplat".to_owned(), "render".into(), given.volume.clone()];
     words.extend(given.reading.iter().flat_map(|option| option.words.clone()));
     words.extend(["--transfer".into(), transfer.into()]);
@@ -124,20 +119,14 @@ pub(super) fn render(
     }
     words.extend(kept(&given.drawing, look));
     words.extend(of_look(look, look.quality.map(Quality::from), is_layered));
-    words.extend(["-o".into(), "layersplat.png".into()]);
+    words.extend(annotations(look, length_units));
+    words.extend(["-o".into(), format.file_name().into()]);
     words.iter().map(|word| quoted(word)).collect::<Vec<_>>().join(" ")
 }
 
-/// The command that renders a film along key cameras: samples, pictures per second and the output.
-pub(super) fn rotate(
-    given: &Given,
-    look: &Look,
-    size: Viewport,
-    (samples, rate, output): (u32, u32, &str),
-    keys: &str,
-    transfer: &str,
-    is_layered: bool,
-) -> String {
+/// The command that renders a film along key cameras.
+pub(super) fn rotate(given: &Given, wanted: &FilmWanted, is_layered: bool) -> String {
+    let &FilmWanted { look, size, samples, rate, output, keys, transfer, length_units } = wanted;
     let mut words = vec!["layersplat".to_owned(), "rotate".into(), given.volume.clone()];
     words.extend(given.reading.iter().flat_map(|option| option.words.clone()));
     let mut add = |option: &str, value: String| words.extend([option.to_owned(), value]);
@@ -152,8 +141,22 @@ pub(super) fn rotate(
     }
     words.extend(kept(&given.drawing, look));
     words.extend(of_look(look, look.quality.map(Quality::from), is_layered));
+    words.extend(annotations(look, length_units));
     words.extend(["-o".into(), output.into()]);
     words.iter().map(|word| quoted(word)).collect::<Vec<_>>().join(" ")
+}
+
+/// The options of annotations, which lie over the picture as on the page.
+fn annotations(look: &Look, length_units: Option<&str>) -> Vec<String> {
+    let drawn = [(look.legend, "--legend"), (look.bounding_box, "--box"), (look.axes, "--axes")];
+    let mut words: Vec<String> = drawn.into_iter().filter(|(is_drawn, _)| *is_drawn).map(|(_, option)| option.into()).collect();
+    if look.legend || look.axes {
+        words.extend(["--legend-place".into(), "over".into()]);
+    }
+    if let Some(units) = length_units.filter(|_| look.legend) {
+        words.extend(["--length-units".into(), units.into()]);
+    }
+    words
 }
 
 /// Given options that go with a look: those of shadows only where there are shadows.
@@ -172,15 +175,15 @@ fn is_lit(look: &Look) -> bool {
     look.shading && matches!(look.blend, PageBlend::Composite | PageBlend::Iso)
 }
 
-fn casts_shadows(look: &Look) -> bool {
+pub(super) fn casts_shadows(look: &Look) -> bool {
     look.shadows && is_lit(look)
 }
 
-fn has_occlusion(look: &Look) -> bool {
+pub(super) fn has_occlusion(look: &Look) -> bool {
     look.ambient_occlusion && is_lit(look)
 }
 
-fn name(quality: Quality) -> &'static str {
+pub(super) fn name(quality: Quality) -> &'static str {
     match quality {
         Quality::Draft => "draft",
         Quality::Standard => "standard",
@@ -228,6 +231,7 @@ mod tests {
             Look { lights: vec![light, headlight], ..look() },
             Look { lights: vec![light], lights_follow: true, shadows: true, shadow_strength: 0.4, ..look() },
             Look { ambient_occlusion: true, ..look() },
+            Look { gradient: Some("gaussian:0.7".into()), ..look() },
             Look {
                 crop: Some([[0.0, 1.5, 2.0], [3.0, 4.0, 1.0 / 3.0 + 5.0]]),
                 clips: vec![[1.0, 2.0, 3.0, -1.0, 0.0, 0.5]; 2],

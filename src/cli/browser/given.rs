@@ -10,11 +10,12 @@ use std::ffi::OsString;
 use std::path::Path;
 
 /// Options whose values are part of the page's look.
-const OF_THE_PAGE: [&str; 15] = [
+const OF_THE_PAGE: [&str; 16] = [
     "ambient_occlusion",
     "blend",
     "clip",
     "crop",
+    "gradient",
     "iso",
     "iso_color",
     "kernel",

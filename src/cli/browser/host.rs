@@ -3,6 +3,7 @@
 use super::arguments;
 use super::given::Given;
 use super::opening;
+use super::python;
 use crate::camera::Camera;
 use crate::check::Family;
 use crate::cli::check;
@@ -10,7 +11,7 @@ use crate::cli::options::DeviceOptions;
 use crate::device::Device;
 use crate::error::Error;
 use crate::settings::{Quality, Settings};
-use crate::viewer::{Host, Look, Offered, Opening, PageCamera, Source};
+use crate::viewer::{FilmWanted, Host, Look, Offered, Opening, Source, Wanted};
 use crate::viewport::Viewport;
 use crate::volume::Grid;
 use std::collections::BTreeSet;
@@ -83,11 +84,15 @@ impl Host for PageHost {
         Ok((opening, Box::new(host)))
     }
 
-    fn command_line(&self, look: &Look, camera: &PageCamera, size: Viewport, samples: u32, transfer: &str) -> String {
-        arguments::render(&self.given, look, camera, size, samples, transfer, self.is_layered)
+    fn film_command_line(&self, wanted: &FilmWanted) -> Option<String> {
+        Some(arguments::rotate(&self.given, wanted, self.is_layered))
     }
 
-    fn film_command_line(&self, look: &Look, size: Viewport, made: (u32, u32, &str), keys: &str, transfer: &str) -> String {
-        arguments::rotate(&self.given, look, size, made, keys, transfer, self.is_layered)
+    fn command_line(&self, wanted: &Wanted) -> String {
+        arguments::render(&self.given, wanted, self.is_layered)
+    }
+
+    fn python(&self, wanted: &Wanted) -> String {
+        python::program(&self.given, wanted, self.is_layered)
     }
 }

@@ -6,6 +6,7 @@ mod given;
 mod host;
 mod open;
 mod opening;
+mod python;
 
 use super::options::Fit;
 use super::orientation::{self, OBLIQUE};

@@ -11,7 +11,7 @@ use crate::renderer::Renderer;
 use crate::settings::{Algorithm, Classification, Evaluation, LayerAxis, Layered, Quality, Settings};
 use std::time::Instant;
 
-/// View of pictures and fidelities, as in docs/fidelity.md.
+/// View of pictures and fidelities, as in docs/dev/fidelity.md.
 pub(super) const VIEW: Orbit = Orbit { azimuth: 72.0, elevation: ELEVATION, roll: 0.0 };
 
 /// Step of the converged integral, relative to the smallest spacing.

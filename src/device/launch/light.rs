@@ -1,8 +1,8 @@
 //! Kernels that fill light volumes.
 
 use super::structs::{Clipping, Float4, LayerOffset, LightSweepParams, SampleParams, VolumeView};
-use super::{Defines, Floats, Items, Launch, Rendering, VoxelBuffer, VoxelKind, kernel, large_grid, tiles};
-use crate::device::{Buffer, Tuning};
+use super::{Declared, Defines, Floats, Items, Launch, Rendering, VoxelBuffer, VoxelKind, kernel, large_grid, tiles};
+use crate::device::{Buffer, LatticeSchedule, Tuning};
 use crate::layers::Kernel;
 
 /// Value of a sum for a light of 1: below 65535, so that the rounded parts of all sweeps fit.
@@ -62,22 +62,44 @@ kernel! {
 }
 
 impl LightSweep {
-    /// Rows of rays in a tile. The last is shared with the next tile.
-    const ROWS: usize = 17;
+    /// Rows of rays in a tile.
+    const ROWS: usize = 19;
     /// Columns of rays: three vectors. Wider tiles would lie over more than eight blocks, which are loaded at once.
     const VECTORS: usize = 3;
 
+    /// Columns and rows of rays in a tile.
+    fn tile(tuning: &Tuning) -> [usize; 2] {
+        [Self::VECTORS * Self::lanes(tuning) as usize, Self::ROWS]
+    }
+
     /// Number of tiles for this many rays along u and v.
     pub fn tiles(size: [usize; 2], tuning: &Tuning) -> [i32; 2] {
-        let [columns, rows] = [Self::VECTORS * tuning.vector_width.max(4) as usize - 1, Self::ROWS - 1];
-        [(size[0] - 1).div_ceil(columns), (size[1] - 1).div_ceil(rows)].map(|n| n as i32)
+        overlapping_tiles(size, Self::tile(tuning))
+    }
+
+    fn lanes(tuning: &Tuning) -> u32 {
+        tuning.vector_width.max(4)
+    }
+
+    fn shared_defines(vector_width: u32, (voxels, coarse, rendering): <Self as Launch>::Variant) -> Defines {
+        let kernel = if coarse { Kernel::Linear } else { Kernel::Cubic };
+        let whole = Rendering { clipped: false, gradient_opacity: false, ..rendering };
+        let defines = Defines::new(vector_width).with_voxels(voxels).with_kernel(kernel);
+        defines.with_rendering(if coarse { whole } else { rendering }).with_if(coarse, "COARSE")
     }
 
     /// Number of rays of all tiles, which overlap, for this many rays along u and v.
     pub fn states(size: [usize; 2], tuning: &Tuning) -> usize {
-        let rays = Self::VECTORS * tuning.vector_width.max(4) as usize * Self::ROWS;
-        rays * tiles(Self::tiles(size, tuning))
+        tiles(Self::tiles(size, tuning)) * Self::tile(tuning).into_iter().product::<usize>()
     }
+}
+
+/// Columns and rows of rays that neighbouring tiles have in common: COMMON_RAYS in kernels/light/ray_sample.cl.
+const COMMON: usize = 3;
+
+/// Number of tiles of some columns and rows for this many rays.
+fn overlapping_tiles(size: [usize; 2], tile: [usize; 2]) -> [i32; 2] {
+    [0, 1].map(|i| (size[i] - COMMON).div_ceil(tile[i] - COMMON) as i32)
 }
 
 impl Launch for LightSweep {
@@ -85,16 +107,47 @@ impl Launch for LightSweep {
     type Variant = (VoxelKind, bool, Rendering);
     const ITEMS: Items = Items::Tiles;
 
-    fn defines(tuning: &Tuning, (voxels, coarse, rendering): Self::Variant) -> String {
-        let kernel = if coarse { Kernel::Linear } else { Kernel::Cubic };
-        let whole = Rendering { clipped: false, gradient_opacity: false, ..rendering };
-        let defines = Defines::new(tuning.vector_width.max(4)).with_voxels(voxels).with_kernel(kernel);
-        let defines = defines.with_rendering(if coarse { whole } else { rendering }).with_if(coarse, "COARSE");
+    fn defines(tuning: &Tuning, variant: Self::Variant) -> String {
+        let defines = Self::shared_defines(Self::lanes(tuning), variant);
         defines.with("SWEEP_VECTORS", Self::VECTORS).with("SWEEP_ROWS", Self::ROWS).0
     }
 
     fn items(a: &LightSweepArguments, _: &Tuning) -> usize {
         tiles(a.p.tiles)
+    }
+}
+
+/// [`LightSweep`] with a work-item per ray, through all layers.
+pub(crate) struct LightRays;
+
+impl Declared for LightRays {
+    const FILE: &'static str = "light/light_rays.cl";
+    const NAME: &'static str = "light_rays";
+    const STAGE: &'static str = LightSweep::STAGE;
+    type Arguments<'a> = LightSweepArguments<'a>;
+}
+
+impl LightRays {
+    /// Columns and rows of rays of a work-group. Of 8 × 8, only 5 × 5 would have all the rays that their voxels need.
+    const TILE: [usize; 2] = [16, 16];
+
+    /// Number of tiles for this many rays along u and v.
+    pub fn tiles(size: [usize; 2]) -> [i32; 2] {
+        overlapping_tiles(size, Self::TILE)
+    }
+}
+
+impl Launch for LightRays {
+    type Variant = <LightSweep as Launch>::Variant;
+    const ITEMS: Items = Items::Rays(Self::TILE[0] * Self::TILE[1]);
+
+    fn defines(_: &Tuning, variant: Self::Variant) -> String {
+        let [columns, rows] = Self::TILE;
+        LightSweep::shared_defines(1, variant).with("SAMPLE_COLUMNS", columns).with("SAMPLE_ROWS", rows).0
+    }
+
+    fn items(a: &LightSweepArguments, _: &Tuning) -> usize {
+        tiles(a.p.tiles) * Self::TILE[0] * Self::TILE[1]
     }
 }
 
@@ -157,11 +210,20 @@ impl Launch for CoarseTransmittance {
     const ITEMS: Items = Items::Tiles;
 
     fn defines(tuning: &Tuning, (voxels, rendering, coarse): Self::Variant) -> String {
-        let defines = Defines::new(tuning.vector_width.max(4)).with_voxels(voxels).with_kernel(Kernel::Cubic);
+        let defines = Defines::new(block_lanes(tuning)).with_voxels(voxels).with_kernel(Kernel::Cubic);
         defines.with_rendering(rendering).with("COARSE", coarse).0
     }
 
-    fn items(a: &CoarseTransmittanceArguments, _: &Tuning) -> usize {
-        a.dims_y as usize * a.dims_z as usize
+    fn items(a: &CoarseTransmittanceArguments, tuning: &Tuning) -> usize {
+        let rows = a.dims_y as usize * a.dims_z as usize;
+        if block_lanes(tuning) == 1 { a.dims_x as usize * rows } else { rows }
+    }
+}
+
+/// Vector lanes in which rows of blocks are reduced; 1: block by block.
+fn block_lanes(tuning: &Tuning) -> u32 {
+    match tuning.lattice_schedule {
+        LatticeSchedule::Tiles => tuning.vector_width.max(4),
+        LatticeSchedule::Samples => 1,
     }
 }

@@ -12,6 +12,7 @@ mod request;
 pub(crate) mod sheets;
 #[cfg(test)]
 mod signatures;
+pub(crate) mod slice;
 pub(crate) mod structs;
 pub(crate) mod volume;
 mod voxel_buffer;
@@ -66,6 +67,8 @@ pub(crate) enum Items {
     Pixels,
     /// A lattice sample; a work-group computes one tile.
     Samples,
+    /// A ray; a work-group of this size computes one tile.
+    Rays(usize),
     /// A contiguous part of a list; one work-group processes the whole list.
     Runs,
 }
@@ -92,6 +95,7 @@ impl Items {
             Items::Tiles => tuning.tile_group,
             Items::Pixels => tuning.pixel_group,
             Items::Samples => tuning.sample_group(),
+            Items::Rays(group) => group,
             Items::Runs => tuning.scan_group,
         }
     }

@@ -94,8 +94,10 @@ fn launchers_match_their_kernels() {
         compare_and_idle::<sheets::ViewSheets>(d, (5, true, rendering)),
         compare_and_idle::<light::LightTable>(d, ()),
         compare_and_idle::<light::LightSweep>(d, (voxels, false, rendering)),
+        compare_and_idle::<light::LightRays>(d, (voxels, false, rendering)),
         compare_and_idle::<light::FinishLight>(d, ()),
         compare_and_idle::<light::CoarseTransmittance>(d, (voxels, rendering, 2)),
+        compare_and_idle::<slice::Slice>(d, (voxels, Kernel::CatmullRom)),
         compare_and_idle::<picture::Warp>(d, ()),
         compare_and_idle::<picture::Present>(d, ()),
     ];

@@ -370,6 +370,19 @@ kernel_struct! {
 }
 
 kernel_struct! {
+    /// What a slice shows.
+    SliceParams {
+        /// 0: values, 1: a window of grey, 2: colours of the transfer table.
+        shows: i32,
+        /// Value shown black, less the offset, and shades per unit of value from there to white.
+        black: f32,
+        per_value: f32,
+        /// Of the layer whose opacity colours have, in unit distances.
+        thickness: f32,
+    }
+}
+
+kernel_struct! {
     /// The projection of splats, and the sheets that they can reach.
     SplatParams {
         /// Rows times (u, v, a, 1): pixel coordinates times w, and w.
@@ -430,6 +443,7 @@ pub(in crate::device) fn typedefs() -> String {
         WarpParams::typedef(),
         ScreenParams::typedef(),
         MarchParams::typedef(),
+        SliceParams::typedef(),
         SplatParams::typedef(),
         Splat::typedef(),
     ]

@@ -13,6 +13,7 @@ use super::super::rays::{MarchedRays, RayOutput};
 use super::super::report::{Measured, Statistics};
 use super::super::scene::{Scene, View};
 use super::super::sheets::{AxisAlignedSheets, ImageAlignedSheets};
+use super::super::slice::Slices;
 use super::super::tiles::Target;
 use super::declaring::{DeclaredLight, Declaring};
 use super::resources::Resources;
@@ -52,6 +53,7 @@ struct Passes {
     rays: MarchedRays,
     axis_sheets: AxisAlignedSheets,
     view_sheets: ImageAlignedSheets,
+    slices: Slices,
     picture: Picture,
 }
 
@@ -290,6 +292,11 @@ impl Engine {
                 self.draw_screen(view, plan, gathers)?;
                 self.count(device, done)?;
                 done.finished = Finished::Floats(self.target.drawn().samples);
+            }
+            Step::Slice(plan) => {
+                let Self { field, classification, kernels, light, passes, target, .. } = self;
+                passes.slices.draw(&mut Scene::new(view, field, classification, kernels, light), plan, target)?;
+                done.finished = Finished::Floats(target.drawn().samples);
             }
             Step::Warp { lattice, share } => {
                 let onto = WarpInputs { lattice, rays, viewport };

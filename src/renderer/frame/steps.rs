@@ -7,6 +7,7 @@ use super::super::plan::Plan;
 use super::super::range::LayerRange;
 use super::super::rays::{self, RayOutput};
 use super::super::sheets;
+use super::super::slice::{SlicePlan, declare_slice};
 use super::declaring::Declaring;
 use super::resources::Resources;
 use crate::image::Background;
@@ -32,6 +33,8 @@ pub(in crate::renderer) enum Step<'a> {
     Layers { lattice: &'a Lattice, layered: Layered, range: LayerRange },
     /// Renders screen pixels, without a lattice.
     Screen(&'a Plan, RayOutput),
+    /// Draws the plane on which the frame's rays begin.
+    Slice(SlicePlan),
     /// Warps the lattice into the float picture, with its share.
     Warp { lattice: &'a Lattice, share: Share },
     /// Warps the lattice directly into the displayed picture.
@@ -131,6 +134,7 @@ impl Step<'_> {
                 light::declare(declaring, resources);
                 declare_screen(plan, declaring, resources);
             }
+            Step::Slice(plan) => declare_slice(declaring, plan.kernel, resources),
             Step::Warp { .. } if !bound => declare_floats(declaring.viewport, resources),
             Step::WarpDisplayed { .. } | Step::Present(_) if !bound => declare_displayed(declaring.viewport, resources),
             Step::Warp { .. } | Step::WarpDisplayed { .. } | Step::Present(_) => {}

@@ -35,7 +35,7 @@ const MOST_FOR_THICKNESS: u32 = 3;
 
 /// Samples per layer for layers of this thickness, in pixels and in smallest spacings. Lattices that adapt to the screen also adapt the
 /// sampling along rays. At high magnification few voxels are in view, and what happens between layers becomes visible. Thick layers get a
-/// sample per smallest spacing, rounded: otherwise pictures along two layer axes differ in brightness (docs/fidelity.md). Lattices that follow
+/// sample per smallest spacing, rounded: otherwise pictures along two layer axes differ in brightness (docs/dev/fidelity.md). Lattices that follow
 /// the screen have a sample per pixel along rays, too, rounded up.
 fn adapted(samples_per_layer: u32, evaluation: Evaluation, pixels: f64, smallest_spacings: f64) -> u32 {
     let for_magnification = match evaluation {

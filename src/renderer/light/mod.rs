@@ -28,7 +28,7 @@ use super::scene::Scene;
 use super::store::{Key, Store, Version};
 use crate::device::Buffer;
 use crate::device::launch::Launcher;
-use crate::device::launch::light::{CoarseTransmittance, FinishLight, LightSweep, LightTable};
+use crate::device::launch::light::{CoarseTransmittance, FinishLight, LightRays, LightSweep, LightTable};
 use crate::device::launch::volume::Transpose;
 use crate::error::Error;
 use crate::layers::{Axis, GradientEstimator, Kernel};
@@ -56,6 +56,7 @@ pub(super) struct LightVolumes {
     store: Store,
     table: Launcher<LightTable>,
     sweep: Launcher<LightSweep>,
+    rays: Launcher<LightRays>,
     finish: Launcher<FinishLight>,
     coarse: Launcher<CoarseTransmittance>,
     transpose: Launcher<Transpose>,
@@ -75,9 +76,9 @@ struct Given {
 
 impl Default for LightVolumes {
     fn default() -> Self {
-        let (table, sweep, finish) = Default::default();
+        let (table, sweep, rays, finish) = Default::default();
         let (coarse, transpose) = Default::default();
-        Self { store: Store::new(BUDGET), table, sweep, finish, coarse, transpose, given: None }
+        Self { store: Store::new(BUDGET), table, sweep, rays, finish, coarse, transpose, given: None }
     }
 }
 

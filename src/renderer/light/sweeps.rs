@@ -7,9 +7,9 @@ use super::coarse::Coarse;
 use super::grid::ValueGrid;
 use super::sources::Source;
 use super::{KERNEL, extinction_estimator};
-use crate::device::Buffer;
-use crate::device::launch::light::{FinishLightArguments, LightSweep, LightSweepArguments, WHOLE_SUM};
+use crate::device::launch::light::{FinishLightArguments, LightRays as SweepByRays, LightSweep, LightSweepArguments, WHOLE_SUM};
 use crate::device::launch::structs::{ClassificationParams, LayerOffset, LightSweepParams, SampleParams, SegmentParams};
+use crate::device::{Buffer, LatticeSchedule};
 use crate::error::Error;
 use crate::layers::{Axis, AxisFrame, LightRays, disc_directions, sky_directions};
 use glam::DVec3;
@@ -139,6 +139,10 @@ impl Scene<'_> {
         // Layers of values are counted from the margin, layers of rays from the one behind it.
         let (first, end) = (values.held().first[frame.a] as i32, values.held().end(frame.a) as i32);
         let all = values.outer()[frame.a] as i32;
+        let order = if rays.layer_step > 0 { [first, end] } else { [all - end, all - first] };
+        let tuning = self.device.tuning();
+        // The state of rays between slabs is that of `LightSweep`'s tiles.
+        let by_rays = tuning.lattice_schedule == LatticeSchedule::Samples && order == [0, all] && !state.continues;
         // Lengths of a step from layer to layer, in world units and in unit distances.
         let world = (DVec3::new(rays.shear[0], rays.shear[1], 1.0) * frame.local(spacing)).length();
         let unit = self.settings.unit_distance.unwrap_or(self.field.grid().spacing().min_element());
@@ -161,14 +165,14 @@ impl Scene<'_> {
         let local = |i: usize| dims[i] as i32;
         let toward = f64::from(rays.layer_step);
         let p = LightSweepParams {
-            tiles: LightSweep::tiles(rays.size, self.device.tuning()),
+            tiles: if by_rays { SweepByRays::tiles(rays.size) } else { LightSweep::tiles(rays.size, tuning) },
             blocks: visible.as_ref().map_or([0; 2], |visible| visible.blocks),
             dims: [frame.u, frame.v, frame.a].map(local),
             layer_step: rays.layer_step,
             culling: i32::from(self.settings.culling && visible.is_some()),
             centre_layer: (dims[frame.a] as f32 - 1.0) / 2.0,
             along: rays.shear.map(|shear| (shear * toward) as f32),
-            order: if rays.layer_step > 0 { [first, end] } else { [all - end, all - first] },
+            order,
             continues: i32::from(state.continues),
             stride: values.strides(frame),
             first_stored: first - 1,
@@ -197,7 +201,11 @@ impl Scene<'_> {
             state: state.rays,
         };
         let variant = (layout.voxels.kind(), coarse.is_some(), region.rendering_from(&gradients));
-        self.light.sweep.launch(self.device, variant, &arguments)
+        if by_rays {
+            self.light.rays.launch(self.device, variant, &arguments)
+        } else {
+            self.light.sweep.launch(self.device, variant, &arguments)
+        }
     }
 
     /// The voxels from which gradients are estimated that change the opacity along rays from a light.

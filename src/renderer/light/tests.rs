@@ -1,14 +1,14 @@
 //! Light volumes of media whose shadows are known.
 
 use crate::camera::{Camera, Orbit};
-use crate::device::{Device, DeviceChoice};
+use crate::device::{Device, DeviceChoice, LatticeSchedule, Tuning};
 use crate::layers::{GradientEstimator, Kernel};
 use crate::renderer::Renderer;
 use crate::renderer::frame::{Declaring, Output, Stage};
 use crate::settings::{
     Algorithm, AmbientOcclusion, Blend, Clipping, CropBox, GradientOpacity, Light, LightGrid, Lights, Settings, Shading, Shadows,
 };
-use crate::transfer::TransferFunction;
+use crate::transfer::{Extinction, TransferFunction};
 use crate::viewport::Viewport;
 use crate::volume::{Grid, Volume, Voxels};
 use glam::DVec3;
@@ -62,14 +62,18 @@ impl Light3 {
 }
 
 pub(super) fn light_of(volume: &Volume, transfer: &TransferFunction, settings: &Settings) -> Light3 {
-    let (grid, device) = (volume.grid(), device());
+    light_on(&device(), volume, transfer, settings)
+}
+
+fn light_on(device: &Device, volume: &Volume, transfer: &TransferFunction, settings: &Settings) -> Light3 {
+    let grid = volume.grid();
     let camera = Camera::fit_parallel(grid.centre(), grid.diagonal(), SIZE, Orbit { azimuth: 33.0, elevation: 5.0, roll: 0.0 });
-    let mut renderer = Renderer::new(&device, volume, transfer).unwrap();
+    let mut renderer = Renderer::new(device, volume, transfer).unwrap();
     let planned = renderer.planned(&camera, SIZE, settings).unwrap();
     let light = renderer.engine.illumination(&planned.rays, SIZE, &planned.settings).unwrap();
     let buffer = light.lights.or(light.sky).expect("light is swept");
     let mut bytes = vec![0; buffer.len()];
-    buffer.read(&device, &mut bytes).unwrap();
+    buffer.read(device, &mut bytes).unwrap();
     let voxels = settings.light_grid.voxels();
     Light3 { bytes, outer: grid.dims().map(|n| n.div_ceil(voxels) + 2) }
 }
@@ -151,10 +155,13 @@ fn shadows_stay_sharp() {
             |level: f64| (0..1600).map(|n| start + 0.01 * f64::from(n)).find(|&x| light.between(x, 20, z) > level).unwrap();
         crossing(0.9) - crossing(0.1)
     };
-    let widths = [236, 206, 166, 7].map(width);
-    println!("10-90 % width of a knife edge's shadow after 10, 40, 80, 239 layers: {widths:.2?}");
-    assert!(widths.iter().all(|&width| width < 1.8), "{widths:?}");
-    assert!(widths[3] < widths[0] + 0.3, "{widths:?}");
+    // The mean over ten layers, since the width depends on where rays lie between the voxels of a layer.
+    let widths = [232, 202, 162, 3].map(|z| (z..z + 10).map(width).collect::<Vec<_>>());
+    let means = widths.each_ref().map(|widths| widths.iter().sum::<f64>() / 10.0);
+    let widest = widths.iter().flatten().copied().fold(0.0, f64::max);
+    println!("10-90 % width of a knife edge's shadow after 9, 39, 79, 238 layers: {means:.2?}, widest {widest:.2}");
+    assert!(widest < 1.8, "{widest}");
+    assert!(means[3] < means[0] + 0.2, "{means:?}");
 }
 
 #[test]
@@ -169,6 +176,47 @@ fn culling_changes_no_bit() {
             assert!(with[..values] == without[..values], "{to_light}, {blend:?}");
             assert!(with[..values].iter().any(|&t| t < 50) && with[..values].contains(&255), "{to_light}, {blend:?}");
         }
+    }
+}
+
+/// A work-item per ray, and tiles of other sizes, make the same light.
+#[test]
+fn both_schedules_make_the_same_light() {
+    let blobs = volume([50, 41, 37], DVec3::new(1.0, 1.3, 0.8), |p| (p * 0.31).sin().element_sum() > 2.1);
+    let own = device();
+    let samples = Tuning { lattice_schedule: LatticeSchedule::Samples, ..*own.tuning() };
+    let tunings = [samples, Tuning { vector_width: 4, ..*own.tuning() }];
+    let exact = shadow_of(Light::towards(DVec3::new(0.3, 0.2, -1.0)));
+    let crop = Some(CropBox { lowest: DVec3::ZERO, highest: DVec3::new(30.0, 29.0, 20.0) });
+    let occlusion = Some(AmbientOcclusion { reach: Some(9.0), gain: 1.0 });
+    for settings in [
+        exact,
+        shadow_of(Light::towards(DVec3::new(-1.0, 0.4, 0.3))),
+        shadow_of(Light { angle: 20.0, ..Light::towards(DVec3::new(0.1, 1.0, 0.6)) }),
+        Settings { blend: Blend::Iso(100.0), ..exact },
+        Settings { clipping: Clipping { crop, ..Clipping::default() }, ..exact },
+        Settings { gradient_opacity: Some(GradientOpacity::new(&[(1.0, 0.1), (60.0, 1.0)]).unwrap()), ..exact },
+        Settings { extinction: Extinction::Linear, ..exact },
+        Settings { light_grid: LightGrid::Half, ..exact },
+        Settings { shadows: None, ambient_occlusion: occlusion, light_grid: LightGrid::Quarter, ..exact },
+        Settings { shadows: None, ambient_occlusion: occlusion, ..exact },
+    ] {
+        let expected = light_of(&blobs, &transfer(0.3), &settings).bytes;
+        let apart = |other: Vec<u8>| {
+            let values = other.len() - super::PADDING;
+            other.iter().zip(&expected).take(values).map(|(a, b)| a.abs_diff(*b)).max().unwrap()
+        };
+        for tuning in tunings {
+            let steps = apart(light_on(&own.with_tuning(tuning).unwrap(), &blobs, &transfer(0.3), &settings).bytes);
+            assert!(steps <= 1, "{settings:?}, {tuning:?}: {steps} steps apart");
+        }
+        let turned = Settings {
+            shading: shadow_of(Light::towards(DVec3::new(-0.2, 1.0, 0.3))).shading,
+            unit_distance: Some(0.5),
+            ..settings
+        };
+        let steps = apart(light_of(&blobs, &transfer(0.3), &turned).bytes);
+        assert!(steps > 10, "{settings:?}: another light is noticed by {steps} steps");
     }
 }
 

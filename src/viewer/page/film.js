@@ -164,8 +164,8 @@ export class Film {
   command({ id, line, keys_name: keysName, keys_text: keysText, transfer_name: name, transfer_text: text }) {
     if (this.making?.id !== id) return;
     this.files = [{ name: keysName, text: keysText }, { name, text }];
-    field("film-command").value = line;
-    field("film-command").hidden = false;
+    field("film-command").value = line ?? "";
+    field("film-command").hidden = line === null;
     this.showState("The film begins.");
   }
 }

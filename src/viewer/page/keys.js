@@ -14,11 +14,15 @@ export const LINES = [
   { keys: "r", does: "first view" },
   { keys: "o", does: "parallel or perspective" },
   { keys: "p", does: "fold the panel" },
+  { keys: "x", does: "slices beside the picture" },
   { keys: "k", does: "record the view for a film" },
   { keys: "s", does: "save the picture" },
   { keys: "c", does: "copy the command that makes the picture" },
   { keys: "Ctrl + Z, Ctrl + Y", does: "undo, redo" },
   { keys: "?", does: "this list" },
+  { keys: "on a slice: drag, arrow keys", does: "move the crosshair" },
+  { keys: "on a slice: wheel, Page Up, Page Down", does: "next slice" },
+  { keys: "on a slice: right drag", does: "width and level of the window" },
   { keys: "on the curve: ← →", does: "choose a point" },
   { keys: "on the curve: Alt + arrow keys", does: "move the point" },
   { keys: "on the curve: Insert, Delete", does: "add a point, delete it" },
@@ -34,8 +38,11 @@ export function fill(list) {
 }
 
 /** Whether keys belong to the element that has the focus. @param {KeyboardEvent} event */
-function isTyping({ target }) {
-  return target instanceof HTMLElement && target.matches("input:not([type=checkbox]), select, textarea, #curve, #colors, #ball, dialog *");
+function isTyping({ target, key }) {
+  if (!(target instanceof HTMLElement)) return false;
+  // A slice has the keys that move; letters are the page's.
+  if (target.matches("#slices canvas")) return key.length > 1;
+  return target.matches("input:not([type=checkbox]), select, textarea, #curve, #colors, #ball, dialog *");
 }
 
 /** @param {Record<string, (event: KeyboardEvent) => void>} actions by key, `Shift+` and `Ctrl+` before it */

@@ -1,4 +1,4 @@
-"""Types of the native module. Use `help()` for the documentation."""
+"""Types and documentation of the native module. `docstrings` writes the latter from the module itself."""
 
 from typing import Any, Dict, Literal, Optional, Sequence, Tuple, Union, final
 
@@ -15,6 +15,7 @@ __all__ = [
     "Framing",
     "Renderer",
     "Settings",
+    "Slice",
     "TransferFunction",
     "Volume",
     "__version__",
@@ -23,10 +24,28 @@ __all__ = [
 
 __version__: str
 
-def wait_for_interrupted_calls() -> None: ...
+def wait_for_interrupted_calls() -> None:
+    """Waits until the worker threads of all interrupted calls have ended. Python calls it at exit, since a driver that is unloaded while a
+    kernel runs crashes the process. Another signal ends the wait.
+    """
 
 @final
 class Volume:
+    """A scalar volume: voxels, their grid in the world, and a background value.
+
+    Volume(data) takes an array (z, y, x), or an image of nibabel (x, y, z), SimpleITK, ITK or xarray.
+
+    data: integers, floats or booleans, of any strides and byte order. The volume keeps a copy, so the array may change afterwards.
+    Immutable memory is not copied: bytes (numpy.frombuffer), and files mapped read-only (numpy.memmap and numpy.load with mode "r"), of
+    uint8, int8, uint16, int16 or float32. Wider types are converted. Masked voxels, and floats that are NaN, infinite or beyond ±1e30,
+    count as background. spacing: voxel spacing in world units, above 0: one number, or one per axis in the order of the data's axes. The
+    default is 1, or the spacing of an image object. background: the value around the volume and of voxels without a value; by default
+    the smallest value. name: shown in messages.
+
+    Warns (DataWarning) about values that are NaN, infinite or beyond ±1e30, and about integers that 32-bit floats cannot distinguish.
+    Raises InvalidValue if data does not have three axes, has an unsupported type, or has a sheared grid.
+    """
+
     def __new__(
         cls,
         data: Any,
@@ -50,28 +69,53 @@ class Volume:
         array: Optional[str] = None,
         series: Optional[str] = None,
         level: Optional[int] = None,
-    ) -> Volume: ...
+    ) -> Volume:
+        """Opens a file, or builtin:marschner-lobb, builtin:hydrogen or builtin:cube with @N or @XxYxZ.
+
+        dims: number of voxels along x, y, z. voxel_type, endian (little or big), header_bytes: properties of a raw file that its name
+        does not contain. spacing: along x, y, z. background: as for Volume(data). frame: index of one of several volumes. channel: index
+        of one of several components per voxel. array: a dataset, by name or path. series: a DICOM series in a folder. level: resolution
+        level, 0 is the finest.
+        """
     @property
-    def shape(self) -> Tuple[int, int, int]: ...
+    def shape(self) -> Tuple[int, int, int]:
+        """Number of voxels along z, y, x."""
     @property
-    def dtype(self) -> str: ...
+    def dtype(self) -> str:
+        """Voxel type on the device: uint8, int8, uint16, int16 or float32."""
     @property
-    def spacing(self) -> Point: ...
+    def spacing(self) -> Point:
+        """Voxel spacing along x, y, z, in world units."""
     @property
-    def origin(self) -> Point: ...
+    def origin(self) -> Point:
+        """World position (x, y, z) of voxel (0, 0, 0)."""
     @property
-    def centre(self) -> Point: ...
+    def centre(self) -> Point:
+        """World position (x, y, z) of the centre."""
     @property
-    def range(self) -> Tuple[float, float]: ...
+    def range(self) -> Tuple[float, float]:
+        """Smallest and largest value."""
     @property
-    def background(self) -> float: ...
+    def background(self) -> float:
+        """The value around the volume and of voxels without a value."""
     @property
-    def invalid(self) -> int: ...
+    def invalid(self) -> int:
+        """Number of voxels without a value: NaN, infinite or beyond ±1e30."""
     @property
-    def name(self) -> str: ...
+    def name(self) -> str:
+        """The name shown in messages."""
 
 @final
 class TransferFunction:
+    """A piecewise linear transfer function: colour and opacity by data value.
+
+    colors: points (value, (red, green, blue)). opacities: points (value, opacity). Both are sorted by value; colours and opacities are 0
+    … 1. name: shown in messages.
+
+    The function is constant beyond its end points. Two points at the same value make a step. Opacities are per unit distance, see
+    Settings.
+    """
+
     def __new__(
         cls,
         colors: Sequence[Tuple[float, Sequence[float]]],
@@ -80,27 +124,64 @@ class TransferFunction:
         name: str = "given",
     ) -> TransferFunction: ...
     @staticmethod
-    def builtin(name: str, onto: Union[Volume, Tuple[float, float]]) -> TransferFunction: ...
+    def builtin(name: str, onto: Union[Volume, Tuple[float, float]]) -> TransferFunction:
+        """A built-in colour map by name, stretched to the range of a Volume or to (lowest, highest). Names: grey, fire, viridis, cool-warm
+        and others of `layersplat transfer --list`; append _r to reverse.
+        """
     @staticmethod
-    def automatic(volume: Volume) -> TransferFunction: ...
+    def automatic(volume: Volume) -> TransferFunction:
+        """A default transfer function from the volume's histogram."""
     @staticmethod
-    def open(source: Path, volume: Volume) -> TransferFunction: ...
-    def stretched(self, lo: float, hi: float) -> TransferFunction: ...
-    def faded(self, factor: float) -> TransferFunction: ...
-    def color(self, value: float) -> Point: ...
-    def opacity(self, value: float) -> float: ...
+    def open(source: Path, volume: Volume) -> TransferFunction:
+        """A built-in transfer function by name, or a ParaView colour map: FILE or FILE#PRESET."""
+    def stretched(self, lo: float, hi: float) -> TransferFunction:
+        """A copy, mapped linearly to the range lo … hi."""
+    def faded(self, factor: float) -> TransferFunction:
+        """A copy with opacities multiplied by a factor, 0 … 1."""
+    def color(self, value: float) -> Point:
+        """Colour (red, green, blue), 0 … 1, at a value."""
+    def opacity(self, value: float) -> float:
+        """Opacity per unit distance, 0 … 1, at a value."""
     @property
-    def colors(self) -> Sequence[Tuple[float, Point]]: ...
+    def colors(self) -> Sequence[Tuple[float, Point]]:
+        """Points (value, (red, green, blue)), ascending."""
     @property
-    def opacities(self) -> Sequence[Tuple[float, float]]: ...
+    def opacities(self) -> Sequence[Tuple[float, float]]:
+        """Points (value, opacity), ascending."""
     @property
-    def range(self) -> Tuple[float, float]: ...
+    def range(self) -> Tuple[float, float]:
+        """Values of the first and the last point."""
     @property
-    def name(self) -> str: ...
+    def name(self) -> str:
+        """The name shown in messages."""
     def __eq__(self, other: object, /) -> bool: ...
 
 @final
 class Settings:
+    """Render settings.
+
+    Defaults are those of the command: quality standard, composited, shaded, without clipping.
+
+    quality: draft, standard, high or paper. algorithm: layered, axis-sheets, view-sheets, slicing or raycast. kernel: cubic, linear,
+    catmull-rom or bspline; raycast also supports gaussian. Only for layered: samples_per_layer, 1 to 8; density, samples per voxel, 1 to
+    16; layer_axis, auto, x, y or z. step: for slicing and raycast, in units of the smallest spacing. sheet_distance: for view-sheets,
+    0.125 to 4 voxels. blend: composite, maximum, minimum, average or ('iso', value). shading: True, False, or a dict of ambient,
+    diffuse, specular, power and light. A light is a direction (x, y, z) towards it, None for a light at the camera, (direction,
+    strength), or (direction, strength, angle) with an angular diameter of 0 to 45 degrees, which softens shadows; light is one of these,
+    or a list of up to four. light_space: world, or camera, where directions of lights are (right, up, towards the viewer). shadows:
+    True, False, their share, 0 to 1, or a dict of strength, which is that share, and forgiveness, 1 to 1000: the factor of the light in
+    shadows, by default 4. With shadows and without a light, the light is (-1, 1, 1) in camera space. ambient_occlusion: True, False, or
+    a dict of reach, the world distance over which it decreases to 1/e, by default without limit, and gain, 1 to 1000: the factor of the
+    ambient light, by default 3. light_grid: full, half or quarter, the resolution of shadows and ambient occlusion; shadows have at
+    least half. gradient: central, sobel, gaussian:SIGMA (0.3 to 2 voxels) or own, for layered and raycast; by default sobel for layered,
+    central for quality paper, and for raycast the one that fits the kernel most closely. gradient_opacity: up to eight points
+    (magnitude, factor): the opacity factor at a gradient magnitude in values per world unit. depth_cue: the share, 0 to 1, of black that
+    colours fade to at the back of the volume's bounding box, or (share, (red, green, blue)) for another background. crop: ((x, y, z),
+    (x, y, z)), the lowest and the highest visible voxel. planes: up to six clipping planes (point, normal) in world coordinates; the
+    side that the normal points to is shown. unit_distance: thickness in world units at which the opacities apply, by default the
+    smallest spacing. extinction: exponential or linear. early_termination: whether rays stop at a transmittance below 1/4096.
+    """
+
     def __new__(
         cls,
         quality: Optional[Quality] = None,
@@ -131,6 +212,15 @@ class Settings:
 
 @final
 class Camera:
+    """A camera in world coordinates (x, y, z).
+
+    position: the eye; a parallel view uses only its direction. focal_point: the point at the centre of the picture. view_up: any vector
+    that points up on the screen. Exactly one of: scale, half the picture's height in world units, for a parallel view; field_of_view,
+    the vertical angle between 0 and 180 degrees, for a perspective.
+
+    Raises InvalidValue if there is no valid view.
+    """
+
     def __new__(
         cls,
         position: Vector,
@@ -150,27 +240,42 @@ class Camera:
         roll: float = 0.0,
         scale: Optional[float] = None,
         field_of_view: Optional[float] = None,
-    ) -> Camera: ...
+    ) -> Camera:
+        """A camera at a distance from a centre, looking at it. Angles in degrees: azimuth about y, 0 looks along −z; elevation above the xz
+        plane; roll about the view direction.
+        """
     @property
-    def position(self) -> Point: ...
+    def position(self) -> Point:
+        """The eye."""
     @property
-    def focal_point(self) -> Point: ...
+    def focal_point(self) -> Point:
+        """The point at the centre of the picture."""
     @property
-    def view_up(self) -> Point: ...
+    def view_up(self) -> Point:
+        """A vector that points up on the screen."""
     @property
-    def scale(self) -> Optional[float]: ...
+    def scale(self) -> Optional[float]:
+        """Half the picture's height in world units; None for a perspective."""
     @property
-    def field_of_view(self) -> Optional[float]: ...
+    def field_of_view(self) -> Optional[float]:
+        """Vertical field of view in degrees; None for a parallel view."""
     def __eq__(self, other: object, /) -> bool: ...
 
 @final
 class Framing:
+    """The outline of the visible part of a volume, to which cameras are fitted."""
+
     @staticmethod
-    def of(volume: Volume, transfer: TransferFunction, settings: Optional[Settings] = None) -> Framing: ...
+    def of(volume: Volume, transfer: TransferFunction, settings: Optional[Settings] = None) -> Framing:
+        """The framing of what these settings show: voxels that the transfer function makes visible, the iso-surface, or all voxels, each
+        restricted to the crop box. Scans all voxels.
+        """
     @staticmethod
-    def whole(volume: Volume) -> Framing: ...
+    def whole(volume: Volume) -> Framing:
+        """The framing of the whole volume."""
     @property
-    def centre(self) -> Point: ...
+    def centre(self) -> Point:
+        """World position (x, y, z) of its centre."""
     def camera(
         self,
         size: Size,
@@ -181,10 +286,54 @@ class Framing:
         zoom: float = 1.0,
         field_of_view: Optional[float] = None,
         centre: Optional[Vector] = None,
-    ) -> Camera: ...
+    ) -> Camera:
+        """A camera that fits the framing with a small margin. zoom: magnification relative to the fit.
+
+        size: (width, height) in pixels, or one number for both. azimuth, elevation, roll: degrees, see Camera.orbit. field_of_view: the
+        vertical angle of a perspective in degrees. centre: the world point at the centre of the picture.
+        """
+
+@final
+class Slice:
+    def __new__(cls, centre: Vector, right: Vector, up: Vector, scale: float) -> Slice: ...
+    @staticmethod
+    def at(
+        of: Union[Volume, DeviceVolume, Renderer],
+        size: Size,
+        axis: Optional[str] = None,
+        at: Optional[float] = None,
+        *,
+        point: Optional[Vector] = None,
+    ) -> Slice: ...
+    @staticmethod
+    def facing(
+        of: Union[Volume, DeviceVolume, Renderer], size: Size, point: Vector, normal: Vector, up: Vector = (0.0, 1.0, 0.0)
+    ) -> Slice: ...
+    @property
+    def centre(self) -> Point: ...
+    @property
+    def right(self) -> Point: ...
+    @property
+    def up(self) -> Point: ...
+    @property
+    def scale(self) -> float: ...
+    def __eq__(self, other: object, /) -> bool: ...
 
 @final
 class Device:
+    """An OpenCL device with a context and a queue.
+
+    name: index of the device to open, or part of its name. Alternatively context, device and queue of the caller, as objects with
+    int_ptr (pyopencl) or integer handles. They are retained, and released with the last renderer. A queue alone is enough. In a context
+    without a queue, a queue is created for the first device or the given one. Without arguments: the first GPU, otherwise the CPU.
+
+    memory: a memory budget in bytes for the buffers of all renderers of this Device. Volumes that do not fit are streamed in parts; the
+    picture is identical. Streaming supports layers on a lattice. Views and settings that need all voxels at once raise OutOfMemory, and
+    the message states how many bytes are enough. Renderer.enqueue and Renderer.volume_changed do not support streaming.
+
+    Integers that are not handles of live objects crash the process.
+    """
+
     def __new__(
         cls,
         name: Optional[Union[str, int]] = None,
@@ -195,24 +344,48 @@ class Device:
         memory: Optional[int] = None,
     ) -> Device: ...
     @staticmethod
-    def list() -> Sequence[Dict[str, Any]]: ...
+    def list() -> Sequence[Dict[str, Any]]:
+        """All devices, one dict each: index, name, kind, platform, version, driver, compute_units, memory_bytes."""
     @property
-    def name(self) -> str: ...
+    def name(self) -> str:
+        """Device name."""
     @property
-    def platform(self) -> str: ...
+    def platform(self) -> str:
+        """Platform name: the OpenCL implementation."""
     @property
-    def context(self) -> int: ...
+    def context(self) -> int:
+        """The cl_context, valid as long as this object: pyopencl.Context.from_int_ptr(device.context)."""
     @property
-    def id(self) -> int: ...
+    def id(self) -> int:
+        """The cl_device_id."""
     @property
-    def queue(self) -> int: ...
+    def queue(self) -> int:
+        """The cl_command_queue, valid as long as this object."""
     @property
-    def memory(self) -> Optional[int]: ...
+    def memory(self) -> Optional[int]:
+        """The memory budget in bytes; None without one."""
     @property
-    def allocated_bytes(self) -> int: ...
+    def allocated_bytes(self) -> int:
+        """Bytes of buffers that renderers have allocated."""
 
 @final
 class DeviceVolume:
+    """A volume whose voxels stay in a buffer of the caller on the device.
+
+    The buffer is retained, and so is its Python object: a memory pool reuses a buffer when its object is gone. Both are held as long as
+    this volume or one of its renderers exists.
+
+    device: a Device of the buffer's context. buffer: an object with int_ptr (pyopencl.Buffer) or an integer handle. shape: (z, y, x).
+    dtype: uint8, int8, uint16, int16 or float32. spacing: one number or (z, y, x), in world units. first: byte offset of the first
+    voxel. pitches: bytes from row to row and from slice to slice. range: (smallest, largest) value, which is not checked; None: it is
+    determined on the device after wait_for, and the constructor waits for it. background: the value around the volume, by default the
+    smallest. name: shown in messages.
+
+    Voxels may change between frames: call Renderer.volume_changed of every renderer.
+
+    Raises InvalidValue if the buffer is too small, belongs to another context, or is write-only.
+    """
+
     def __new__(
         cls,
         device: Device,
@@ -229,29 +402,57 @@ class DeviceVolume:
         name: str = "buffer",
     ) -> DeviceVolume: ...
     @property
-    def shape(self) -> Tuple[int, int, int]: ...
+    def shape(self) -> Tuple[int, int, int]:
+        """Number of voxels along z, y, x."""
     @property
-    def dtype(self) -> str: ...
+    def dtype(self) -> str:
+        """Voxel type."""
     @property
-    def spacing(self) -> Point: ...
+    def spacing(self) -> Point:
+        """Voxel spacing along x, y, z, in world units."""
     @property
-    def centre(self) -> Point: ...
+    def centre(self) -> Point:
+        """World position (x, y, z) of the centre."""
     @property
-    def range(self) -> Tuple[float, float]: ...
+    def range(self) -> Tuple[float, float]:
+        """Smallest and largest value."""
 
 @final
 class Event:
+    """An OpenCL event of enqueued commands."""
+
     @property
-    def int_ptr(self) -> int: ...
-    def wait(self) -> None: ...
+    def int_ptr(self) -> int:
+        """The `cl_event` handle, valid as long as this object: for `pyopencl.Event.from_int_ptr(event.int_ptr, retain=True)`."""
+    def wait(self) -> None:
+        """Waits until the event is complete, with the GIL released. Ctrl-C ends the wait, but not the command.
+
+        Raises DeviceError if the command, or one in its wait list, has failed.
+        """
     @property
     def is_complete(self) -> bool:
-        """Raises DeviceError if the command, or one in its wait list, has failed."""
-        ...
-    def to_pyopencl(self) -> Any: ...
+        """Whether the command is complete; False while it is queued or running.
+
+        Raises DeviceError, with the OpenCL status, if the command has failed: it will never complete.
+        """
+    def to_pyopencl(self) -> Any:
+        """The same event as a pyopencl.Event, with its own reference."""
 
 @final
 class Renderer:
+    """A renderer of one volume on one device. Threads may share it.
+
+    volume: a Volume, or anything that Volume() takes, is uploaded. A DeviceVolume or a pyopencl.array.Array (z, y, x) is rendered in
+    place. transfer: a TransferFunction; by default one from the histogram, for voxels on the host. device: a Device, its name or index;
+    or the caller's context, device and queue, see Device. time_limit: time limit per frame in seconds; None: no limit.
+
+    If the Device has a memory budget, or the volume exceeds its largest buffer, the voxels are uploaded during frames, in parts if they
+    do not fit. The renderer then keeps the Volume. See stream_plan.
+
+    On Python's main thread, Ctrl-C interrupts the constructor, render, render_float, depths and prepare: KeyboardInterrupt is raised
+    immediately. The kernel that is running completes first; the next call waits for it.
+    """
+
     def __new__(
         cls,
         volume: Any,
@@ -269,11 +470,29 @@ class Renderer:
         settings: Optional[Settings] = None,
         *,
         background: Background = "black",
-    ) -> NDArray[np.uint8]: ...
-    def render_float(self, camera: Camera, size: Size, settings: Optional[Settings] = None) -> NDArray[np.float32]: ...
+    ) -> NDArray[np.uint8]:
+        """Renders a picture: (height, width, 4), uint8, over a background; row 0 on top. With a transparent background, alpha is straight."""
+    def render_float(self, camera: Camera, size: Size, settings: Optional[Settings] = None) -> NDArray[np.float32]:
+        """Renders a picture: (height, width, 4), float32, premultiplied, 0 … 1, without a background; row 0 on top."""
     def depths(
         self, camera: Camera, size: Size, settings: Optional[Settings] = None
-    ) -> Tuple[NDArray[np.float32], NDArray[np.float32]]: ...
+    ) -> Tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """Renders two depth maps (height, width), float32: the first visible depth, and the mean depth weighted by opacity. Depths are
+        distances from the eye along the view direction, in world units; infinite where nothing is visible.
+
+        Depths are always computed by ray casting. Raises InvalidValue for blend modes other than composite and iso.
+        """
+    def slice(
+        self,
+        slice: Slice,
+        size: Size,
+        *,
+        kernel: str = "linear",
+        window: Optional[Tuple[float, float]] = None,
+        thickness: Optional[float] = None,
+        background: Background = "black",
+    ) -> NDArray[np.uint8]: ...
+    def slice_values(self, slice: Slice, size: Size, *, kernel: str = "linear") -> NDArray[np.float32]: ...
     def enqueue(
         self,
         camera: Camera,
@@ -286,14 +505,46 @@ class Renderer:
         first: int = 0,
         row_pitch: Optional[int] = None,
         wait_for: Optional[Sequence[Union[Event, Handle]]] = None,
-    ) -> Event: ...
-    def prepare(self, camera: Camera, size: Size, settings: Optional[Settings] = None) -> None: ...
-    def volume_changed(self, wait_for: Optional[Sequence[Union[Event, Handle]]] = None) -> Event: ...
-    def cancel(self) -> None: ...
-    def set_volume(self, volume: Any) -> None: ...
-    def stream_plan(self, camera: Camera, size: Size, settings: Optional[Settings] = None) -> Optional[Dict[str, Any]]: ...
+    ) -> Event:
+        """Enqueues a picture into a buffer or a 2D image of the context, after wait_for. Returns an Event without waiting.
+
+        onto: an object with int_ptr (pyopencl) or an integer handle. format: rgba8, over the background, or float, premultiplied,
+        without a background. first: byte offset of the first pixel in a buffer. row_pitch: bytes from row to row. wait_for: Events,
+        objects with int_ptr or integer handles.
+
+        Raises InvalidValue for sheet algorithms, which need host readback, and if the picture does not fit. The queue stays usable.
+        """
+    def prepare(self, camera: Camera, size: Size, settings: Optional[Settings] = None) -> None:
+        """Builds the kernels, tables and layouts that pictures with these settings need, for every view direction, and waits for them."""
+    def volume_changed(self, wait_for: Optional[Sequence[Union[Event, Handle]]] = None) -> Event:
+        """Notifies the renderer that voxels in the caller's memory change, and are valid after wait_for. Returns an Event; frames wait for
+        it automatically.
+        """
+    def cancel(self) -> None:
+        """Cancels calls of render, render_float, depths and prepare on other threads, including those that wait for the renderer. They
+        raise Cancelled before their next kernel. Later calls are not affected. Does not block.
+        """
+    def set_volume(self, volume: Any) -> None:
+        """Replaces the volume, from the next frame on: a Volume, or anything that Volume() takes. Shape, type and range may differ.
+
+        Raises InvalidType for voxels on a device (a DeviceVolume or a pyopencl.array.Array): they need a new Renderer. Raises
+        OutOfMemory if device memory is insufficient; the renderer may then have no volume until one is set.
+        """
+    def stream_plan(self, camera: Camera, size: Size, settings: Optional[Settings] = None) -> Optional[Dict[str, Any]]:
+        """The streaming plan of a view, a dict; None if the renderer holds all voxels.
+
+        lattices: a list of dicts with the layer axis, the number of parts that are uploaded in sequence, and held_layers, the maximum
+        number of layers on the device. voxel_bytes: bytes of voxels that a frame uploads. light_bytes: bytes of those that it uploads
+        before, for shadows and ambient occlusion; 0 if these are kept from an earlier frame. volume_bytes: bytes of all voxels.
+        device_bytes: peak bytes of buffers. available_bytes: bytes available for these buffers.
+
+        Raises OutOfMemory if the budget is too small for the view.
+        """
     @property
-    def time_limit(self) -> Optional[float]: ...
+    def time_limit(self) -> Optional[float]:
+        """Time limit per frame in seconds; None: no limit. A frame that exceeds it raises TimedOut before its next kernel. It can be set,
+        effective from the next frame. Enqueued frames are not limited.
+        """
     @time_limit.setter
     def time_limit(self, time_limit: Optional[float]) -> None: ...
     def camera(
@@ -305,8 +556,14 @@ class Renderer:
         roll: float = 0.0,
         zoom: float = 1.0,
         field_of_view: Optional[float] = None,
-    ) -> Camera: ...
+    ) -> Camera:
+        """A camera that shows the whole grid from all sides. zoom: magnification relative to the fit.
+
+        size: (width, height) in pixels, or one number for both. azimuth, elevation, roll: degrees, see Camera.orbit. field_of_view: the
+        vertical angle of a perspective in degrees.
+        """
     @property
-    def transfer(self) -> TransferFunction: ...
+    def transfer(self) -> TransferFunction:
+        """The transfer function. It can be set, effective from the next frame."""
     @transfer.setter
     def transfer(self, transfer: TransferFunction) -> None: ...

@@ -1,0 +1,269 @@
+//! A picture as a program in Python, for the package `layersplat`.
+
+use super::arguments::{casts_shadows, has_occlusion, name};
+use super::given::{Given, GivenOption};
+use crate::camera::{Camera, Projection};
+use crate::image::Background;
+use crate::settings::Quality;
+use crate::viewer::{Look, PageBlend, PageLight, SavedFormat, Wanted};
+use glam::DVec3;
+
+/// Options that are arguments of `Settings` with the same values.
+const NUMBERS: [(&str, &str); 5] = [
+    ("sublayers", "samples_per_layer"),
+    ("lattice", "density"),
+    ("step", "step"),
+    ("sheet_distance", "sheet_distance"),
+    ("unit_distance", "unit_distance"),
+];
+const WORDS: [(&str, &str); 3] = [("algorithm", "algorithm"), ("layer_axis", "layer_axis"), ("extinction", "extinction")];
+/// Options that are part of other arguments.
+const WITHIN_OTHERS: [&str; 7] =
+    ["shadow_forgiveness", "ao_reach", "light_grid", "gradient_opacity", "depth_cue", "dims", "voxel_type"];
+
+/// The program. What it cannot do is said in a comment.
+pub(super) fn program(given: &Given, wanted: &Wanted, is_layered: bool) -> String {
+    let &Wanted { look, view, size, samples, format, transfer, .. } = wanted;
+    let (width, height) = (size.width, size.height);
+    let mut lines = vec!["import layersplat".to_owned()];
+    let is_averaged = samples > 1 || format == SavedFormat::Exr;
+    lines.push(if is_averaged { "import numpy as np" } else { "from PIL import Image" }.into());
+    if is_averaged && format == SavedFormat::Png {
+        lines.push("from PIL import Image".into());
+    }
+    lines.push(String::new());
+    lines.extend(missing(given, look).into_iter().map(|what| format!("# Not included: {what}.")));
+    lines.push(format!("volume = layersplat.Volume.open({})", arguments(vec![string(&given.volume)], reading(given))));
+    lines.push(format!("transfer = layersplat.TransferFunction.open({}, volume)", string(transfer)));
+    lines.push(format!("settings = layersplat.Settings({})", arguments(Vec::new(), settings(given, look, is_layered))));
+    lines.push(format!("camera = layersplat.Camera({})", camera(&view)));
+    lines.push("renderer = layersplat.Renderer(volume, transfer)".into());
+    let background = string(&look.background);
+    if !is_averaged {
+        lines.push(format!("picture = renderer.render(camera, ({width}, {height}), settings, background={background})"));
+    } else {
+        let rendered = (width * samples, height * samples);
+        lines.push(format!("n = {samples}"));
+        lines.push(format!("frame = renderer.render_float(camera, {rendered:?}, settings).astype(np.float64)"));
+        lines.push("frame = sum(frame[y::n, x::n] for y in range(n) for x in range(n)) / (n * n)".into());
+        lines.push("frame = frame.astype(np.float32)".into());
+        lines.extend(displayed(look, format));
+    }
+    lines.push(match format {
+        SavedFormat::Png => r#"Image.fromarray(picture).save("layersplat.png")"#.into(),
+        SavedFormat::Exr => r#"np.save("layersplat.npy", picture)  # the numbers of the .exr file"#.into(),
+    });
+    lines.join("\n") + "\n"
+}
+
+/// Lines that put a frame over the background, and make 8 bits of it.
+fn displayed(look: &Look, format: SavedFormat) -> Vec<String> {
+    let mut lines = Vec::new();
+    match look.background() {
+        Ok(Background::Color(color)) => {
+            lines.push(format!("below = np.array({} + (1.0,), np.float32)", tuple(color.map(f64::from))));
+            lines.push("through = (1 - frame[..., 3:]).astype(np.float64)".into());
+            lines.push("picture = (through * below + frame).astype(np.float32)".into());
+            lines.push("picture[..., 3] = 1".into());
+        }
+        _ if format == SavedFormat::Exr => lines.push("picture = frame".into()),
+        _ => {
+            lines.push("alpha = frame[..., 3:]".into());
+            lines.push("picture = np.divide(frame, alpha, out=np.zeros_like(frame), where=alpha > 0)".into());
+            lines.push("picture[..., 3:] = alpha".into());
+        }
+    }
+    if format == SavedFormat::Png {
+        let bytes = "picture = np.clip(picture.astype(np.float64) * 255 + 0.5, 0, 255).astype(np.float32).astype(np.uint8)";
+        lines.push(bytes.into());
+    }
+    lines
+}
+
+/// What the program leaves out.
+fn missing(given: &Given, look: &Look) -> Vec<String> {
+    let known = |option: &&GivenOption| {
+        let id = option.id.as_str();
+        WITHIN_OTHERS.contains(&id) || NUMBERS.iter().chain(&WORDS).any(|(known, _)| *known == id)
+    };
+    // The camera is in the world, whatever is up.
+    let options = given.reading.iter().chain(&given.drawing).filter(|option| !known(option) && option.id != "up");
+    let mut all: Vec<String> = options.map(|option| option.words.join(" ")).collect();
+    if look.legend || look.bounding_box || look.axes {
+        all.push("legend, box and axes, which the command draws".into());
+    }
+    all
+}
+
+/// Arguments of a call.
+fn arguments(mut first: Vec<String>, named: Vec<(&str, String)>) -> String {
+    first.extend(named.into_iter().map(|(name, value)| format!("{name}={value}")));
+    first.join(", ")
+}
+
+fn reading(given: &Given) -> Vec<(&'static str, String)> {
+    let mut named = Vec::new();
+    if let Some(dims) = value(&given.reading, "dims") {
+        named.push(("dims", format!("({})", dims.replace(['x', 'X'], ", "))));
+    }
+    if let Some(voxel_type) = value(&given.reading, "voxel_type") {
+        named.push(("voxel_type", string(voxel_type)));
+    }
+    named
+}
+
+fn settings(given: &Given, look: &Look, is_layered: bool) -> Vec<(&'static str, String)> {
+    let drawing = &given.drawing;
+    let mut named = Vec::new();
+    if let Some(quality) = look.quality.filter(|_| is_layered) {
+        named.push(("quality", string(name(Quality::from(quality)))));
+    }
+    named.extend(NUMBERS.iter().filter_map(|&(id, python)| Some((python, value(drawing, id)?.to_owned()))));
+    named.extend(WORDS.iter().filter_map(|&(id, python)| Some((python, string(value(drawing, id)?)))));
+    if let Some(kernel) = look.kernel.filter(|_| is_layered) {
+        named.push(("kernel", string(kernel.name())));
+    }
+    match look.blend {
+        PageBlend::Composite => {}
+        PageBlend::Iso => named.push(("blend", format!("(\"iso\", {})", look.iso))),
+        other => named.push(("blend", string(other.name()))),
+    }
+    if let Some(gradient) = &look.gradient {
+        named.push(("gradient", string(gradient)));
+    }
+    named.extend(light(drawing, look));
+    if let Some(points) = value(drawing, "gradient_opacity") {
+        let points: Vec<String> = points.split(',').map(|point| format!("({})", point.replace(':', ", "))).collect();
+        named.push(("gradient_opacity", format!("[{}]", points.join(", "))));
+    }
+    if let Some(share) = value(drawing, "depth_cue") {
+        let color = match look.background() {
+            Ok(Background::Color(color)) => color.map(f64::from),
+            _ => [0.0; 3],
+        };
+        named.push(("depth_cue", format!("({share}, {})", tuple(color))));
+    }
+    if let Some([lowest, highest]) = look.crop {
+        named.push(("crop", format!("({}, {})", tuple(lowest), tuple(highest))));
+    }
+    if !look.clips.is_empty() {
+        let plane = |&[x, y, z, nx, ny, nz]: &[f64; 6]| format!("({}, {})", tuple([x, y, z]), tuple([nx, ny, nz]));
+        named.push(("planes", format!("[{}]", look.clips.iter().map(plane).collect::<Vec<_>>().join(", "))));
+    }
+    named
+}
+
+/// Shading, lights, shadows and ambient occlusion.
+fn light(drawing: &[GivenOption], look: &Look) -> Vec<(&'static str, String)> {
+    let mut named = Vec::new();
+    if !look.shading {
+        named.push(("shading", "False".into()));
+    } else if !look.lights.is_empty() {
+        let light = |light: &PageLight| match light.direction {
+            Some(direction) => format!("({}, {}, {})", tuple(direction), light.strength, light.angle),
+            None => format!("(None, {})", light.strength),
+        };
+        named.push(("shading", format!("{{\"light\": [{}]}}", look.lights.iter().map(light).collect::<Vec<_>>().join(", "))));
+        if look.lights_follow && look.lights.iter().any(|light| light.direction.is_some()) {
+            named.push(("light_space", string("camera")));
+        }
+    }
+    if casts_shadows(look) {
+        let mut parts = vec![format!("\"strength\": {}", look.shadow_strength)];
+        parts.extend(value(drawing, "shadow_forgiveness").map(|forgiveness| format!("\"forgiveness\": {forgiveness}")));
+        named.push(("shadows", format!("{{{}}}", parts.join(", "))));
+    }
+    if has_occlusion(look) {
+        let reach = value(drawing, "ao_reach").map(|reach| format!("{{\"reach\": {reach}}}"));
+        named.push(("ambient_occlusion", reach.unwrap_or_else(|| "True".into())));
+    }
+    if let Some(grid) = value(drawing, "light_grid").filter(|_| casts_shadows(look) || has_occlusion(look)) {
+        named.push(("light_grid", string(grid)));
+    }
+    named
+}
+
+fn camera(camera: &Camera) -> String {
+    let vector = |v: DVec3| tuple(v.to_array());
+    let projection = match camera.projection {
+        Projection::Parallel { scale } => format!("scale={scale}"),
+        Projection::Perspective { field_of_view } => format!("field_of_view={field_of_view}"),
+    };
+    let [position, focal_point, view_up] = [camera.position, camera.focal_point, camera.view_up].map(vector);
+    format!("{position}, {focal_point}, {view_up}, {projection}")
+}
+
+/// The value of a given option.
+fn value<'a>(options: &'a [GivenOption], id: &str) -> Option<&'a str> {
+    options.iter().find(|option| option.id == id).and_then(|option| option.words.get(1)).map(String::as_str)
+}
+
+fn tuple([x, y, z]: [f64; 3]) -> String {
+    format!("({x}, {y}, {z})")
+}
+
+/// A string literal.
+fn string(text: &str) -> String {
+    let escaped = text.chars().flat_map(|c| match c {
+        '"' | '\\' => vec!['\\', c],
+        c if c.is_control() => vec![' '],
+        c => vec![c],
+    });
+    format!("\"{}\"", escaped.collect::<String>())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::camera::Orbit;
+    use crate::settings::Settings;
+    use crate::viewer::{PageCamera, PageQuality};
+    use crate::viewport::Viewport;
+
+    fn text(given: &Given, look: &Look, samples: u32, format: SavedFormat) -> String {
+        let view = Camera::orbit(DVec3::new(1.5, 2.0, 3.0), 10.0, Orbit::default(), Projection::Parallel { scale: 4.25 });
+        let camera = PageCamera::new(&view, Orbit::default());
+        let size = Viewport { width: 30, height: 20 };
+        let transfer = "layersplat.json";
+        program(given, &Wanted { look, camera: &camera, view, size, samples, format, transfer, length_units: None }, true)
+    }
+
+    /// The package itself draws the same bits: tests/viewer/python.
+    #[test]
+    fn every_part_of_a_look_is_an_argument() {
+        let option = |id: &str, word: &str| GivenOption { id: id.into(), words: vec![format!("--{id}"), word.into()] };
+        let drawing = vec![option("sublayers", "2"), option("shadow_forgiveness", "3"), option("gradient_opacity", "5:0,20:1")];
+        let reading = vec![option("dims", "4x5x6"), option("device", "1")];
+        let given = Given { volume: r#"a "name".raw"#.into(), reading, drawing };
+        let light = PageLight { direction: Some([1.0, 0.5, 0.0]), strength: 0.7, angle: 3.0 };
+        let look = Look {
+            quality: Some(PageQuality::High),
+            blend: PageBlend::Iso,
+            iso: 61.5,
+            lights: vec![light, PageLight { direction: None, ..light }],
+            lights_follow: true,
+            shadows: true,
+            gradient: Some("sobel".into()),
+            crop: Some([[0.0; 3], [1.0, 2.0, 3.0]]),
+            clips: vec![[1.0, 2.0, 3.0, 0.0, 0.0, -1.0]],
+            axes: true,
+            ..Look::of(&Settings::default(), Background::BLACK, 0.0, [4; 3])
+        };
+        let made = text(&given, &look, 1, SavedFormat::Png);
+        for part in [
+            r#"Volume.open("a \"name\".raw", dims=(4, 5, 6))"#,
+            "# Not included: --device 1.",
+            "# Not included: legend, box and axes",
+            r#"quality="high", samples_per_layer=2, blend=("iso", 61.5), gradient="sobel""#,
+            r#"shading={"light": [((1, 0.5, 0), 0.7, 3), (None, 0.7)]}, light_space="camera""#,
+            r#"shadows={"strength": 1, "forgiveness": 3}"#,
+            "gradient_opacity=[(5, 0), (20, 1)]",
+            "crop=((0, 0, 0), (1, 2, 3)), planes=[((1, 2, 3), (0, 0, -1))]",
+            "Camera((1.5, 2, 13), (1.5, 2, 3), (0, 1, 0), scale=4.25)",
+            r##"(30, 20), settings, background="#000000")"##,
+        ] {
+            assert!(made.contains(part), "{part} in {made}");
+        }
+        assert!(text(&given, &look, 3, SavedFormat::Exr).contains("camera, (90, 60), settings"));
+    }
+}

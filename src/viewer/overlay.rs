@@ -1,0 +1,258 @@
+//! Settings of a look over those of a program that has no options to make them of.
+
+use super::look::{Look, PageBlend, PageKernel, PageQuality};
+use crate::error::Error;
+use crate::image::Background;
+use crate::layers::Kernel;
+use crate::settings::{
+    Blend, Classification, ClipPlane, CropBox, Layered, Light, LightSpace, Lights, Quality, Settings, Shading, Shadows,
+};
+use glam::DVec3;
+
+/// Settings, and their look. What a page does not change stays as in these settings: the coefficients of the shading, for example.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Overlay {
+    base: Settings,
+    own: Look,
+}
+
+impl Overlay {
+    /// The quality `standard`, which is the default, becomes a look that is refined at rest. `iso` and `dims`: see [`Look::of`].
+    pub fn new(base: Settings, background: Background, iso: f64, dims: [usize; 3]) -> Self {
+        let mut own = Look::of(&base, background, iso, dims);
+        if let Some((quality, kernel)) = base.layered().and_then(preset) {
+            own.quality = match quality {
+                Quality::Standard => None,
+                Quality::Draft => Some(PageQuality::Draft),
+                Quality::High => Some(PageQuality::High),
+                Quality::Paper => Some(PageQuality::Paper),
+            };
+            own.kernel = kernel;
+        }
+        Self { base, own }
+    }
+
+    /// The look of the settings.
+    pub fn look(&self) -> &Look {
+        &self.own
+    }
+
+    /// The settings of another look; of the own one, they are the own ones. `quality` replaces that of the look.
+    ///
+    /// # Errors
+    /// For lights that [`Lights::new`] refuses.
+    pub fn settings(&self, look: &Look, quality: Option<Quality>) -> Result<Settings, Error> {
+        let Self { base, own } = self;
+        let mut settings = *base;
+        if let Some(layered) = base.layered() {
+            settings.algorithm = self.layered(layered, look, quality).into();
+        }
+        settings.blend = match look.blend {
+            PageBlend::Composite => Blend::Composite,
+            PageBlend::Maximum => Blend::Maximum,
+            PageBlend::Minimum => Blend::Minimum,
+            PageBlend::Average => Blend::Average,
+            PageBlend::Iso => Blend::Iso(look.iso),
+        };
+        // Elsewhere the page offers neither.
+        let is_lit = look.shading && matches!(look.blend, PageBlend::Composite | PageBlend::Iso);
+        let shadows = || Shadows { strength: look.shadow_strength, ..base.shadows.unwrap_or_default() };
+        settings.shadows = (look.shadows && is_lit).then(shadows);
+        settings.ambient_occlusion = (look.ambient_occlusion && is_lit).then(|| base.ambient_occlusion.unwrap_or_default());
+        let of_lights = |look: &Look| (look.lights.clone(), look.lights_follow, look.shadows);
+        settings.shading = match base.shading {
+            _ if !look.shading => None,
+            Some(shading) if of_lights(look) == of_lights(own) => Some(shading),
+            shading => Some(Shading { lights: lights(look)?, ..shading.unwrap_or_default() }),
+        };
+        if look.crop != own.crop {
+            let corners = |[lowest, highest]: [[f64; 3]; 2]| CropBox { lowest: lowest.into(), highest: highest.into() };
+            settings.clipping.crop = look.crop.map(corners);
+        }
+        if look.clips != own.clips {
+            let plane =
+                |&[x, y, z, nx, ny, nz]: &[f64; 6]| ClipPlane { point: DVec3::new(x, y, z), normal: DVec3::new(nx, ny, nz) };
+            settings.clipping = settings.clipping.with_planes(look.clips.iter().map(plane));
+        }
+        Ok(settings)
+    }
+
+    fn layered(&self, base: Layered, look: &Look, quality: Option<Quality>) -> Layered {
+        let quality = quality.or(look.quality.map(Quality::from));
+        let layered = match (quality, preset(base)) {
+            (None, _) => base,
+            (Some(quality), Some(_)) => Layered { layer_axis: base.layer_axis, ..quality.layered() },
+            (Some(quality), None) => chosen(base, quality.layered()),
+        };
+        let kernel = match look.kernel {
+            Some(kernel) => Some(Kernel::from(kernel)),
+            // The page took the kernel back.
+            None if self.own.kernel.is_some() && quality.is_none() => {
+                preset(base).and_then(|(quality, _)| kernel_of(quality.layered()))
+            }
+            None => None,
+        };
+        match kernel {
+            Some(kernel) => Layered { classification: layered.classification.with_kernel(kernel), ..layered },
+            None => layered,
+        }
+    }
+}
+
+/// The preset that layers have, and their kernel if it is not that of the preset. `None` for other options of layers.
+fn preset(layered: Layered) -> Option<(Quality, Option<PageKernel>)> {
+    let kernel = kernel_of(layered);
+    Quality::ALL.into_iter().find_map(|quality| {
+        let preset = Layered { layer_axis: layered.layer_axis, ..quality.layered() };
+        let classification = kernel.map_or(preset.classification, |kernel| preset.classification.with_kernel(kernel));
+        let is_other = kernel_of(preset) != kernel;
+        (Layered { classification, ..preset } == layered).then(|| (quality, kernel.filter(|_| is_other).and_then(of_page)))
+    })
+}
+
+/// A preset with the options that differ from the default: these were chosen one by one.
+fn chosen(layered: Layered, preset: Layered) -> Layered {
+    fn pick<T: PartialEq>(own: T, default: T, preset: T) -> T {
+        if own == default { preset } else { own }
+    }
+    let default = Layered::default();
+    Layered {
+        layer_axis: layered.layer_axis,
+        evaluation: pick(layered.evaluation, default.evaluation, preset.evaluation),
+        classification: pick(layered.classification, default.classification, preset.classification),
+        footprints: pick(layered.footprints, default.footprints, preset.footprints),
+        adapts_to_opacity: layered.adapts_to_opacity,
+    }
+}
+
+fn kernel_of(layered: Layered) -> Option<Kernel> {
+    match layered.classification {
+        Classification::Preintegrated { kernel, .. } => Some(kernel),
+        Classification::Post(_) => None,
+    }
+}
+
+fn of_page(kernel: Kernel) -> Option<PageKernel> {
+    match kernel {
+        Kernel::Cubic => Some(PageKernel::Cubic),
+        Kernel::Linear => Some(PageKernel::Linear),
+        Kernel::CatmullRom => Some(PageKernel::CatmullRom),
+        Kernel::BSpline => Some(PageKernel::Bspline),
+        Kernel::Gaussian => None,
+    }
+}
+
+/// The lights of a look; without any, the default with or without shadows.
+fn lights(look: &Look) -> Result<Lights, Error> {
+    if look.lights.is_empty() {
+        return Ok(if look.shadows { Lights::BESIDE_CAMERA } else { Lights::default() });
+    }
+    let space = if look.lights_follow { LightSpace::Camera } else { LightSpace::World };
+    let lights: Vec<Light> = look.lights.iter().map(|light| Light { space, ..light.light() }).collect();
+    Lights::new(&lights)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::layers::Density;
+    use crate::settings::{AmbientOcclusion, Clipping, DepthCue, Evaluation, LightGrid};
+    use crate::viewer::PageLight;
+
+    fn overlay(base: Settings) -> Overlay {
+        Overlay::new(base, Background::BLACK, 90.0, [8; 3])
+    }
+
+    /// Settings of all kinds become a look, and the look becomes the same settings, bit for bit.
+    #[test]
+    fn the_own_look_has_the_own_settings() {
+        let layered = |change: fn(&mut Layered)| {
+            let mut layered = Layered::default();
+            change(&mut layered);
+            Settings::from(layered)
+        };
+        let lit = Settings::default();
+        let light = Light { strength: 0.3, ..Light::towards(DVec3::new(0.1, -0.30000000000000004, 1e-7)) };
+        let of_lights = |lights| Some(Shading { specular: 0.123, lights, ..Shading::default() });
+        let crop = CropBox { lowest: DVec3::splat(-5.0), highest: DVec3::new(1.0 / 3.0, 99.0, 4.0) };
+        let clip = ClipPlane { point: DVec3::ONE, normal: DVec3::new(0.0, -2.0, 1e-3) };
+        let all = [
+            layered(|l| l.evaluation = Evaluation::Lattice(Density::Fixed(3))),
+            layered(|l| l.classification = l.classification.with_kernel(Kernel::CatmullRom)),
+            layered(|l| l.classification = Quality::Standard.splatted()),
+            Settings { blend: Blend::Iso(-12.3456789012345), unit_distance: Some(0.7), ..lit },
+            Settings { blend: Blend::Maximum, shading: None, depth_cue: Some(DepthCue::default()), ..lit },
+            Settings { shading: of_lights(Lights::new(&[light, Light::AT_CAMERA]).unwrap()), ..lit },
+            Settings {
+                shading: of_lights(Lights::BESIDE_CAMERA),
+                shadows: Some(Shadows { strength: 0.4, forgiveness: 9.0 }),
+                ..lit
+            },
+            Settings {
+                ambient_occlusion: Some(AmbientOcclusion { gain: 7.0, ..Default::default() }),
+                light_grid: LightGrid::Half,
+                ..lit
+            },
+            Settings { clipping: Clipping { crop: Some(crop), ..Default::default() }.with_planes([clip; 2]), ..lit },
+            Settings::from(crate::settings::Algorithm::Slicing { step: 0.25 }),
+        ];
+        for base in Quality::ALL.map(Quality::settings).into_iter().chain(all) {
+            let overlay = overlay(base);
+            assert_eq!(overlay.settings(overlay.look(), None).unwrap(), base);
+            overlay.look().check().unwrap();
+        }
+    }
+
+    #[test]
+    fn a_look_changes_what_it_says_and_nothing_else() {
+        let base = Settings {
+            shading: Some(Shading { power: 50.0, ..Shading::default() }),
+            unit_distance: Some(3.0),
+            ..Settings::default()
+        };
+        let overlay = overlay(base);
+        let own = overlay.look().clone();
+        let settings = |look: &Look| overlay.settings(look, None).unwrap();
+        let light = PageLight { direction: Some([0.0, 0.0, 1.0]), strength: 0.5, angle: 3.0 };
+        let lit =
+            settings(&Look { lights: vec![light], lights_follow: true, shadows: true, shadow_strength: 0.5, ..own.clone() });
+        let shading = lit.shading.unwrap();
+        assert_eq!((shading.power, shading.lights.as_slice()[0].space, lit.unit_distance), (50.0, LightSpace::Camera, Some(3.0)));
+        assert_eq!(lit.shadows, Some(Shadows { strength: 0.5, ..Shadows::default() }));
+        assert_eq!(settings(&Look { shadows: true, ..own.clone() }).shading.unwrap().lights, Lights::BESIDE_CAMERA);
+        // Shadows need what shows them.
+        let flat = settings(&Look { blend: PageBlend::Maximum, shadows: true, ambient_occlusion: true, ..own.clone() });
+        assert_eq!((flat.shadows, flat.ambient_occlusion, flat.blend), (None, None, Blend::Maximum));
+        let cut =
+            settings(&Look { crop: Some([[0.0; 3], [4.0; 3]]), clips: vec![[1.0, 2.0, 3.0, 0.0, 0.0, 1.0]], ..own.clone() });
+        assert_eq!(cut.clipping.crop, Some(CropBox { lowest: DVec3::ZERO, highest: DVec3::splat(4.0) }));
+        assert_eq!(cut.clipping.planes[0].unwrap().point, DVec3::new(1.0, 2.0, 3.0));
+        assert_eq!(settings(&Look { shading: false, ..own }).shading, None);
+    }
+
+    #[test]
+    fn qualities_replace_presets_and_keep_what_was_chosen() {
+        let kernel = |settings: Settings| kernel_of(settings.layered().unwrap());
+        for quality in Quality::ALL {
+            let plain = overlay(Settings::default());
+            assert_eq!(plain.settings(plain.look(), Some(quality)).unwrap(), quality.settings());
+        }
+        let high = overlay(Quality::High.settings());
+        assert_eq!(high.look().quality, Some(PageQuality::High));
+        // A kernel of its own stays, until the page takes it back.
+        let base = Layered {
+            classification: Quality::High.layered().classification.with_kernel(Kernel::Linear),
+            ..Quality::High.layered()
+        };
+        let linear = overlay(base.into());
+        assert_eq!((linear.look().quality, linear.look().kernel), (Some(PageQuality::High), Some(PageKernel::Linear)));
+        assert_eq!(kernel(linear.settings(linear.look(), Some(Quality::Draft)).unwrap()), Some(Kernel::Linear));
+        let back = Look { kernel: None, ..linear.look().clone() };
+        assert_eq!(linear.settings(&back, None).unwrap(), Quality::High.settings());
+        // A density that is of no preset.
+        let dense = Layered { evaluation: Evaluation::Lattice(Density::Fixed(5)), ..Layered::default() };
+        let dense = overlay(dense.into());
+        let draft = dense.settings(dense.look(), Some(Quality::High)).unwrap().layered().unwrap();
+        assert_eq!((draft.evaluation, kernel_of(draft)), (Evaluation::Lattice(Density::Fixed(5)), Some(Kernel::BSpline)));
+    }
+}

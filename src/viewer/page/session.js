@@ -1,0 +1,192 @@
+// The page's state, and what the server has of it: requests are made here alone.
+
+import { Connection } from "./connection.js";
+import { copy, fromFragment, History, isEqual, toFragment } from "./state.js";
+
+/** @typedef {import("./state.js").Camera} Camera */
+/** @typedef {import("./state.js").Look} Look */
+/** @typedef {import("./state.js").State} State */
+/** @typedef {{ show: () => void, showCamera: () => void, showHistory: () => void,
+ *   requested: (own: { transfer: unknown, background: string, isMoving: boolean }) => void }} Shows */
+
+/** Milliseconds after the last key at which the hand rests. */
+const KEY_REST = 250;
+/** Milliseconds between changes of the address: browsers limit them. */
+const ADDRESS_TIME = 300;
+
+export class Session {
+  /** @param {import("./picture.js").Picture} picture @param {Shows} shows
+   * @param {{ message: (text: any) => void, picture: (received: import("./connection.js").Received) => void, lost: (reason: string) => void }} handlers */
+  constructor(picture, shows, handlers) {
+    this.picture = picture;
+    this.shows = shows;
+    /** What the server said first. @type {any} */
+    this.hello = null;
+    /** @type {History | null} */
+    this.history = null;
+    /** The look and transfer function that the server has. */
+    this.sent = { look: /** @type {Look | null} */ (null), transfer: /** @type {unknown} */ (null) };
+    /** Number of the last requested view. */
+    this.id = 0;
+    this.isMoving = false;
+    /** Whether the next fitted camera is the first view. */
+    this.awaits = /** @type {"nothing" | "first" | "fit"} */ ("nothing");
+    this.rest = 0;
+    this.addressTimer = 0;
+    this.connection = new Connection(handlers);
+  }
+
+  get state() {
+    return /** @type {History} */ (this.history).now;
+  }
+
+  /** A new connection: the first one, or one after a loss, with the same view. @param {any} hello */
+  begin(hello) {
+    if (this.hello && this.hello.scene !== hello.scene) {
+      // Another volume: nothing of the last one's state applies.
+      this.history = null;
+      window.history.replaceState(null, "", location.pathname);
+    }
+    this.hello = hello;
+    // Sent again: what the page sent last may have met the volume before.
+    this.sent = { look: null, transfer: null };
+    if (this.history === null) {
+      this.history = new History(this.initial);
+      const kept = fromFragment(location.hash.slice(1), this.initial);
+      if (kept) {
+        this.history.now = kept;
+        this.history.commit();
+      } else if (!hello.camera_is_given) {
+        this.awaits = "first";
+      }
+    }
+    this.shows.show();
+    if (this.awaits === "first") this.connection.send({ type: "fit", camera: this.state.camera, ...this.picture.size() });
+    else this.settle();
+  }
+
+  get initial() {
+    const { camera, look, transfer } = this.hello;
+    return { camera, look, transfer };
+  }
+
+  /** Draws the view as fast as the hand moves. */
+  move() {
+    this.isMoving = true;
+    this.request();
+  }
+
+  /** The hand rests: the picture is refined, and the state kept. */
+  settle() {
+    this.isMoving = false;
+    this.request();
+    this.history?.commit();
+    this.keepAddress();
+    this.shows.showHistory();
+  }
+
+  /** Rests after a while without keys. */
+  restSoon() {
+    clearTimeout(this.rest);
+    this.rest = window.setTimeout(() => this.settle(), KEY_REST);
+  }
+
+  /** Sends what the server does not have, and asks for a picture. */
+  request() {
+    if (!this.history || !this.connection.isOpen) return;
+    const { camera, look, transfer } = this.state;
+    const points = [transfer.colors, transfer.opacities];
+    if (!isEqual(this.sent.look, look)) this.connection.send({ type: "look", look });
+    if (!isEqual(this.sent.transfer, points)) this.connection.send({ type: "transfer", colors: points[0], opacities: points[1] });
+    this.sent = { look: copy(look), transfer: copy(points) };
+    this.id += 1;
+    this.connection.send({ type: "view", id: this.id, camera, ...this.picture.size(), moving: this.isMoving });
+    this.shows.requested({ transfer: points, background: look.background, isMoving: this.isMoving });
+  }
+
+  /** @param {(look: Look) => void} change @param {boolean} isDone */
+  changeLook(change, isDone) {
+    if (!this.history) return;
+    const own = copy(this.state.look);
+    change(own);
+    this.state.look = own;
+    this.shows.show();
+    if (isDone) this.settle();
+    else this.move();
+  }
+
+  /** @param {(camera: Camera) => Camera} change */
+  changeCamera(change) {
+    if (!this.history) return;
+    this.state.camera = change(this.state.camera);
+    this.shows.showCamera();
+    this.move();
+  }
+
+  /** Looks from a side. @param {{ azimuth: number, elevation: number }} side */
+  look({ azimuth, elevation }) {
+    this.changeCamera((camera) => ({ ...camera, azimuth, elevation, roll: 0 }));
+    this.settle();
+  }
+
+  fit() {
+    this.awaits = "fit";
+    this.connection.send({ type: "fit", camera: this.state.camera, ...this.picture.size() });
+  }
+
+  /** @param {Camera} camera */
+  fitted(camera) {
+    this.state.camera = camera;
+    if (this.awaits === "first" && this.history) {
+      // The first view of this page: undo ends here.
+      this.history.past = [copy(this.state)];
+      this.history.at = 0;
+      this.hello.camera = copy(camera);
+    }
+    this.awaits = "nothing";
+    this.shows.showCamera();
+    this.settle();
+  }
+
+  reset() {
+    this.replace(copy(this.initial));
+  }
+
+  /** @param {number} steps −1: undo, 1: redo */
+  go(steps) {
+    if (!this.history?.go(steps)) return;
+    this.shows.show();
+    this.settle();
+  }
+
+  /** @param {State | null} state */
+  replace(state) {
+    if (!this.history || !state) return;
+    this.history.now = state;
+    this.shows.show();
+    this.settle();
+  }
+
+  /** Takes a transfer function that was chosen as a whole. @param {import("./state.js").Transfer} transfer */
+  setTransfer(transfer) {
+    this.state.transfer = transfer;
+    this.shows.show();
+    this.settle();
+  }
+
+  keepAddress() {
+    clearTimeout(this.addressTimer);
+    this.addressTimer = window.setTimeout(() => {
+      if (!this.history) return;
+      const fragment = toFragment(this.state, this.hello.transfer);
+      window.history.replaceState(null, "", fragment === null ? location.pathname : `#${fragment}`);
+    }, ADDRESS_TIME);
+  }
+
+  listen() {
+    new ResizeObserver(() => { if (this.history && this.awaits === "nothing") this.settle(); }).observe(this.picture.canvas);
+    addEventListener("hashchange", () => {
+      if (this.history) this.replace(fromFragment(location.hash.slice(1), this.initial));
+    });
+  }
+}

@@ -1,0 +1,185 @@
+//! What is seen at a place of a picture: the point of the first visible depth, and the value of the field there.
+
+use super::painter::Painter;
+use super::protocol::{Pick, Picked, shown_size};
+use crate::camera::{Camera, Projection};
+use crate::error::Error;
+use crate::layers::Kernel;
+use crate::renderer::depth_settings;
+use crate::settings::{Algorithm, Blend, Classification, Layered, Settings};
+use crate::viewport::Viewport;
+use crate::volume::Volume;
+use glam::DVec3;
+
+/// Farthest place in half heights from the middle of a picture. Pictures are at most this many times as wide as high.
+const FARTHEST: f64 = 65_536.0;
+/// The one pixel of a pick.
+const PIXEL: Viewport = Viewport { width: 1, height: 1 };
+
+impl Pick {
+    /// Checks the numbers of a page.
+    ///
+    /// # Errors
+    /// [`Error::OutOfRange`] for places that no picture has.
+    pub fn check(&self) -> Result<(), Error> {
+        shown_size(1, self.height)?;
+        match [self.x, self.y].into_iter().find(|place| place.is_nan() || place.abs() > FARTHEST) {
+            None => Ok(()),
+            Some(place) => Err(Error::OutOfRange { name: "pick", value: place.to_string(), expected: "a place of the picture" }),
+        }
+    }
+
+    /// The camera whose only pixel is the place: it looks from the same eye, or in the same direction.
+    fn camera(&self, whole: &Camera) -> Result<Camera, Error> {
+        let basis = whole.basis()?;
+        let pixel = 1.0 / f64::from(self.height);
+        Ok(match whole.projection {
+            Projection::Parallel { scale } => {
+                let by = (basis.right * self.x + basis.up * self.y) * scale;
+                let projection = Projection::Parallel { scale: scale * pixel };
+                Camera { position: whole.position + by, focal_point: whole.focal_point + by, projection, ..*whole }
+            }
+            Projection::Perspective { field_of_view } => {
+                let half = (field_of_view.to_radians() / 2.0).tan();
+                let ray = (basis.forward + (basis.right * self.x + basis.up * self.y) * half).normalize();
+                let distance = whole.position.distance(whole.focal_point);
+                let projection = Projection::Perspective { field_of_view: 2.0 * (half * pixel).atan().to_degrees() };
+                Camera { focal_point: whole.position + ray * distance, view_up: basis.up, projection, ..*whole }
+            }
+        })
+    }
+}
+
+impl Painter {
+    /// The point that is seen at a place: that of the first visible depth, by a depth picture of one pixel. `None` where nothing is seen, or
+    /// where the blend mode has no depths.
+    pub(super) fn pick(&mut self, pick: &Pick) -> Result<Option<Picked>, Error> {
+        let settings = self.scene.host.settings(&self.look, None)?;
+        if !matches!(settings.blend, Blend::Composite | Blend::Iso(_)) {
+            return Ok(None);
+        }
+        let camera = pick.camera(&self.scene.camera(&pick.camera)?)?;
+        self.scene.host.require_checked(&camera, PIXEL, &depth_settings(&settings))?;
+        let depth = f64::from(self.renderer.depths(&camera, PIXEL, &settings)?.first()[0]);
+        if !depth.is_finite() {
+            return Ok(None);
+        }
+        let position = camera.position + camera.basis()?.forward * depth;
+        let volume = &self.scene.opening.volume;
+        let voxel = volume.grid().world_to_voxel(position);
+        let value = value_at(volume, voxel, kernel(&settings));
+        Ok(Some(Picked { position: position.to_array(), voxel: voxel.to_array(), value }))
+    }
+}
+
+/// The kernel that values are read with: that of the picture if it interpolates voxels, and otherwise the nearest one that does.
+fn kernel(settings: &Settings) -> Kernel {
+    let kernel = match settings.algorithm {
+        Algorithm::Raycast { kernel, .. } => kernel,
+        Algorithm::Layered(Layered { classification: Classification::Preintegrated { kernel, .. }, .. }) => kernel,
+        Algorithm::Slicing { .. } => Kernel::Linear,
+        _ => Kernel::Cubic,
+    };
+    match kernel {
+        Kernel::BSpline | Kernel::Gaussian => Kernel::CatmullRom,
+        kernel => kernel,
+    }
+}
+
+/// Value of the field at a point in voxels. Voxels beyond the grid are the background.
+fn value_at(volume: &Volume, voxel: DVec3, kernel: Kernel) -> f64 {
+    let dims = volume.grid().dims();
+    let radius = i64::from(kernel.radius());
+    let first = voxel.to_array().map(|x| x.floor() as i64 + 1 - radius);
+    let taps = || 0..2 * radius;
+    let weight = |axis: usize, tap: i64| kernel.weight(voxel[axis] - (first[axis] + tap) as f64);
+    let known = |axis: usize, tap: i64| usize::try_from(first[axis] + tap).ok().filter(|&i| i < dims[axis]);
+    let value = |taps: [i64; 3]| match (known(0, taps[0]), known(1, taps[1]), known(2, taps[2])) {
+        (Some(x), Some(y), Some(z)) => volume.value(x + dims[0] * (y + dims[1] * z)),
+        _ => volume.background(),
+    };
+    let row = |y, z| taps().map(|x| weight(0, x) * value([x, y, z])).sum::<f64>();
+    let plane = |z| taps().map(|y| weight(1, y) * row(y, z)).sum::<f64>();
+    taps().map(|z| weight(2, z) * plane(z)).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::camera::Orbit;
+    use crate::device::{Device, DeviceChoice};
+    use crate::renderer::Renderer;
+    use crate::transfer::TransferFunction;
+    use crate::viewer::protocol::PageCamera;
+    use crate::volume::OpenOptions;
+
+    fn pick(camera: &Camera, height: u32, x: f64, y: f64) -> Pick {
+        Pick { id: 0, camera: PageCamera::new(camera, Orbit::default()), height, x, y }
+    }
+
+    /// A depth picture of one pixel has the point of the whole picture's pixel, in both projections.
+    #[test]
+    fn a_pick_is_a_pixel_of_the_depth_picture() {
+        /// Half the step between samples, whose phase differs, and a bit for the depth of a slanted ray.
+        const TOLERANCE: f64 = 0.6;
+        let volume = Volume::open("builtin:hydrogen@32", &OpenOptions::default()).unwrap();
+        let transfer = TransferFunction::new("t", vec![(0.0, [1.0; 3])], vec![(50.0, 0.0), (60.0, 1.0)]).unwrap();
+        let mut renderer = Renderer::new(&Device::open(&DeviceChoice::Default).unwrap(), &volume, &transfer).unwrap();
+        let size = Viewport { width: 24, height: 16 };
+        let (centre, orbit) = (volume.grid().centre(), Orbit { azimuth: 33.0, elevation: 21.0, roll: 5.0 });
+        let mut seen = 0;
+        for projection in [Projection::Parallel { scale: 14.0 }, Projection::Perspective { field_of_view: 40.0 }] {
+            let camera = Camera::orbit(centre, 45.0, orbit, projection);
+            let basis = camera.basis().unwrap();
+            let depths = renderer.depths(&camera, size, &Settings::default()).unwrap();
+            for (column, row) in [(7, 6), (9, 9), (12, 8), (15, 7), (0, 0)] {
+                let depth = f64::from(depths.first()[(row * size.width + column) as usize]);
+                let half = f64::from(size.height) / 2.0;
+                let x = (f64::from(column) + 0.5 - f64::from(size.width) / 2.0) / half;
+                let y = (half - f64::from(row) - 0.5) / half;
+                let own = pick(&camera, size.height, x, y).camera(&camera).unwrap();
+                let found = f64::from(renderer.depths(&own, PIXEL, &Settings::default()).unwrap().first()[0]);
+                assert_eq!(found.is_finite(), depth.is_finite(), "{projection:?} {column} {row}");
+                if !depth.is_finite() {
+                    continue;
+                }
+                seen += 1;
+                let beside = basis.right * x + basis.up * y;
+                let expected = match projection {
+                    Projection::Parallel { scale } => camera.position + beside * scale + basis.forward * depth,
+                    Projection::Perspective { field_of_view } => {
+                        let half = (field_of_view.to_radians() / 2.0).tan();
+                        camera.position + (basis.forward + beside * half) * depth
+                    }
+                };
+                let position = own.position + own.basis().unwrap().forward * found;
+                assert!(position.distance(expected) < TOLERANCE, "{position} instead of {expected}");
+                // The first visible point lies where the transfer function begins to be opaque.
+                let value = value_at(&volume, volume.grid().world_to_voxel(position), Kernel::Cubic);
+                assert!((45.0..75.0).contains(&value), "{value}");
+            }
+        }
+        assert!(seen >= 6, "{seen} places show something");
+    }
+
+    #[test]
+    fn values_are_those_of_voxels_and_linear_between_them() {
+        let volume = Volume::open("builtin:hydrogen@8", &OpenOptions::default()).unwrap();
+        let value = |x: usize, y: usize, z: usize| volume.value(x + 8 * (y + 8 * z));
+        for kernel in [Kernel::Linear, Kernel::Cubic, Kernel::CatmullRom] {
+            assert!((value_at(&volume, DVec3::new(3.0, 4.0, 2.0), kernel) - value(3, 4, 2)).abs() < 1e-9, "{kernel:?}");
+            assert!((value_at(&volume, DVec3::splat(-9.0), kernel) - volume.background()).abs() < 1e-9, "{kernel:?}");
+        }
+        let between = value_at(&volume, DVec3::new(3.25, 4.0, 2.0), Kernel::Linear);
+        assert!((between - (0.75 * value(3, 4, 2) + 0.25 * value(4, 4, 2))).abs() < 1e-9);
+    }
+
+    #[test]
+    fn places_of_no_picture_are_refused() {
+        let camera = Camera::orbit(DVec3::ZERO, 5.0, Orbit::default(), Projection::Parallel { scale: 1.0 });
+        assert!(pick(&camera, 100, 1.5, -1.0).check().is_ok());
+        for (height, x) in [(0, 0.0), (100, f64::NAN), (100, f64::INFINITY), (100, 1e9), (1 << 25, 0.0)] {
+            assert!(pick(&camera, height, x, 0.0).check().is_err(), "{height} {x}");
+        }
+    }
+}
