@@ -1,4 +1,4 @@
-// The same hand on this viewer and on PyVista's remote rendering by trame (trame.py), in the same browser, one after the other.
+// The same hand on this viewer and on PyVista's remote rendering by trame (remote.py), in the same browser, one after the other.
 //
 // A picture counts when the browser has it: an image that was loaded or drawn to a canvas. Frames per second are measured in a drag with 60
 // moves a second. Latency is measured by single moves, each long after the last, from the event's time to the second animation frame after
@@ -15,7 +15,7 @@ const SIZE = 768;
 const MOVE = 1000 / 60;
 const SINGLE_MOVES = 40;
 const PYTHON = new URL("../../../../target/trame/bin/python", import.meta.url).pathname;
-const SCRIPT = new URL("../../../../benches/viewer/trame.py", import.meta.url).pathname;
+const SCRIPT = new URL("../../../../benches/viewer/remote.py", import.meta.url).pathname;
 
 /** In the page: when pictures were shown, and how large they were. */
 function instrument() {

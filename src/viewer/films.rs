@@ -3,8 +3,8 @@
 use super::annotated::annotated;
 use super::keeper::{Maker, Order, PageRenderer};
 use super::protocol::{FilmState, Format, PageCamera, PageProjection, Picture, Reply, Step, saved_size};
-use super::scene::FilmWanted;
 use super::saving::{TRANSFER_NAME, saved_look};
+use super::scene::FilmWanted;
 use crate::camera::{CameraPath, Key};
 use crate::error::Error;
 use crate::files::Scratch;
@@ -155,15 +155,15 @@ impl Maker {
         self.say_film(order, film, size);
         let folder = Scratch::new()?;
         let path = folder.path().join(film.format.file_name());
-        let mut animation = Animation::create(&path, size, film.frames(), film.rate, look.background()?)?;
+        let mut animation = Animation::create(&path, size, film.frames(), film.rate, look.background()?).map_err(without_path)?;
         let progress = |state, done| self.outgoing.reply(&Reply::Film { id: film.id, state, done, of: film.frames() });
         for (done, camera) in (0..).zip(&cameras) {
             progress(FilmState::Drawing, done);
             let (Some(frame), _) = renderer.render(camera, rendered, &settings)? else { return Ok(()) };
             let frame = if film.samples > 1 { frame.averaged(film.samples)? } else { frame };
-            animation.add(&annotated(frame, scene, (&look, &order.transfer), camera, settings.blend)?)?;
+            animation.add(&annotated(frame, scene, (&look, &order.transfer), camera, settings.blend)?).map_err(without_path)?;
         }
-        animation.finish()?;
+        animation.finish().map_err(without_path)?;
         self.send_parts(&path, film, size)?;
         progress(FilmState::Complete, film.frames());
         Ok(())
@@ -208,6 +208,14 @@ impl Maker {
             let format = film.format.of_message();
             self.outgoing.picture(&Picture { step: Step::Part, format, id: film.id, size, milliseconds: 0.0, bytes });
         }
+    }
+}
+
+/// An error that does not name the temporary file.
+pub(super) fn without_path(error: Error) -> Error {
+    match error {
+        Error::Write { source, .. } => Error::write(Path::new("the file for the page"), source),
+        error => error,
     }
 }
 

@@ -9,6 +9,7 @@ mod access;
 mod annotated;
 #[cfg(feature = "viewer")]
 mod assets;
+mod checks;
 mod encoding;
 mod films;
 mod inbox;
@@ -37,6 +38,8 @@ mod warming;
 
 #[cfg(feature = "viewer")]
 pub use access::Access;
+#[doc(hidden)]
+pub use checks::check_message;
 pub use look::{Look, PageBlend, PageKernel, PageLight, PageQuality};
 pub use overlay::Overlay;
 pub use protocol::{OpenWanted, PageCamera, PageProjection, SavedFormat};

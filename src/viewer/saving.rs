@@ -1,6 +1,7 @@
 //! Saved pictures, and the commands that make the same ones.
 
 use super::annotated::annotated;
+use super::films::without_path;
 use super::inbox::Saving;
 use super::keeper::{Maker, Order, PageRenderer};
 use super::look::{Look, PageQuality};
@@ -40,7 +41,7 @@ impl Maker {
         let path = folder.path().join(format.file_name());
         let line = scene.host.command_line(&wanted(scene, saving, &look)?);
         let encoding = Encoding { description: Some(line), ..Encoding::default() };
-        frame.save_encoded(&path, Some(look.background()?), &encoding, None)?;
+        frame.save_encoded(&path, Some(look.background()?), &encoding, None).map_err(without_path)?;
         let bytes = std::fs::read(&path).map_err(failed)?;
         say_command(scene, &self.outgoing, (&order.look, &order.transfer), saving)?;
         let format = match format {

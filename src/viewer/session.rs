@@ -145,20 +145,21 @@ impl Session {
 
     /// Takes a request; returns the answer of requests that are answered at once.
     fn handle(&self, request: Request) -> Result<Option<Message>, Error> {
+        // A film that is refused is answered on the drawing thread, with its number.
+        if !matches!(request, Request::Film(_)) {
+            request.check()?;
+        }
         let job = match request {
             Request::View(view) => {
-                shown_size(view.width, view.height)?;
                 self.keeper.hand(view.moving);
                 self.inbox.post_view(view);
                 return Ok(None);
             }
             Request::Slices(slices) => {
-                slices.check()?;
                 self.inbox.post_slices(slices);
                 return Ok(None);
             }
             Request::Look { look } => {
-                look.check()?;
                 self.inbox.post_look(look);
                 return Ok(None);
             }
@@ -189,10 +190,7 @@ impl Session {
             Request::Command { camera, width, height, samples, format } => {
                 Job::Command(Saving { camera, size: saved_size(width, height, samples)?, samples, format })
             }
-            Request::Pick(pick) => {
-                pick.check()?;
-                Job::Pick(pick)
-            }
+            Request::Pick(pick) => Job::Pick(pick),
         };
         if self.inbox.post_job(job) {
             return Ok(None);

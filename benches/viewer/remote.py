@@ -1,6 +1,6 @@
 """PyVista's remote rendering by trame: the same volume, transfer function and size as the viewer's. Prints its address.
 
-trame.py VOLUME.raw[.gz] PORT MAPPER SIZE, and on standard input JSON of {"colors": [[value, [r, g, b]]...], "opacities": [[value, opacity]...],
+remote.py VOLUME.raw[.gz] PORT MAPPER SIZE, and on standard input JSON of {"colors": [[value, [r, g, b]]...], "opacities": [[value, opacity]...],
 "dims": [...]}. MAPPER: fixed_point or gpu.
 """
 
@@ -10,7 +10,7 @@ import sys
 
 import numpy as np
 import pyvista as pv
-from pyvista.trame.ui import plotter_ui
+from trame_pyvista.ui import plotter_ui
 from trame.app import get_server
 from trame.ui.html import DivLayout
 
