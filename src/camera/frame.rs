@@ -1,6 +1,7 @@
 //! The frame in which an orbit is counted: which way is up, and where azimuth 0, elevation 0 looks from.
 
-use super::{Orbit, axes};
+use super::{Camera, Orbit, axes};
+use crate::error::Error;
 use glam::DVec3;
 
 /// An axis of the world that points up.
@@ -114,14 +115,20 @@ impl OrbitFrame {
         if *self == Self::default() {
             return orbit;
         }
-        let [right, up, to_eye] = axes(orbit).map(|axis| self.to_world(axis));
-        let horizontal = to_eye.x.hypot(to_eye.z);
-        let elevation = to_eye.y.atan2(horizontal);
-        // At the poles, where the azimuth and the roll turn about the same axis, the azimuth does it all.
-        let azimuth = if horizontal > 0.0 { to_eye.x.atan2(to_eye.z) } else { (-right.z).atan2(right.x) };
-        let (azimuth, elevation) = (azimuth.to_degrees(), elevation.to_degrees());
-        let [level, upright, _] = axes(Orbit { azimuth, elevation, roll: 0.0 });
-        Orbit { azimuth, elevation, roll: up.dot(level).atan2(up.dot(upright)).to_degrees() }
+        of_axes(axes(orbit).map(|axis| self.to_world(axis)))
+    }
+
+    /// The orbit in this frame that has the axes of a camera. Without a roll of more than rounding, the roll is 0.
+    ///
+    /// # Errors
+    /// If the camera has no valid view.
+    pub fn orbit_of(&self, camera: &Camera) -> Result<Orbit, Error> {
+        /// Degrees.
+        const ROUNDING: f64 = 1e-9;
+        let basis = camera.basis()?;
+        let in_frame = |v: DVec3| DVec3::new(v.dot(self.right), v.dot(self.up), v.dot(self.to_eye));
+        let orbit = of_axes([basis.right, basis.up, -basis.forward].map(in_frame));
+        Ok(if orbit.roll.abs() < ROUNDING { Orbit { roll: 0.0, ..orbit } } else { orbit })
     }
 
     /// Direction from the focal point to the eye of an `orbit` in this frame, in the world.
@@ -136,9 +143,20 @@ impl OrbitFrame {
     }
 }
 
+/// The orbit about y whose camera has these axes: right, up, towards the eye.
+fn of_axes([right, up, to_eye]: [DVec3; 3]) -> Orbit {
+    let horizontal = to_eye.x.hypot(to_eye.z);
+    let elevation = to_eye.y.atan2(horizontal);
+    // At the poles, where the azimuth and the roll turn about the same axis, the azimuth does it all.
+    let azimuth = if horizontal > 0.0 { to_eye.x.atan2(to_eye.z) } else { (-right.z).atan2(right.x) };
+    let (azimuth, elevation) = (azimuth.to_degrees(), elevation.to_degrees());
+    let [level, upright, _] = axes(Orbit { azimuth, elevation, roll: 0.0 });
+    Orbit { azimuth, elevation, roll: up.dot(level).atan2(up.dot(upright)).to_degrees() }
+}
+
 #[cfg(test)]
 mod tests {
-    use super::super::{Basis, Camera, Projection};
+    use super::super::{Basis, Projection};
     use super::*;
 
     /// Rounding error of an orientation that passed through three angles in degrees.
@@ -190,6 +208,32 @@ mod tests {
             let height = |azimuth| -basis(frame.orbit(Orbit { azimuth, elevation: 20.0, roll: 0.0 })).forward.dot(frame.up());
             assert!((0..12).all(|n| (height(30.0 * f64::from(n)) - 20f64.to_radians().sin()).abs() < ROUNDING), "{up:?}");
         }
+    }
+
+    /// The orbit of a camera makes the same camera again, whatever its view-up was.
+    #[test]
+    fn orbits_are_found_again() {
+        for (up, frame) in frames() {
+            for elevation in [0.0, 20.0, -35.0, 90.0, -90.0] {
+                for roll in [0.0, 15.0, -90.0] {
+                    let orbit = frame.orbit(Orbit { azimuth: 30.0, elevation, roll });
+                    let camera = Camera::orbit(DVec3::ONE, 2.0, orbit, Projection::Parallel { scale: 1.0 });
+                    let tilted = Camera { view_up: camera.view_up + 0.5 * (camera.position - camera.focal_point), ..camera };
+                    let (expected, found) = (basis(orbit), basis(frame.orbit(frame.orbit_of(&tilted).unwrap())));
+                    let apart = found.right.distance(expected.right) + found.up.distance(expected.up);
+                    assert!(apart + found.forward.distance(expected.forward) < 4.0 * ROUNDING, "{up:?}, {orbit:?}: {found:?}");
+                    if roll == 0.0 && elevation.abs() < 90.0 && up == Up::Y {
+                        assert_eq!(frame.orbit_of(&tilted).unwrap().roll, 0.0);
+                    }
+                }
+            }
+        }
+        let nowhere = Camera {
+            position: DVec3::ZERO,
+            focal_point: DVec3::ZERO,
+            ..Camera::orbit(DVec3::ZERO, 1.0, Orbit::default(), Projection::Parallel { scale: 1.0 })
+        };
+        assert!(OrbitFrame::default().orbit_of(&nowhere).is_err());
     }
 
     #[test]

@@ -19,30 +19,38 @@ macro_rules! asset {
 pub(super) const PAGE: Asset = asset!("index.html", "text/html; charset=utf-8");
 
 /// All that the page loads.
-pub(super) const ASSETS: [Asset; 23] = [
+pub(super) const ASSETS: [Asset; 31] = [
     asset!("style.css", "text/css; charset=utf-8"),
     asset!("icon.svg", "image/svg+xml"),
+    asset!("adjusting.js", SCRIPT),
+    asset!("ball.js", SCRIPT),
     asset!("camera.js", SCRIPT),
     asset!("connection.js", SCRIPT),
     asset!("controls.js", SCRIPT),
     asset!("cutting.js", SCRIPT),
     asset!("editing.js", SCRIPT),
+    asset!("editor-keys.js", SCRIPT),
     asset!("editor.js", SCRIPT),
     asset!("files.js", SCRIPT),
     asset!("film.js", SCRIPT),
     asset!("gestures.js", SCRIPT),
+    asset!("handles.js", SCRIPT),
     asset!("keeping.js", SCRIPT),
     asset!("keys.js", SCRIPT),
     asset!("lighting.js", SCRIPT),
     asset!("main.js", SCRIPT),
     asset!("names.js", SCRIPT),
+    asset!("overlay.js", SCRIPT),
     asset!("picture.js", SCRIPT),
+    asset!("plot.js", SCRIPT),
+    asset!("reading.js", SCRIPT),
     asset!("saving.js", SCRIPT),
     asset!("session.js", SCRIPT),
     asset!("sides.js", SCRIPT),
     asset!("slices.js", SCRIPT),
     asset!("state.js", SCRIPT),
     asset!("status.js", SCRIPT),
+    asset!("tents.js", SCRIPT),
 ];
 
 #[cfg(test)]

@@ -68,9 +68,9 @@ impl State {
         self.look.is_some() || self.transfer.is_some() || self.view.is_some() || self.slices.is_some()
     }
 
+    /// What is new but slices and jobs.
     fn take_news(&mut self) -> News {
-        let Self { look, transfer, view, slices, .. } = self;
-        News { look: look.take(), transfer: transfer.take(), view: view.take(), slices: slices.take(), ..News::default() }
+        News { look: self.look.take(), transfer: self.transfer.take(), view: self.view.take(), ..News::default() }
     }
 }
 
@@ -166,7 +166,7 @@ impl Inbox {
             let may_draw = state.in_flight < MOST_IN_FLIGHT;
             if state.view.is_some() {
                 if may_draw {
-                    return Some(state.take_news());
+                    return Some(News { slices: state.slices.take(), ..state.take_news() });
                 }
             } else if let Some(slices) = state.slices.take_if(|_| may_draw) {
                 // A look or a transfer function waits for its view.
@@ -213,6 +213,8 @@ mod tests {
     use crate::image::Background;
     use crate::settings::Settings;
     use crate::viewer::protocol::PageProjection;
+    use crate::viewer::readiness::Readiness;
+    use std::sync::Arc;
 
     fn camera() -> PageCamera {
         PageCamera { azimuth: 0.0, elevation: 0.0, roll: 0.0, center: [0.0; 3], projection: PageProjection::ParallelScale(1.0) }
@@ -240,6 +242,32 @@ mod tests {
         inbox.post_view(view(1000));
         let news = inbox.wait(Some(Instant::now())).unwrap();
         assert!(news.look.is_some() && news.view == Some(view(1000)));
+    }
+
+    /// Slices wait neither for a look nor for a job, but for acknowledgements.
+    #[test]
+    fn the_newest_slices_win() {
+        let slices = |id: u32| -> SlicesView {
+            let plane = r#"{"right":[1,0,0],"up":[0,1,0]}"#;
+            let text = format!(
+                r#"{{"id":{id},"point":[0,0,0],"planes":[{plane},{plane},{plane}],"width":4,"height":4,"kernel":"cubic","window":null,
+                "thickness":null,"moving":true}}"#
+            );
+            serde_json::from_str(&text).unwrap()
+        };
+        let inbox = Inbox::new(Cancel::new());
+        (0..100).for_each(|id| inbox.post_slices(slices(id)));
+        inbox.post_look(look());
+        assert!(inbox.post_job(job()));
+        let news = inbox.wait(None).unwrap();
+        assert!(news.slices == Some(slices(99)) && news.look.is_none() && news.job.is_none());
+        (0..MOST_IN_FLIGHT).for_each(|_| inbox.sent());
+        inbox.post_slices(slices(100));
+        assert!(inbox.wait(None).unwrap().job.is_some(), "the page has not drawn the last pictures");
+        inbox.acknowledge();
+        inbox.post_view(view(1));
+        let news = inbox.wait(None).unwrap();
+        assert!(news.slices == Some(slices(100)) && news.view == Some(view(1)) && news.look.is_none());
     }
 
     #[test]
@@ -295,6 +323,20 @@ mod tests {
         assert!(inbox.wait(Some(at)).unwrap().view.is_none() && Instant::now() >= at);
         inbox.post_view(view(1));
         assert!(inbox.wait(Some(Instant::now() + Duration::from_secs(3600))).unwrap().view.is_some());
+    }
+
+    #[test]
+    fn readiness_is_told_before_pictures_and_ends_no_frame() {
+        let (readiness, cancel) = (Readiness::default(), Cancel::new());
+        let inbox = Arc::new(Inbox::new(cancel.clone()));
+        readiness.watch(&inbox);
+        inbox.post_view(view(1));
+        let news = inbox.wait(None).unwrap();
+        assert!(news.ready == Some(false) && news.view.is_none());
+        assert!(inbox.wait(None).unwrap().view.is_some());
+        inbox.giving_way(|| readiness.set());
+        assert!(!cancel.is_cancelled());
+        assert_eq!(inbox.wait(None).unwrap().ready, Some(true));
     }
 
     #[test]

@@ -182,6 +182,14 @@ impl PageCamera {
         Self { azimuth, elevation, roll, center: camera.focal_point.to_array(), projection }
     }
 
+    /// The page's description of any camera.
+    ///
+    /// # Errors
+    /// If the camera has no valid view.
+    pub fn of(camera: &Camera, frame: OrbitFrame) -> Result<Self, Error> {
+        Ok(Self::new(camera, frame.orbit_of(camera)?))
+    }
+
     /// The angles, in the frame of the volume's orientation.
     pub fn orbit(&self) -> Orbit {
         Orbit { azimuth: self.azimuth, elevation: self.elevation, roll: self.roll }
@@ -242,6 +250,8 @@ pub(super) fn transfer_function(
 #[derive(Serialize)]
 #[serde(tag = "type", rename_all = "snake_case")]
 pub(super) enum Reply<'a> {
+    /// What the program shows from now on; the page asks for it.
+    Given { camera: PageCamera, look: &'a Look, transfer: NamedTransfer<'a> },
     /// A camera that fits.
     Fitted { camera: PageCamera },
     /// A transfer function that was asked for.
@@ -294,6 +304,20 @@ pub(super) struct Picked {
     pub voxel: [f64; 3],
     /// Value of the field.
     pub value: f64,
+}
+
+/// A transfer function, and its name.
+#[derive(Serialize)]
+pub(super) struct NamedTransfer<'a> {
+    name: &'a str,
+    colors: &'a [ControlPoint<[f64; 3]>],
+    opacities: &'a [ControlPoint<f64>],
+}
+
+impl<'a> From<&'a TransferFunction> for NamedTransfer<'a> {
+    fn from(transfer: &'a TransferFunction) -> Self {
+        Self { name: transfer.name(), colors: transfer.colors(), opacities: transfer.opacities() }
+    }
 }
 
 /// What a picture is.

@@ -1,7 +1,7 @@
 //! What all pages of a run share: the volume on the device, and what its first view is.
 
 use super::look::Look;
-use super::protocol::{Kind, PageCamera, PageProjection, SavedFormat};
+use super::protocol::{Kind, NamedTransfer, PageCamera, PageProjection, Reply, SavedFormat};
 use super::readiness::Readiness;
 use super::slices;
 use crate::camera::OrbitFrame;
@@ -152,7 +152,7 @@ pub struct Opening {
 }
 
 /// What a page begins with.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct First {
     /// The camera.
     pub camera: PageCamera,
@@ -237,7 +237,8 @@ impl Scene {
         Ok(renderer)
     }
 
-    pub(super) fn frame(&self) -> OrbitFrame {
+    /// The frame in which angles of pages are counted.
+    pub fn frame(&self) -> OrbitFrame {
         self.opening.orientation.frame()
     }
 
@@ -319,7 +320,7 @@ impl Scene {
             "sides": sides,
             "histogram": { "lowest": statistics.min, "highest": statistics.max, "counts": statistics.histogram },
             "camera": camera, "camera_is_given": camera_is_given, "look": look,
-            "transfer": { "name": transfer.name(), "colors": transfer.colors(), "opacities": transfer.opacities() },
+            "transfer": NamedTransfer::from(transfer),
             "palettes": TransferFunction::palette_colors().map(|(name, colors)| json!({ "name": name, "colors": colors })).collect::<Vec<_>>(),
             "presets": presets.collect::<Vec<_>>(),
             "maps": maps.collect::<Vec<_>>(),
@@ -329,6 +330,12 @@ impl Scene {
             "offered": self.host.offered(),
         })
         .to_string()
+    }
+
+    /// The message to a page that shows these from now on, JSON.
+    pub fn given(&self, now: &First) -> String {
+        let First { camera, look, transfer, .. } = now;
+        serde_json::to_string(&Reply::Given { camera: *camera, look, transfer: transfer.into() }).expect("replies are plain data")
     }
 
     /// Colours of a map.

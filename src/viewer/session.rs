@@ -4,10 +4,9 @@ use super::inbox::{Inbox, Job, Saving};
 use super::keeper::{Keeper, Maker};
 use super::look::Look;
 use super::painter::Painter;
-use super::protocol::{MAX_MESSAGE, OpenWanted, Picture, Reply, Request, saved_size, shown_size, transfer_function};
+use super::protocol::{MAX_MESSAGE, OpenWanted, PageCamera, Picture, Reply, Request, saved_size, shown_size, transfer_function};
 use super::scene::{First, Scene};
 use super::warming;
-use crate::camera::Camera;
 use crate::device::Cancel;
 use crate::error::Error;
 use crate::transfer::{FileFormat, TransferFunction};
@@ -71,7 +70,7 @@ pub struct Received {
 #[derive(Clone, Debug, PartialEq)]
 #[expect(missing_docs, reason = "what changed")]
 pub enum Change {
-    Camera(Camera),
+    Camera(PageCamera),
     Look(Look),
     Transfer(TransferFunction),
 }
@@ -127,7 +126,7 @@ impl Session {
         let request: Request = serde_json::from_str(message).ok()?;
         let open = if let Request::Open { volume } = &request { Some(volume.clone()) } else { None };
         let change = match &request {
-            Request::View(view) => self.scene.camera(&view.camera).ok().map(Change::Camera),
+            Request::View(view) => self.scene.camera(&view.camera).ok().map(|_| Change::Camera(view.camera)),
             Request::Look { look } => Some(Change::Look(look.clone())),
             Request::Transfer { colors, opacities } => {
                 transfer_function(colors.clone(), opacities.clone()).ok().map(Change::Transfer)

@@ -214,6 +214,7 @@ fn help_has_examples() {
         "render",
         "rotate",
         "views",
+        "slice",
         "info",
         "transfer",
         "convert",

@@ -5,6 +5,7 @@ mod files;
 mod films;
 mod limits;
 mod pictures;
+mod python;
 mod reading;
 mod safety;
 mod slices;

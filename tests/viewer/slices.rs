@@ -106,20 +106,14 @@ fn bad_slices_are_refused() {
         ("height", json!(4_000_000), "viewport"),
         ("window", json!([0, 0]), "window"),
         ("thickness", json!(-1), "thickness"),
-        ("point", json!([1e300, 1e300, 1e300]), ""),
+        // So far away that the volume has no size.
+        ("point", json!([1e300, 1e300, 1e300]), "half the height of the slice is 0"),
     ] {
         let bad = with(good.clone(), name, value);
         let bad = if name == "thickness" { with(bad, "window", Value::Null) } else { bad };
         page.send(&bad);
-        if word.is_empty() {
-            // Finite numbers are no error: the slices are empty.
-            page.text("slices");
-            assert_eq!(page.picture().step, SLICES);
-            page.shown();
-        } else {
-            let problem = page.text("problem");
-            assert!(problem["sentence"].as_str().unwrap().contains(word), "{problem}");
-        }
+        let problem = page.text("problem");
+        assert!(problem["sentence"].as_str().unwrap().contains(word), "{problem}");
     }
     let flat = json!({ "right": [1, 0, 0], "up": [1, 0, 0] });
     page.send(&with(good.clone(), "planes", json!([flat, flat, flat])));

@@ -27,6 +27,10 @@ use pyo3::types::PyDict;
 pub struct Camera(Ours);
 
 impl Camera {
+    pub fn from_library(camera: Ours) -> Self {
+        Self(camera)
+    }
+
     pub fn ours(&self) -> &Ours {
         &self.0
     }

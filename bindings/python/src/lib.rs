@@ -12,6 +12,7 @@ mod errors;
 mod event;
 mod exclusive;
 mod handles;
+mod live;
 mod names;
 mod pickled;
 mod renderer;
@@ -34,6 +35,8 @@ mod _layersplat {
     #[pymodule_export]
     use super::event::Event;
     #[pymodule_export]
+    use super::live::{LivePage, LiveScene};
+    #[pymodule_export]
     use super::renderer::Renderer;
     #[pymodule_export]
     use super::settings::Settings;
@@ -47,4 +50,8 @@ mod _layersplat {
     #[pymodule_export]
     #[allow(non_upper_case_globals)] // The name that Python expects.
     const __version__: &str = env!("CARGO_PKG_VERSION");
+
+    /// The viewer's page as one ES module, for `anywidget` (build.rs).
+    #[pymodule_export]
+    const PAGE_MODULE: &str = include_str!(concat!(env!("OUT_DIR"), "/widget.js"));
 }

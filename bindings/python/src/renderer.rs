@@ -425,7 +425,8 @@ impl Renderer {
         self.shared.with(py, |ours| Ok(ours.grid().clone()))
     }
 
-    fn with_limit(mut renderer: Box<AnyRenderer>, owner: Option<Py<PyAny>>, time_limit: Option<Duration>) -> Self {
+    /// A renderer of the library, and what owns its voxels.
+    pub fn with_limit(mut renderer: Box<AnyRenderer>, owner: Option<Py<PyAny>>, time_limit: Option<Duration>) -> Self {
         renderer.limit(time_limit);
         Self { shared: Arc::new(Exclusive::new(renderer, owner)), time_limit: Mutex::new(time_limit) }
     }

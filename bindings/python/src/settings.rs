@@ -40,6 +40,15 @@ use pyo3::prelude::*;
 pub struct Settings(Ours);
 
 impl Settings {
+    pub fn from_library(settings: Ours) -> Self {
+        Self(settings)
+    }
+
+    /// The code that makes them.
+    pub fn code(&self, py: Python) -> PyResult<String> {
+        self.__repr__(py)
+    }
+
     pub fn ours(&self) -> &Ours {
         &self.0
     }

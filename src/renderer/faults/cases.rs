@@ -10,6 +10,7 @@ use crate::renderer::{PartRenderer, PictureFormat, PictureMemory, Renderer, Stre
 use crate::settings::{
     Algorithm, Blend, Classification, Evaluation, LayerAxis, Layered, Light, Lights, Settings, Shading, Shadows,
 };
+use crate::slice::{Slice, SliceAxis, SliceColors};
 use crate::transfer::TransferFunction;
 use crate::viewport::Viewport;
 use crate::volume::{OpenOptions, Volume};
@@ -157,6 +158,19 @@ pub fn in_parts(scene: &Scene) -> Case<'_> {
                 let done = behind.composite(&camera, SIZE, &settings, middle..z, Some(&done))?;
                 Ok(bytemuck::cast_slice(behind.finish(&done)?.pixels()).to_vec())
             }))
+        }),
+    }
+}
+
+/// A slice, with coefficients of the B-spline.
+pub fn sliced(scene: &Scene) -> Case<'_> {
+    Case {
+        name: "a slice".into(),
+        make: Box::new(move |device| {
+            let mut renderer = Renderer::new(device, &scene.volume, &scene.transfer)?;
+            let slice = Slice::at(scene.volume.grid(), SliceAxis::Y, 3.5, SIZE)?;
+            let mut draw = move || renderer.slice(&slice, SIZE, Kernel::BSpline, SliceColors::TRANSFER);
+            Ok(Box::new(move || Ok(bytemuck::cast_slice(draw()?.pixels()).to_vec())))
         }),
     }
 }

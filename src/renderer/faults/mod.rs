@@ -134,6 +134,7 @@ fn all<'a>(scene: &'a Scene, large: &'a Scene, host: &'a Host) -> Vec<Case<'a>> 
     cases.extend(cases::displayed(scene));
     cases.extend(cases::enqueued(scene, host));
     cases.push(cases::in_parts(scene));
+    cases.push(cases::sliced(scene));
     cases.extend(cases::streamed(large));
     cases
 }

@@ -51,9 +51,10 @@ function rotated(v, axis, radians) {
   return sum(times(v, c), times(cross(axis, v), s), times(axis, dot(axis, v) * (1 - c)));
 }
 
-/** Turns the camera about its own axes: by `x` to the right and `y` upwards on the screen, in radians.
- * @param {Camera} camera @param {number} x @param {number} y @returns {Camera} */
-export function turned(camera, x, y) {
+/** Turns the camera about its own axes: by `x` to the right and `y` upwards on the screen, in radians. What is at the pivot stays where it is.
+ * @param {Camera} camera @param {number} x @param {number} y @param {number[] | null} pivot world point; by default the centre
+ * @param {Frame} frame @returns {Camera} */
+export function turned(camera, x, y, pivot, frame) {
   let own = axes(camera);
   const turn = (/** @type {number[]} */ axis, /** @type {number} */ by) => {
     own = { right: rotated(own.right, axis, by), up: rotated(own.up, axis, by), toEye: rotated(own.toEye, axis, by) };
@@ -62,7 +63,33 @@ export function turned(camera, x, y) {
   turn(own.right, y);
   const toEye = unit(own.toEye);
   const right = unit(cross(own.up, toEye));
-  return { ...camera, ...angles({ right, up: cross(toEye, right), toEye }) };
+  const next = { ...camera, ...angles({ right, up: cross(toEye, right), toEye }) };
+  if (!pivot) return next;
+  // The centre is where it was in the camera's axes, from the pivot.
+  const [before, after] = [worldAxes(camera, frame), worldAxes(next, frame)];
+  const from = sum(camera.center, times(pivot, -1));
+  const along = [before.right, before.up, before.toEye].map((axis) => dot(from, axis));
+  return { ...next, center: sum(pivot, times(after.right, along[0]), times(after.up, along[1]), times(after.toEye, along[2])) };
+}
+
+/** Axes of a camera in the world. @param {Camera} camera @param {Frame} frame */
+export function worldAxes(camera, frame) {
+  const { right, up, toEye } = axes(camera);
+  return { right: toWorld(right, frame), up: toWorld(up, frame), toEye: toWorld(toEye, frame) };
+}
+
+/** Where a world point is in the picture, in half heights from the middle. `scale`: half heights per world unit there; 0 behind the eye.
+ * @param {number[]} point @param {Camera} camera @param {Frame} frame */
+export function projected(point, camera, frame) {
+  const own = worldAxes(camera, frame);
+  const from = sum(point, times(camera.center, -1));
+  let scale = 1 / halfHeight(camera);
+  if ("perspective" in camera.projection) {
+    const distance = camera.projection.perspective[1];
+    const left = distance - dot(from, own.toEye);
+    scale = left > 0 ? (scale * distance) / left : 0;
+  }
+  return { x: dot(from, own.right) * scale, y: dot(from, own.up) * scale, scale };
 }
 
 /** @param {Camera} camera @param {number} degrees @returns {Camera} */

@@ -52,7 +52,7 @@ export class Connection {
   /** @param {ArrayBuffer} data */
   receive(data) {
     const head = new DataView(data);
-    const kind = head.getUint8(1) === 0 ? "image/jpeg" : "image/png";
+    const kind = ["image/jpeg", "image/png", "image/x-exr"][head.getUint8(1)];
     this.bytes += data.byteLength;
     this.pictures += 1;
     this.handlers.picture({

@@ -1,4 +1,4 @@
-// Blend mode, quality, kernel and background.
+// Blend mode, quality, kernel, gradients, background, and what is drawn over the picture.
 
 /** @typedef {import("./state.js").Look} Look */
 
@@ -17,6 +17,10 @@ export function listen(change) {
     if (value === "paper") look.kernel = null;
   });
   choose("kernel", (look, value) => { look.kernel = value || null; });
+  choose("gradient", (look, value) => { look.gradient = value || null; });
+  for (const [id, name] of /** @type {const} */ ([["legend", "legend"], ["bounding-box", "bounding_box"], ["axes", "axes"]])) {
+    element(id).addEventListener("change", () => change((look) => { look[name] = element(id).checked; }, true));
+  }
   for (const id of ["iso", "iso-number"]) {
     const set = (/** @type {boolean} */ isDone) => {
       const value = element(id).valueAsNumber;
@@ -39,11 +43,21 @@ export function show(look, isLayered) {
   element("kernel").value = look.kernel ?? "";
   element("quality").disabled = !isLayered;
   element("kernel").disabled = !isLayered || look.quality === "paper";
+  showGradient(look.gradient);
+  [element("legend").checked, element("bounding-box").checked, element("axes").checked] = [look.legend, look.bounding_box, look.axes];
   element("iso-line").hidden = look.blend !== "iso";
   element("iso").value = String(look.iso);
   if (element("iso-number") !== document.activeElement) element("iso-number").value = String(Number(look.iso.toPrecision(6)));
   element("transparent").checked = look.background === "transparent";
   if (look.background !== "transparent") element("background").value = look.background;
+}
+
+/** One that the command was given is in the list, too. @param {string | null} gradient */
+function showGradient(gradient) {
+  const list = /** @type {HTMLSelectElement} */ (/** @type {unknown} */ (element("gradient")));
+  const name = gradient ?? "";
+  if (![...list.options].some(({ value }) => value === name)) list.append(new Option(name, name));
+  list.value = name;
 }
 
 /** @param {number} lowest @param {number} highest */

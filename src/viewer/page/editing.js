@@ -26,11 +26,27 @@ export function add(points, value, y) {
   return index;
 }
 
-/** Moves a point between its neighbours. @param {[number, unknown][]} points @param {number} index @param {number} value */
-export function move(points, index, value) {
-  const low = index > 0 ? points[index - 1][0] : -Infinity;
-  const high = index + 1 < points.length ? points[index + 1][0] : Infinity;
-  points[index][0] = clamp(value, low, high);
+/** Moves points by the same way, as far as the neighbours of all of them allow. @param {[number, unknown][]} points
+ * @param {number[]} indices in order @param {number} by */
+export function moveAll(points, indices, by) {
+  const isMoved = (/** @type {number} */ n) => indices.includes(n);
+  const rooms = indices.map((n) => {
+    const low = n > 0 && !isMoved(n - 1) ? points[n - 1][0] : -Infinity;
+    const high = n + 1 < points.length && !isMoved(n + 1) ? points[n + 1][0] : Infinity;
+    return [low - points[n][0], high - points[n][0]];
+  });
+  const way = clamp(by, Math.max(...rooms.map(([low]) => low)), Math.min(...rooms.map(([, high]) => high)));
+  for (const n of indices) points[n][0] += way;
+}
+
+/** Mirrors points about a value, by default the middle of theirs. @template T @param {[number, T][]} points
+ * @param {number[]} indices in order @param {number} [middle] @returns {[number, T][]} */
+export function flipped(points, indices, middle) {
+  const values = indices.map((n) => points[n][0]);
+  const twice = middle === undefined ? Math.min(...values) + Math.max(...values) : 2 * middle;
+  const mirrored = indices.map((n) => /** @type {[number, T]} */ ([twice - points[n][0], points[n][1]]));
+  const others = points.filter((_, n) => !indices.includes(n));
+  return [...others, ...mirrored.reverse()].sort((a, b) => a[0] - b[0]);
 }
 
 /** Shifts, widens and fades all points of a function. `shift` −1 … 1 is a range's width, `widen` −1 … 1 a factor of 1/4 … 4 about the middle,

@@ -1,13 +1,21 @@
 // Mouse, pen and fingers on the picture.
 
+/** @typedef {{ x: number, y: number }} Place in half heights from the middle of the picture */
+/** @typedef {{ move: (place: Place) => void, end: () => void }} Grab */
 /** @typedef {{ turn: (x: number, y: number) => void, pan: (x: number, y: number) => void, roll: (degrees: number) => void,
- *   zoom: (factor: number, x: number, y: number) => void, rest: () => void }} Actions
- *   turn and pan by half heights of the picture; zoom about a place in half heights from the middle */
+ *   zoom: (factor: number, x: number, y: number) => void, rest: () => void, hasMomentum: () => boolean,
+ *   grab: (place: Place) => Grab | null, click: (place: Place) => void, pivot: (place: Place) => void }} Actions
+ *   turn and pan by half heights of the picture; zoom about a place; `grab`: of a handle in the picture */
 
 /** Radians that a drag over half the picture's height turns by. */
 const TURN = Math.PI / 2;
 /** Magnification of a wheel's notch, which most browsers count as 100 or 120. */
 const WHEEL = 0.0015;
+/** Pixels that a click may move by. */
+const STILL = 4;
+/** Part of the momentum that is left after a frame, and what is too slow to be seen, in radians per frame. */
+const LEFT = 0.94;
+const SLOWEST = 0.0005;
 /** Milliseconds after the last turn of the wheel at which the hand rests. */
 const WHEEL_REST = 180;
 
@@ -17,10 +25,21 @@ export function listen(picture, actions) {
   /** @type {Map<number, { x: number, y: number }>} */
   const pointers = new Map();
   let rest = 0;
+  /** @type {Grab | null} */
+  let held = null;
+  /** Where the only pointer went down, while it may become a click. @type {MouseEvent | null} */
+  let pressed = null;
+  /** Radians of the last movement, and when it was. */
+  let speed = { x: 0, y: 0, at: 0 };
+  let gliding = 0;
 
   canvas.addEventListener("pointerdown", (event) => {
     canvas.focus({ preventScroll: true });
     canvas.setPointerCapture(event.pointerId);
+    cancelAnimationFrame(gliding);
+    pressed = pointers.size === 0 && event.button === 0 ? event : null;
+    held = pointers.size === 0 && event.button === 0 ? actions.grab(picture.place(event)) : null;
+    speed = { x: 0, y: 0, at: 0 };
     pointers.set(event.pointerId, picture.place(event));
     event.preventDefault();
   });
@@ -28,13 +47,21 @@ export function listen(picture, actions) {
     const before = pointers.get(event.pointerId);
     if (!before) return;
     const now = picture.place(event);
-    if (pointers.size === 1) drag(event, now.x - before.x, now.y - before.y, now);
+    if (pressed && Math.hypot(event.clientX - pressed.clientX, event.clientY - pressed.clientY) >= STILL) pressed = null;
+    if (held) held.move(now);
+    else if (pointers.size === 1) drag(event, now.x - before.x, now.y - before.y, now);
     else if (pointers.size === 2) pinch(event.pointerId, before, now);
     pointers.set(event.pointerId, now);
   });
   const up = (/** @type {PointerEvent} */ event) => {
-    if (pointers.delete(event.pointerId) && pointers.size === 0) actions.rest();
+    if (!pointers.delete(event.pointerId) || pointers.size > 0) return;
+    if (held) held.end();
+    else if (pressed && event.type === "pointerup") actions.click(picture.place(event));
+    else if (actions.hasMomentum() && performance.now() - speed.at < 60) return glide();
+    [held, pressed] = [null, null];
+    actions.rest();
   };
+  canvas.addEventListener("dblclick", (event) => actions.pivot(picture.place(event)));
   canvas.addEventListener("pointerup", up);
   canvas.addEventListener("pointercancel", up);
   canvas.addEventListener("contextmenu", (event) => event.preventDefault());
@@ -61,7 +88,16 @@ export function listen(picture, actions) {
       actions.zoom(Math.exp(2 * dy), 0, 0);
     } else {
       actions.turn(dx * TURN, dy * TURN);
+      speed = { x: dx * TURN, y: dy * TURN, at: performance.now() };
     }
+  }
+
+  /** Turns on as the hand did, slower and slower. */
+  function glide() {
+    if (Math.hypot(speed.x, speed.y) < SLOWEST) return actions.rest();
+    actions.turn(speed.x, speed.y);
+    speed = { x: speed.x * LEFT, y: speed.y * LEFT, at: 0 };
+    gliding = requestAnimationFrame(glide);
   }
 
   /** Two fingers pan, zoom and roll at once. @param {number} id @param {{ x: number, y: number }} before @param {{ x: number, y: number }} now */

@@ -1,4 +1,4 @@
-// Saved pictures, and the command that makes them.
+// Saved pictures, and the command or the program in Python that makes them.
 
 import { download, toClipboard } from "./saving.js";
 
@@ -11,10 +11,11 @@ export class Keeping {
   constructor(session, status) {
     this.session = session;
     this.status = status;
-    /** Whether the next command is for the clipboard. */
-    this.wantsCommand = false;
+    /** What the next answer is for. */
+    this.wants = /** @type {"line" | "python" | null} */ (null);
     field("save").addEventListener("click", () => this.save());
-    field("copy").addEventListener("click", () => this.copy());
+    field("copy").addEventListener("click", () => this.copy("line"));
+    field("copy-python").addEventListener("click", () => this.copy("python"));
   }
 
   /** Offers the size of the picture on the page. */
@@ -25,28 +26,30 @@ export class Keeping {
 
   get request() {
     const [width, height, samples] = ["save-width", "save-height", "save-samples"].map((name) => field(name).valueAsNumber || 1);
-    return { camera: this.session.state.camera, width, height, samples };
+    return { camera: this.session.state.camera, width, height, samples, format: field("save-format").value };
   }
 
   save() {
     this.session.connection.send({ type: "save", ...this.request });
   }
 
-  copy() {
-    this.wantsCommand = true;
+  /** @param {"line" | "python"} what */
+  copy(what) {
+    this.wants = what;
     this.session.connection.send({ type: "command", ...this.request });
   }
 
   /** @param {any} answer */
-  async show({ line, transfer_name: name, transfer_text: text }) {
+  async show({ line, python, transfer_name: name, transfer_text: text }) {
+    const { wants } = this;
     const box = field("command");
-    box.value = line;
+    box.value = wants === "python" ? python : line;
     box.hidden = false;
-    if (!this.wantsCommand) return;
-    this.wantsCommand = false;
+    if (!wants) return;
+    this.wants = null;
     download(new Blob([text], { type: "application/json" }), name);
-    const isCopied = await toClipboard(line);
-    const file = `It needs ${name}, which is saved as a download.`;
-    this.status.problem(isCopied ? `The command is copied. ${file}` : `Copy the command from the panel. ${file}`, "note");
+    const isCopied = await toClipboard(box.value);
+    const [what, file] = [wants === "python" ? "program" : "command", `It needs ${name}, which is saved as a download.`];
+    this.status.problem(isCopied ? `The ${what} is copied. ${file}` : `Copy the ${what} from the panel. ${file}`, "note");
   }
 }

@@ -1,10 +1,16 @@
-// Lights, shadows and ambient occlusion. The page moves the first light; others, given on the command line, stay.
+// Lights on a ball, shadows and ambient occlusion.
+
+import { Ball, onBall } from "./ball.js";
 
 /** @typedef {import("./state.js").Look} Look */
 /** @typedef {import("./state.js").Light} Light */
 
 /** Direction of the light with which shadows are seen, from the camera: left, above, in front. */
 const BESIDE = [-1, 1, 1];
+/** Direction of a light that is added: right, a little below. */
+const ADDED = [1, -0.3, 1];
+/** Most lights. */
+const MOST = 4;
 /** Part of the ball that a key moves the light by. */
 const KEY_STEP = 0.08;
 
@@ -16,9 +22,20 @@ export class Lighting {
    *   toCamera: (world: number[]) => number[], toWorld: (camera: number[]) => number[] }} page */
   constructor(page) {
     this.page = page;
-    this.ball = /** @type {HTMLCanvasElement} */ (document.getElementById("ball"));
     /** @type {Look | null} */
     this.look = null;
+    /** The light that is changed. */
+    this.chosen = 0;
+    this.ball = new Ball({
+      choose: (index) => { this.chosen = index; this.show(); },
+      aim: (x, y, isDone) => this.point(onBall(x, y), isDone),
+      nudge: (x, y) => {
+        const [dx, dy, dz] = this.directions[this.chosen];
+        const length = Math.hypot(dx, dy, dz);
+        this.point(onBall(dx / length + x * KEY_STEP, dy / length + y * KEY_STEP), true);
+      },
+      isOn: () => !element("strength").disabled,
+    });
     this.listen();
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.draw());
   }
@@ -26,47 +43,72 @@ export class Lighting {
   /** @param {Look} look */
   set(look) {
     this.look = look;
-    const light = look.lights[0] ?? null;
+    this.show();
+  }
+
+  show() {
+    const look = /** @type {Look} */ (this.look);
+    this.chosen = Math.min(this.chosen, Math.max(look.lights.length - 1, 0));
+    const light = look.lights[this.chosen] ?? null;
     const isBeside = light === null && look.shadows;
     element("shading").checked = look.shading;
     element("headlight").checked = !isBeside && (light === null || light.direction === null);
     element("lights-follow").checked = look.lights_follow || isBeside;
     element("strength").value = String(light?.strength ?? 1);
+    element("angle").value = String(light?.angle ?? 0);
     element("shadows").checked = look.shadows;
     element("shadow-strength").value = String(look.shadow_strength);
     element("ambient-occlusion").checked = look.ambient_occlusion;
     const isLit = look.shading && (look.blend === "composite" || look.blend === "iso");
-    for (const id of ["headlight", "lights-follow", "strength", "shadows", "ambient-occlusion"]) element(id).disabled = !isLit;
-    element("lights-follow").disabled ||= element("headlight").checked;
+    const ids = ["headlight", "lights-follow", "strength", "shadows", "ambient-occlusion", "light", "add-light", "delete-light"];
+    for (const id of ids) element(id).disabled = !isLit;
+    element("lights-follow").disabled ||= look.lights.every(({ direction }) => direction === null) && !isBeside;
     element("shadow-strength").disabled = !isLit || !look.shadows;
+    element("angle").disabled = !isLit || !look.shadows || element("headlight").checked;
+    element("add-light").disabled ||= look.lights.length >= MOST;
+    element("delete-light").disabled ||= look.lights.length < 2;
+    const count = Math.max(look.lights.length, 1);
+    const list = element("light");
+    if (list.childElementCount !== count) {
+      list.replaceChildren(...Array.from({ length: count }, (_, n) => new Option(`light ${n + 1}`, String(n))));
+    }
+    list.value = String(this.chosen);
     this.draw();
   }
 
-  /** Direction of the light in the camera's axes: right, up, to the viewer. */
-  direction() {
+  /** Directions of all lights in the camera's axes: right, up, to the viewer. */
+  get directions() {
     const look = /** @type {Look} */ (this.look);
-    const given = look.lights[0]?.direction;
-    if (!given) return look.shadows && look.lights.length === 0 ? BESIDE : [0, 0, 1];
-    return look.lights_follow ? given : this.page.toCamera(given);
+    if (look.lights.length === 0) return [look.shadows ? BESIDE : [0, 0, 1]];
+    return look.lights.map(({ direction }) => {
+      if (!direction) return [0, 0, 1];
+      return look.lights_follow ? direction : this.page.toCamera(direction);
+    });
   }
 
-  /** Sets the first light. @param {(light: Light) => void} change @param {boolean} isDone */
+  /** The lights of a look as a list. @param {Look} look */
+  listed(look) {
+    if (look.lights.length > 0) return look.lights;
+    return [{ direction: look.shadows ? [...BESIDE] : null, strength: 1, angle: 0 }];
+  }
+
+  /** Changes the chosen light. @param {(light: Light, look: Look) => void} change @param {boolean} isDone */
   changeLight(change, isDone) {
     this.page.change((look) => {
-      const first = look.lights[0] ?? { direction: null, strength: 1, angle: 0 };
-      change(first);
-      look.lights = [first, ...look.lights.slice(1)];
+      // Without lights, shadows have one that moves with the camera.
+      if (look.lights.length === 0 && look.shadows) look.lights_follow = true;
+      look.lights = this.listed(look);
+      change(look.lights[this.chosen], look);
     }, isDone);
   }
 
   /** @param {number[]} camera the direction, in the camera's axes @param {boolean} isDone */
   point(camera, isDone) {
-    const follows = element("lights-follow").checked;
-    this.page.change((look) => {
-      const first = look.lights[0] ?? { direction: null, strength: 1, angle: 0 };
-      const direction = (follows ? camera : this.page.toWorld(camera)).map((x) => Number(x.toFixed(4)));
-      look.lights = [{ ...first, direction }, ...look.lights.slice(1)];
-      look.lights_follow = follows;
+    this.changeLight((light, look) => {
+      const hasOthers = look.lights.some((other) => other !== light && other.direction !== null);
+      // One switch is for all lights: the first direction decides as the box says.
+      if (!hasOthers && light.direction === null) look.lights_follow = true;
+      light.direction = (look.lights_follow ? camera : this.page.toWorld(camera)).map((x) => Number(x.toFixed(4)));
     }, isDone);
   }
 
@@ -80,92 +122,44 @@ export class Lighting {
     check("shadows", (look, on) => {
       look.shadows = on;
       // A light at the camera casts no visible shadow.
-      if (on && (look.lights[0]?.direction ?? null) === null) {
+      if (on && look.lights.every(({ direction }) => direction === null)) {
         look.lights = [{ direction: [...BESIDE], strength: look.lights[0]?.strength ?? 1, angle: 0 }, ...look.lights.slice(1)];
         look.lights_follow = true;
       }
     });
-    check("headlight", (look, on) => {
-      const first = look.lights[0] ?? { direction: null, strength: 1, angle: 0 };
-      look.lights = [{ ...first, direction: on ? null : [...BESIDE] }, ...look.lights.slice(1)];
-      look.lights_follow = true;
-    });
     check("lights-follow", (look, on) => {
-      const camera = this.direction();
-      if (look.lights[0]?.direction) look.lights[0].direction = on ? camera : page.toWorld(camera);
+      const directions = this.directions;
+      look.lights = this.listed(look);
+      look.lights.forEach((light, n) => { if (light.direction) light.direction = on ? directions[n] : page.toWorld(directions[n]); });
       look.lights_follow = on;
     });
+    element("headlight").addEventListener("change", () => {
+      if (!element("headlight").checked) this.point([...BESIDE], true);
+      else this.changeLight((light) => { light.direction = null; }, true);
+    });
+    element("light").addEventListener("change", () => { this.chosen = Number(element("light").value); this.show(); });
+    element("add-light").addEventListener("click", () => {
+      this.chosen = this.listed(/** @type {Look} */ (this.look)).length;
+      page.change((look) => {
+        if (look.lights.length === 0 && look.shadows) look.lights_follow = true;
+        look.lights = [...this.listed(look), { direction: null, strength: 0.5, angle: 0 }];
+        if (look.lights.every(({ direction }) => direction === null)) look.lights_follow = true;
+        look.lights[this.chosen].direction = look.lights_follow ? [...ADDED] : page.toWorld(ADDED).map((x) => Number(x.toFixed(4)));
+      }, true);
+    });
+    element("delete-light").addEventListener("click", () => page.change((look) => {
+      if (look.lights.length > 1) look.lights.splice(this.chosen, 1);
+    }, true));
     const slide = (/** @type {string} */ id, /** @type {(value: number, isDone: boolean) => void} */ change) => {
       element(id).addEventListener("input", () => change(element(id).valueAsNumber, false));
       element(id).addEventListener("change", () => change(element(id).valueAsNumber, true));
     };
     slide("strength", (value, isDone) => this.changeLight((light) => { light.strength = value; }, isDone));
+    slide("angle", (value, isDone) => this.changeLight((light) => { light.angle = value; }, isDone));
     slide("shadow-strength", (value, isDone) => page.change((look) => { look.shadow_strength = value; }, isDone));
-    this.listenToBall();
   }
 
-  listenToBall() {
-    const { ball } = this;
-    let isHeld = false;
-    const aim = (/** @type {PointerEvent} */ event, /** @type {boolean} */ isDone) => {
-      const { left, top, width, height } = ball.getBoundingClientRect();
-      const [x, y] = [((event.clientX - left) / width) * 2 - 1, 1 - ((event.clientY - top) / height) * 2];
-      this.point(onBall(x, y), isDone);
-    };
-    ball.addEventListener("pointerdown", (event) => {
-      if (element("strength").disabled) return;
-      isHeld = true;
-      ball.setPointerCapture(event.pointerId);
-      aim(event, false);
-    });
-    ball.addEventListener("pointermove", (event) => { if (isHeld) aim(event, false); });
-    ball.addEventListener("pointerup", (event) => {
-      if (isHeld) aim(event, true);
-      isHeld = false;
-    });
-    ball.addEventListener("keydown", (event) => {
-      const step = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[event.key];
-      if (!step || element("strength").disabled) return;
-      event.preventDefault();
-      event.stopPropagation();
-      const [x, y, z] = this.direction();
-      const length = Math.hypot(x, y, z);
-      this.point(onBall(x / length + step[0] * KEY_STEP, y / length + step[1] * KEY_STEP), true);
-    });
-  }
-
-  /** A lit ball. */
   draw() {
-    if (!this.look) return;
-    const { ball } = this;
-    const context = /** @type {CanvasRenderingContext2D} */ (ball.getContext("2d"));
-    const [x, y, z] = this.direction();
-    const length = Math.hypot(x, y, z);
-    const radius = ball.width / 2;
-    const [lx, ly] = [radius + (x / length) * radius * 0.92, radius - (y / length) * radius * 0.92];
-    context.clearRect(0, 0, ball.width, ball.height);
-    const shade = context.createRadialGradient(lx, ly, 2, lx, ly, radius * 1.9);
-    const isBehind = z < 0;
-    shade.addColorStop(0, isBehind ? "#5a6068" : "#fffdf4");
-    shade.addColorStop(0.35, isBehind ? "#454b53" : "#b9bec4");
-    shade.addColorStop(1, "#23282e");
-    context.fillStyle = shade;
-    context.beginPath();
-    context.arc(radius, radius, radius - 1, 0, 2 * Math.PI);
-    context.fill();
-    context.beginPath();
-    context.arc(lx, ly, 6, 0, 2 * Math.PI);
-    context.fillStyle = element("strength").disabled ? "#888" : "#ffd452";
-    context.fill();
-    context.lineWidth = 2;
-    context.strokeStyle = "#1b232c";
-    context.stroke();
+    if (this.look) this.ball.draw(this.directions, this.chosen);
   }
-}
-
-/** The direction of a place on the ball's near side; places beside it are on its edge. @param {number} x @param {number} y */
-function onBall(x, y) {
-  const r = Math.hypot(x, y);
-  if (r >= 1) return [x / r, y / r, 0];
-  return [x, y, Math.sqrt(1 - r * r)];
 }

@@ -1,20 +1,23 @@
 // The page: one state, shown by all parts and sent to the server.
 
-import { axes, dot, otherProjection, panned, rolled, sum, times, toWorld, turned, unit, zoomed } from "./camera.js";
+import { dot, otherProjection, panned, rolled, sum, times, turned, unit, worldAxes, zoomed } from "./camera.js";
 import * as controls from "./controls.js";
 import { Cutting } from "./cutting.js";
 import { Editor } from "./editor.js";
 import { Files } from "./files.js";
 import { Film } from "./film.js";
 import * as gestures from "./gestures.js";
+import { Handles } from "./handles.js";
 import { Keeping } from "./keeping.js";
 import * as keys from "./keys.js";
 import { Lighting } from "./lighting.js";
 import * as names from "./names.js";
+import { Overlay } from "./overlay.js";
 import { Picture } from "./picture.js";
+import { Reading } from "./reading.js";
 import { download } from "./saving.js";
 import { Session } from "./session.js";
-import { Sides } from "./sides.js";
+import { CORNER_ELEVATION, Sides } from "./sides.js";
 import { Slices } from "./slices.js";
 import { Status } from "./status.js";
 
@@ -35,17 +38,19 @@ const session = new Session(picture, { show, showCamera, showHistory, requested 
 const editor = new Editor({
   changed: (transfer) => { session.state.transfer = transfer; show({ exceptEditor: true }); session.move(); },
   rest: () => session.settle(),
+  iso: (value, isDone) => session.changeLook((look) => { look.iso = value; }, isDone),
+  isTent: () => reading.tool === "tent",
 });
 const changeLook = session.changeLook.bind(session);
 const lighting = new Lighting({
   change: changeLook,
   toCamera: (world) => {
-    const own = axes(session.state.camera);
-    return [own.right, own.up, own.toEye].map((axis) => dot(toWorld(axis, session.hello.frame), world));
+    const own = worldAxes(session.state.camera, session.hello.frame);
+    return [own.right, own.up, own.toEye].map((axis) => dot(axis, world));
   },
   toWorld: (camera) => {
-    const own = axes(session.state.camera);
-    return toWorld(sum(times(own.right, camera[0]), times(own.up, camera[1]), times(own.toEye, camera[2])), session.hello.frame);
+    const own = worldAxes(session.state.camera, session.hello.frame);
+    return sum(times(own.right, camera[0]), times(own.up, camera[1]), times(own.toEye, camera[2]));
   },
 });
 const cutting = new Cutting({ change: changeLook, plane: newPlane });
@@ -63,11 +68,23 @@ const files = new Files({
 const sides = new Sides((side) => session.look(side));
 const keeping = new Keeping(session, status);
 const slices = new Slices({
+  change: (own, isDone) => session.keepSlices(own, isDone),
   send: (request) => session.connection.send(request),
   axes: () => {
-    const own = axes(session.state.camera);
-    return [own.right, own.up, own.toEye].map((axis) => toWorld(axis, session.hello.frame));
+    const own = worldAxes(session.state.camera, session.hello.frame);
+    return [own.right, own.up, own.toEye];
   },
+});
+const handles = new Handles(session, cutting);
+const reading = new Reading(session, {
+  draw: () => overlay.draw(),
+  tent: (value) => editor.showAround(value, /** @type {HTMLInputElement} */ (element("tent-alone")).checked),
+  say: (sentence) => status.problem(sentence, "note"),
+});
+const overlay = new Overlay(picture, () => {
+  if (!session.history) return;
+  handles.paint(overlay);
+  reading.paint(overlay);
 });
 
 // For tests.
@@ -87,6 +104,7 @@ function message(text) {
     hello: () => begin(text),
     ready: () => status.ready(text.ready),
     refined: () => status.refined(text.id),
+    given: () => session.give(text),
     fitted: () => session.fitted(text.camera),
     transfer: () => session.setTransfer({ name: text.name, colors: text.colors, opacities: text.opacities }),
     written: () => download(new Blob([text.text], { type: "text/plain" }), text.name),
@@ -94,6 +112,7 @@ function message(text) {
     slices: () => slices.answer(text),
     film_command: () => film.command(text),
     film: () => film.progress(text),
+    picked: () => reading.picked(text),
     problem: () => { files.say(""); status.problem(text.sentence); },
   };
   answers[text.type]?.();
@@ -112,8 +131,8 @@ function begin(hello) {
   cutting.setVolume(volume);
   controls.setRange(histogram.lowest, histogram.highest);
   sides.set(hello.sides);
-  session.begin(hello);
   slices.begin(hello);
+  session.begin(hello);
   names.fill(session);
   keeping.offerSize();
 }
@@ -124,7 +143,7 @@ const short = (number) => String(Number(number.toPrecision(5)));
 /** @param {import("./connection.js").Received} received */
 async function receive(received) {
   if (received.step === "saved") {
-    download(received.blob, "layersplat.png");
+    download(received.blob, received.blob.type === "image/png" ? "layersplat.png" : "layersplat.exr");
     return;
   }
   if (received.step === "part") {
@@ -144,7 +163,7 @@ async function receive(received) {
 /** A clip plane through the centre, whose visible side is away from the viewer. */
 function newPlane() {
   const { frame, volume } = session.hello;
-  const normal = times(toWorld(axes(session.state.camera).toEye, frame), -1).map((x) => Number(x.toFixed(4)) + 0);
+  const normal = times(worldAxes(session.state.camera, frame).toEye, -1).map((x) => Number(x.toFixed(4)) + 0);
   return [...volume.centre, ...unit(normal)];
 }
 
@@ -152,9 +171,13 @@ function show({ exceptEditor = false } = {}) {
   if (!session.history) return;
   const { look, transfer } = session.state;
   if (!exceptEditor) editor.set(transfer);
+  editor.setIso(look.blend === "iso" ? look.iso : null);
   controls.show(look, session.hello.is_layered);
   lighting.set(look);
   cutting.set(look);
+  slices.set(session.state.slices);
+  // The axes are in the corner of the cube.
+  element("stage").classList.toggle("with-axes", look.axes);
   picture.canvas.classList.toggle("transparent", look.background === "transparent");
   showCamera();
   showHistory();
@@ -164,6 +187,7 @@ function showCamera() {
   const { camera, look } = session.state;
   sides.draw(camera);
   if (!look.lights_follow) lighting.draw();
+  overlay.draw();
   element("projection").setAttribute("aria-pressed", String("perspective" in camera.projection));
 }
 
@@ -183,28 +207,39 @@ const help = () => /** @type {HTMLDialogElement} */ (element("help")).showModal(
 
 function listen() {
   const change = session.changeCamera.bind(session);
-  const turn = (/** @type {number} */ x, /** @type {number} */ y) => change((camera) => turned(camera, x, y));
+  const turn = (/** @type {number} */ x, /** @type {number} */ y) => {
+    change((camera) => turned(camera, x, y, reading.pivot, session.hello.frame));
+  };
   const pan = (/** @type {number} */ x, /** @type {number} */ y) => change((camera) => panned(camera, x, y, session.hello.frame));
   const zoom = (/** @type {number} */ factor, /** @type {number} */ x, /** @type {number} */ y) => {
     change((camera) => zoomed(camera, factor, x, y, session.hello.frame));
   };
   const roll = (/** @type {number} */ degrees) => change((camera) => rolled(camera, degrees));
   const project = () => { change(otherProjection); session.settle(); };
-  gestures.listen(picture, { turn, pan, zoom, roll, rest: () => session.settle() });
+  const hasMomentum = () => /** @type {HTMLInputElement} */ (element("momentum")).checked;
+  gestures.listen(picture, {
+    turn, pan, zoom, roll, hasMomentum, rest: () => session.settle(),
+    grab: (place) => (session.history ? handles.grab(place, overlay.pixel) : null),
+    click: (place) => reading.click(place), pivot: (place) => { if (reading.tool === "turn") reading.choosePivot(place); },
+  });
+  const toggle = (/** @type {"legend" | "bounding_box" | "axes"} */ name) => () => changeLook((look) => { look[name] = !look[name]; }, true);
+  const reset = () => { reading.pivot = null; session.reset(); };
   const held = (/** @type {() => void} */ action) => () => { action(); session.restSoon(); };
   const arrows = (/** @type {string} */ prefix, /** @type {(x: number, y: number) => void} */ action, /** @type {number} */ step) => ({
     [`${prefix}ArrowLeft`]: held(() => action(-step, 0)), [`${prefix}ArrowRight`]: held(() => action(step, 0)),
     [`${prefix}ArrowUp`]: held(() => action(0, step)), [`${prefix}ArrowDown`]: held(() => action(0, -step)),
   });
-  const corner = (/** @type {number} */ azimuth) => () => session.look({ azimuth, elevation: 35.264389682754654 });
+  const corner = (/** @type {number} */ azimuth) => () => session.look({ azimuth, elevation: CORNER_ELEVATION });
   keys.listen({
     ...arrows("", turn, KEY_TURN), ...arrows("Shift+", pan, KEY_PAN),
     "+": held(() => zoom(KEY_ZOOM, 0, 0)), "=": held(() => zoom(KEY_ZOOM, 0, 0)), "-": held(() => zoom(1 / KEY_ZOOM, 0, 0)),
     ",": held(() => roll(-5)), ".": held(() => roll(5)),
     ...Object.fromEntries([0, 1, 2, 3, 4, 5].map((n) => [String(n + 1), () => session.look(session.hello.sides[n])])),
     "7": corner(45), "8": corner(225),
-    f: () => session.fit(), r: () => session.reset(), o: project, p: fold, s: () => keeping.save(), c: () => keeping.copy(),
-    k: () => film.record(), x: () => slices.toggle(), "?": help,
+    f: () => session.fit(), r: reset, o: project, p: fold, v: () => slices.toggle(), "?": help,
+    k: () => film.record(), s: () => keeping.save(), c: () => keeping.copy("line"), y: () => keeping.copy("python"),
+    m: () => reading.toggle("measure"), t: () => reading.toggle("tent"), Escape: () => reading.putAway(),
+    d: () => reading.choosePivot({ x: 0, y: 0 }), l: toggle("legend"), b: toggle("bounding_box"), x: toggle("axes"),
     "Ctrl+z": () => session.go(-1), "Ctrl+y": () => session.go(1), "Ctrl+Shift+z": () => session.go(1),
   });
   controls.listen(changeLook);
@@ -212,10 +247,11 @@ function listen() {
   click("fold", fold);
   click("undo", () => session.go(-1));
   click("redo", () => session.go(1));
-  click("reset", () => session.reset());
+  click("reset", reset);
   click("help-button", help);
   click("fit", () => session.fit());
   click("projection", project);
+  element("handles").addEventListener("change", () => overlay.draw());
   names.listen(session);
   session.listen();
 }

@@ -1,6 +1,7 @@
 // The page's state, and what the server has of it: requests are made here alone.
 
 import { Connection } from "./connection.js";
+import { firstSlices } from "./slices.js";
 import { copy, fromFragment, History, isEqual, toFragment } from "./state.js";
 
 /** @typedef {import("./state.js").Camera} Camera */
@@ -67,7 +68,7 @@ export class Session {
 
   get initial() {
     const { camera, look, transfer } = this.hello;
-    return { camera, look, transfer };
+    return { camera, look, transfer, slices: firstSlices(this.hello) };
   }
 
   /** Draws the view as fast as the hand moves. */
@@ -94,14 +95,20 @@ export class Session {
   /** Sends what the server does not have, and asks for a picture. */
   request() {
     if (!this.history || !this.connection.isOpen) return;
+    this.sync();
+    this.id += 1;
     const { camera, look, transfer } = this.state;
+    this.connection.send({ type: "view", id: this.id, camera, ...this.picture.size(), moving: this.isMoving });
+    this.shows.requested({ transfer: [transfer.colors, transfer.opacities], background: look.background, isMoving: this.isMoving });
+  }
+
+  /** Sends the look and the transfer function if the server does not have them. */
+  sync() {
+    const { look, transfer } = this.state;
     const points = [transfer.colors, transfer.opacities];
     if (!isEqual(this.sent.look, look)) this.connection.send({ type: "look", look });
     if (!isEqual(this.sent.transfer, points)) this.connection.send({ type: "transfer", colors: points[0], opacities: points[1] });
     this.sent = { look: copy(look), transfer: copy(points) };
-    this.id += 1;
-    this.connection.send({ type: "view", id: this.id, camera, ...this.picture.size(), moving: this.isMoving });
-    this.shows.requested({ transfer: points, background: look.background, isMoving: this.isMoving });
   }
 
   /** @param {(look: Look) => void} change @param {boolean} isDone */
@@ -113,6 +120,15 @@ export class Session {
     this.shows.show();
     if (isDone) this.settle();
     else this.move();
+  }
+
+  /** Slices change without a new picture. @param {import("./state.js").SlicesState} own @param {boolean} isDone */
+  keepSlices(own, isDone) {
+    this.state.slices = own;
+    if (!isDone) return;
+    this.history?.commit();
+    this.keepAddress();
+    this.shows.showHistory();
   }
 
   /** @param {(camera: Camera) => Camera} change */
@@ -165,6 +181,11 @@ export class Session {
     this.history.now = state;
     this.shows.show();
     this.settle();
+  }
+
+  /** The program shows something else. @param {{ camera: Camera, look: Look, transfer: import("./state.js").Transfer }} given */
+  give({ camera, look, transfer }) {
+    if (this.history) this.replace({ ...this.state, camera, look, transfer });
   }
 
   /** Takes a transfer function that was chosen as a whole. @param {import("./state.js").Transfer} transfer */

@@ -1,13 +1,16 @@
 // Three slices beside the picture, with a crosshair that all share.
 
 import { dot, sum, times, unit } from "./camera.js";
+import { isEqual } from "./state.js";
 
 /**
  * @typedef {{ name: string, right: number[], up: number[], step: number[], offset: number, per_unit: number[], range: number[] }} Axis
  *   `step`: world vector to the next slice; a world point p has the coordinate per_unit·p + offset
  * @typedef {{ name: string, right: number[], up: number[], step: number[] }} Plane
  * @typedef {{ corner: number[], right: number[], down: number[] }} Placed
- * @typedef {{ send: (request: object) => void, axes: () => number[][] }} Page `axes`: of the camera, in the world: right, up, to the eye
+ * @typedef {import("./state.js").SlicesState} Own
+ * @typedef {{ send: (request: object) => void, axes: () => number[][], change: (own: Own, isDone: boolean) => void }} Page
+ *   `axes`: of the camera, in the world: right, up, to the eye
  */
 
 /** Colours of the planes: of their names, and of their lines in the other slices. */
@@ -20,6 +23,8 @@ const NOTCH = 100;
 const REST = 200;
 /** Pixels of a drag that widen a window e times. */
 const WIDEN = 150;
+/** Least width of a window, and least thickness: above 0. */
+const LEAST_WIDTH = 1e-9;
 
 /** @param {string} id */
 const element = (id) => /** @type {HTMLInputElement} */ (document.getElementById(id));
@@ -35,17 +40,20 @@ function side(direction) {
   return ["LR", "PA", "IS"][axis][direction[axis] > 0 ? 1 : 0];
 }
 
+/** The slices before anything is changed. @param {any} hello @returns {Own} */
+export const firstSlices = (hello) => ({
+  shown: false, point: [...hello.volume.centre], planes: "axes", colors: "window", kernel: "linear", window: [...hello.slices.window], thickness: 1,
+});
+
 export class Slices {
   /** @param {Page} page */
   constructor(page) {
     this.page = page;
-    this.isShown = false;
+    /** @type {Own} */
+    this.own = { shown: false, point: [0, 0, 0], planes: "axes", colors: "window", kernel: "linear", window: [0, 1], thickness: 1 };
     /** @type {{ axes: Axis[], has_anatomy: boolean, window: number[] } | null} */
     this.volume = null;
-    /** World point of the crosshair. */
-    this.point = [0, 0, 0];
     this.spacing = 1;
-    this.window = [0, 1];
     /** The parts of the page's state on which slices depend. */
     this.context = { transfer: /** @type {unknown} */ (null), background: "" };
     this.requested = 0;
@@ -65,26 +73,42 @@ export class Slices {
     this.listen();
   }
 
-  /** @param {any} hello */
+  /** A new connection: everything is asked for again. @param {any} hello */
   begin(hello) {
-    const isNew = this.volume === null;
     this.volume = hello.slices;
     this.spacing = Math.min(...hello.volume.spacing);
     this.sent.key = "";
-    if (isNew) {
-      this.point = [...hello.volume.centre];
-      this.window = [...hello.slices.window];
-    }
+  }
+
+  /** World point of the crosshair. */
+  get point() {
+    return this.own.point;
+  }
+
+  /** Shows the slices of a state. @param {Own} own */
+  set(own) {
+    if (!isEqual(own, this.own)) this.apply(own);
+  }
+
+  /** @param {Own} own */
+  apply(own) {
+    this.own = structuredClone(own);
+    element("slices").hidden = !own.shown;
+    document.body.classList.toggle("slices-open", own.shown);
     this.show();
+    this.paint();
     this.ask(false);
   }
 
+  /** @param {Partial<Own>} changes @param {boolean} isDone */
+  change(changes, isDone) {
+    const own = { ...this.own, ...changes };
+    this.apply(own);
+    this.page.change(structuredClone(own), isDone);
+  }
+
   toggle() {
-    this.isShown = !this.isShown;
-    element("slices").hidden = !this.isShown;
-    element("slices-shown").checked = this.isShown;
-    document.body.classList.toggle("slices-open", this.isShown);
-    this.ask(false);
+    this.change({ shown: !this.own.shown }, true);
   }
 
   /** The page's transfer function, background or camera may have changed. @param {unknown} transfer @param {string} background
@@ -97,7 +121,7 @@ export class Slices {
   /** @returns {Plane[]} */
   get planes() {
     const axes = this.volume?.axes ?? [];
-    if (element("slices-planes").value !== "camera") return axes;
+    if (this.own.planes !== "camera") return axes;
     const [right, up, toEye] = this.page.axes();
     const plane = (/** @type {string} */ name, /** @type {number[]} */ r, /** @type {number[]} */ u) => {
       return { name, right: r, up: u, step: times(unit(cross(r, u)), this.spacing) };
@@ -115,13 +139,12 @@ export class Slices {
 
   /** Asks for slices, unless they are those that were asked for. @param {boolean} isMoving */
   ask(isMoving) {
-    if (!this.isShown || !this.volume) return;
-    const colors = element("slices-colors").value;
+    const { shown, point, colors, kernel, window, thickness } = this.own;
+    if (!shown || !this.volume) return;
     const request = {
-      type: "slices", point: this.point, planes: this.planes.map(({ right, up }) => ({ right, up })), ...this.size(),
-      kernel: element("slices-kernel").value,
-      window: colors === "window" ? this.window : null,
-      thickness: colors === "opacity" ? Math.max(element("slices-thickness").valueAsNumber, 1e-6) || 1 : null,
+      type: "slices", point, planes: this.planes.map(({ right, up }) => ({ right, up })), ...this.size(), kernel,
+      window: colors === "window" ? window : null,
+      thickness: colors === "opacity" ? thickness : null,
     };
     const { transfer, background } = this.context;
     const key = JSON.stringify([request, background, colors === "window" ? null : transfer]);
@@ -220,7 +243,7 @@ export class Slices {
 
   /** The coordinate of a slice along its axis, as a text. @param {number} n */
   coordinate(n) {
-    const axis = element("slices-planes").value === "camera" ? null : this.volume?.axes[n];
+    const axis = this.own.planes === "camera" ? null : this.volume?.axes[n];
     return axis ? ` ${(dot(axis.per_unit, this.point) + axis.offset).toFixed(1)}` : "";
   }
 
@@ -231,23 +254,42 @@ export class Slices {
       const by = Math.min(Math.max(at, range[0]), range[1]) - at;
       return by === 0 ? p : sum(p, times(step, by / dot(along, step)));
     }, point);
-    this.point = inside;
+    this.follows({ point: inside }, isMoving);
+  }
+
+  /** A change by a hand that may move on. @param {Partial<Own>} changes @param {boolean} isMoving */
+  follows(changes, isMoving) {
+    if (!isMoving) {
+      this.change(changes, true);
+      return;
+    }
+    this.own = { ...this.own, ...changes };
     this.show();
     this.paint();
-    this.ask(isMoving);
+    this.ask(true);
+  }
+
+  /** The hand rests: the state is kept. */
+  rest() {
+    this.change({}, true);
   }
 
   /** Rests after a while. */
   restSoon() {
     clearTimeout(this.timer);
-    this.timer = window.setTimeout(() => this.ask(false), REST);
+    this.timer = window.setTimeout(() => this.rest(), REST);
   }
 
-  /** The numbers of the panel. */
+  /** The controls of the panel. */
   show() {
-    const numbers = { "slices-level": this.window[0], "slices-width": this.window[1], "slices-x": this.point[0], "slices-y": this.point[1], "slices-z": this.point[2] };
+    const { shown, point, planes, colors, kernel, window, thickness } = this.own;
+    element("slices-shown").checked = shown;
+    const names = { "slices-planes": planes, "slices-colors": colors, "slices-kernel": kernel };
+    for (const [id, name] of Object.entries(names)) element(id).value = name;
+    const numbers = {
+      "slices-level": window[0], "slices-width": window[1], "slices-thickness": thickness, "slices-x": point[0], "slices-y": point[1], "slices-z": point[2],
+    };
     for (const [id, number] of Object.entries(numbers)) if (element(id) !== document.activeElement) element(id).value = short(number);
-    const colors = element("slices-colors").value;
     element("slices-window").hidden = colors !== "window";
     element("slices-thickness-line").hidden = colors !== "opacity";
   }
@@ -274,7 +316,7 @@ export class Slices {
       if (event.buttons & 2) this.changeWindow(event);
       else if (event.buttons & 1) this.moveTo(this.place(n, event), true);
     });
-    for (const end of /** @type {const} */ (["pointerup", "pointercancel"])) canvas.addEventListener(end, () => this.ask(false));
+    for (const end of /** @type {const} */ (["pointerup", "pointercancel"])) canvas.addEventListener(end, () => this.rest());
     canvas.addEventListener("contextmenu", (event) => event.preventDefault());
     canvas.addEventListener("wheel", (event) => {
       event.preventDefault();
@@ -302,27 +344,26 @@ export class Slices {
 
   /** As radiologists do: to the right is wider, upwards is darker. @param {PointerEvent} event */
   changeWindow({ movementX, movementY }) {
-    if (element("slices-colors").value !== "window") return;
-    const [level, width] = this.window;
-    this.window = [level - (movementY * width) / WIDEN / 2, Math.max(width * Math.exp(movementX / WIDEN), 1e-12)];
-    this.show();
-    this.ask(true);
+    if (this.own.colors !== "window") return;
+    const [level, width] = this.own.window;
+    this.follows({ window: [level - (movementY * width) / WIDEN / 2, Math.max(width * Math.exp(movementX / WIDEN), LEAST_WIDTH)] }, true);
   }
 
   listen() {
     element("slices-shown").addEventListener("change", () => this.toggle());
-    for (const id of ["slices-planes", "slices-kernel", "slices-colors", "slices-thickness"]) {
-      element(id).addEventListener("change", () => { this.show(); this.ask(false); });
+    for (const name of /** @type {const} */ (["planes", "kernel", "colors"])) {
+      element(`slices-${name}`).addEventListener("change", () => this.change({ [name]: element(`slices-${name}`).value }, true));
     }
-    ["slices-level", "slices-width"].forEach((id, n) => element(id).addEventListener("change", () => {
-      const number = element(id).valueAsNumber;
-      if (Number.isFinite(number) && (n === 0 || number > 0)) this.window[n] = number;
-      this.ask(false);
-    }));
-    ["slices-x", "slices-y", "slices-z"].forEach((id, n) => element(id).addEventListener("change", () => {
-      const number = element(id).valueAsNumber;
-      if (Number.isFinite(number)) this.moveTo(this.point.map((p, i) => (i === n ? number : p)), false);
-    }));
+    const number = (/** @type {string} */ id, /** @type {(number: number) => void} */ set) => element(id).addEventListener("change", () => {
+      const value = element(id).valueAsNumber;
+      if (Number.isFinite(value)) set(value);
+    });
+    number("slices-level", (level) => this.change({ window: [level, this.own.window[1]] }, true));
+    number("slices-width", (width) => this.change({ window: [this.own.window[0], Math.max(width, LEAST_WIDTH)] }, true));
+    number("slices-thickness", (thickness) => this.change({ thickness: Math.max(thickness, LEAST_WIDTH) }, true));
+    ["slices-x", "slices-y", "slices-z"].forEach((id, n) => {
+      number(id, (value) => this.moveTo(this.point.map((p, i) => (i === n ? value : p)), false));
+    });
     new ResizeObserver(() => this.ask(false)).observe(this.views[0].canvas);
   }
 }

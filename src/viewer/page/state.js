@@ -1,4 +1,4 @@
-// What the user can change: camera, look and transfer function. It is a value; history and the address's fragment hold copies.
+// What the user can change: camera, look, transfer function and slices. It is a value; history and the address's fragment hold copies.
 
 /**
  * @typedef {{ parallel_scale: number } | { perspective: [number, number] }} Projection
@@ -6,9 +6,11 @@
  * @typedef {{ direction: number[] | null, strength: number, angle: number }} Light
  * @typedef {{ quality: string | null, kernel: string | null, blend: string, iso: number, shading: boolean, lights: Light[],
  *   lights_follow: boolean, shadows: boolean, shadow_strength: number, ambient_occlusion: boolean, background: string,
- *   crop: number[][] | null, clips: number[][] }} Look
+ *   crop: number[][] | null, clips: number[][], gradient: string | null, legend: boolean, bounding_box: boolean, axes: boolean }} Look
  * @typedef {{ name: string, colors: [number, number[]][], opacities: [number, number][] }} Transfer
- * @typedef {{ camera: Camera, look: Look, transfer: Transfer }} State
+ * @typedef {{ shown: boolean, point: number[], planes: string, colors: string, kernel: string, window: number[], thickness: number }} SlicesState
+ *   `point`: of the crosshair, in the world; `window`: level and width
+ * @typedef {{ camera: Camera, look: Look, transfer: Transfer, slices: SlicesState }} State
  */
 
 /** States that undo can return to. */
@@ -55,8 +57,8 @@ export class History {
 
 /** @param {State} state @param {Transfer} initial left out of the address */
 export function toFragment(state, initial) {
-  const { camera, look, transfer } = state;
-  const kept = isEqual(transfer, initial) ? { camera, look } : { camera, look, transfer };
+  const { camera, look, transfer, slices } = state;
+  const kept = { camera, look, ...(isEqual(transfer, initial) ? {} : { transfer }), ...(slices.shown ? { slices } : {}) };
   const text = btoa(String.fromCharCode(...new TextEncoder().encode(JSON.stringify(kept))));
   const fragment = text.replaceAll("+", "-").replaceAll("/", "_").replaceAll("=", "");
   return fragment.length <= LONGEST_FRAGMENT ? fragment : null;
@@ -70,12 +72,12 @@ export function fromFragment(fragment, first) {
     const bytes = Uint8Array.from(atob(fragment.replaceAll("-", "+").replaceAll("_", "/")), (c) => c.charCodeAt(0));
     const kept = JSON.parse(new TextDecoder().decode(bytes));
     const state = copy(first);
-    for (const part of /** @type {const} */ (["camera", "look", "transfer"])) {
+    for (const part of /** @type {const} */ (["camera", "look", "transfer", "slices"])) {
       for (const name of Object.keys(state[part])) {
         if (kept[part] && name in kept[part]) /** @type {any} */ (state[part])[name] = kept[part][name];
       }
     }
-    return isCamera(state.camera) && isTransfer(state.transfer) ? state : null;
+    return isCamera(state.camera) && isTransfer(state.transfer) && isSlices(state.slices) ? state : null;
   } catch {
     return null;
   }
@@ -85,6 +87,14 @@ export function fromFragment(fragment, first) {
 function isCamera({ azimuth, elevation, roll, center, projection }) {
   const numbers = [azimuth, elevation, roll, ...center, ...Object.values(projection).flat()];
   return numbers.length >= 7 && numbers.every(Number.isFinite);
+}
+
+/** @param {SlicesState} slices */
+function isSlices({ point, window, thickness, planes, colors, kernel }) {
+  const isOne = (/** @type {string} */ name, /** @type {string[]} */ all) => all.includes(name);
+  return point.length === 3 && window.length === 2 && [...point, ...window, thickness].every(Number.isFinite) && window[1] > 0
+    && thickness > 0 && isOne(planes, ["axes", "camera"]) && isOne(colors, ["window", "colors", "opacity"])
+    && isOne(kernel, ["linear", "cubic", "catmull-rom", "bspline"]);
 }
 
 /** @param {Transfer} transfer */

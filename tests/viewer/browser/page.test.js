@@ -6,12 +6,8 @@ import { createRequire } from "node:module";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, describe, test } from "node:test";
+import { answered, isDifferent, isSame, pagesOf, section, set } from "./shared.js";
 import { difference, drag, launch, measured, open, pixels, refined, serve } from "./viewer.js";
-
-/** Mean difference of pictures that a user would call different, in 8-bit steps. */
-const DIFFERENT = 0.8;
-/** Of pictures of the same view, after rounding of angles. */
-const SAME = 0.02;
 
 let server;
 let browser;
@@ -23,35 +19,7 @@ after(async () => {
   await browser.close();
   await server.end();
 });
-
-/** A test with a page of its own, which must not report errors or ask others for anything. */
-function on(name, body, options) {
-  test(name, async () => {
-    const page = await open(browser, server.url, options);
-    try {
-      await body(page, await pixels(page));
-      assert.deepEqual([page.errors, page.foreign], [[], []]);
-    } finally {
-      await page.context().close();
-    }
-  });
-}
-
-const isDifferent = (a, b, what) => assert.ok(difference(a, b) > DIFFERENT, `${what}: ${difference(a, b)}`);
-const isSame = (a, b, what) => assert.ok(difference(a, b) <= SAME, `${what}: ${difference(a, b)}`);
-const section = (page, name) => page.locator("summary", { hasText: name }).click();
-/** Does something that the server answers before the picture changes. */
-async function answered(page, action) {
-  const before = await page.evaluate(() => globalThis.layersplat.requested());
-  await action();
-  await page.waitForFunction((id) => globalThis.layersplat.requested() > id, before);
-}
-/** Sets a slider or a number, as a hand does. */
-const set = (page, id, value) => page.locator(id).evaluate((field, to) => {
-  field.value = String(to);
-  field.dispatchEvent(new Event("input", { bubbles: true }));
-  field.dispatchEvent(new Event("change", { bubbles: true }));
-}, value);
+const on = pagesOf(() => [browser, server.url]);
 
 describe("opening", () => {
   on("shows a picture, and the token has left the address", async (page, first) => {
@@ -290,14 +258,27 @@ describe("curve", () => {
   });
 
   on("palettes, presets and colour maps", async (page, first) => {
-    const choose = (name) => answered(page, () => page.locator("#named").selectOption(name));
-    await choose("automatic:vivid");
+    const choose = (button) => answered(page, () => page.locator(button).click());
+    await choose('#palettes button[title="vivid"]');
     const vivid = await refined(page);
     isDifferent(vivid, first, "vivid");
-    await choose("preset:simulation");
+    await choose('#presets button[title^="simulation"]');
     isDifferent(await refined(page), vivid, "preset");
-    await choose("initial:");
+    await choose("#initial");
     isSame(await refined(page), first, "as at the start");
+    // The command began with the automatic one in the first palette's colours.
+    await choose("#presets button");
+    await choose("#automatic");
+    isSame(await refined(page), first, "automatic again");
+    // Previews have the colours of the server's tables.
+    const colorsOf = (id) => page.locator(`${id} canvas`).evaluateAll((canvases) => canvases.map((canvas) => {
+      const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, 1);
+      return new Set(Array.from({ length: canvas.width }, (_, n) => data.slice(4 * n, 4 * n + 3).join())).size;
+    }));
+    for (const id of ["#palettes", "#presets", "#maps"]) {
+      const counts = await colorsOf(id);
+      assert.ok(counts.length >= 4 && counts.every((count) => count > 1), `${id}: ${counts}`);
+    }
     const before = await points(page);
     await page.locator("#maps button").nth(2).click();
     isDifferent(await refined(page), first, "a colour map");
@@ -416,10 +397,20 @@ describe("keeping", () => {
     const [picture] = await Promise.all([page.waitForEvent("download"), page.locator("#save").click()]);
     const bytes = await readFile(await picture.path());
     assert.deepEqual([picture.suggestedFilename(), bytes.readUInt32BE(16), bytes.readUInt32BE(20)], ["layersplat.png", 300, 200]);
+    const [numbers] = await Promise.all([
+      page.waitForEvent("download", (download) => download.suggestedFilename().endsWith("exr")),
+      page.locator("#save-format").selectOption("exr").then(() => page.locator("#save").click()),
+    ]);
+    assert.deepEqual([...(await readFile(await numbers.path())).subarray(0, 4)], [0x76, 0x2f, 0x31, 0x01], "the magic number of EXR");
+    await page.locator("#save-format").selectOption("png");
     const [transfer] = await Promise.all([page.waitForEvent("download"), page.locator("#copy").click()]);
     assert.equal(transfer.suggestedFilename(), "layersplat.json");
     const line = await page.locator("#command").inputValue();
     assert.match(line, /^layersplat render builtin:hydrogen@48 --transfer layersplat\.json .*--size 300x200.* -o layersplat\.png$/);
+    const [again] = await Promise.all([page.waitForEvent("download"), page.locator("#copy-python").click()]);
+    assert.equal(again.suggestedFilename(), "layersplat.json");
+    const program = await page.locator("#command").inputValue();
+    assert.match(program, /^import layersplat\n[^]*TransferFunction\.open\("layersplat\.json", volume\)[^]*\(300, 200\), settings/);
     await page.locator("#save-samples").fill("99");
     await page.locator("#save").click();
     await page.locator("#problem", { hasText: /1 to 16/ }).waitFor();
@@ -435,11 +426,11 @@ describe("everybody", () => {
     // Every control is reached by the Tab key.
     await page.evaluate(() => document.querySelectorAll("details").forEach((part) => { part.open = true; }));
     const reached = new Set();
-    for (let n = 0; n < 120; n += 1) {
+    for (let n = 0; n < 180; n += 1) {
       await page.keyboard.press("Tab");
       reached.add(await page.evaluate(() => document.activeElement?.id || document.activeElement?.ariaLabel || document.activeElement?.textContent));
     }
-    for (const id of ["picture", "fold", "reset", "fit", "named", "curve", "colors", "point-value", "shift", "ball", "shadows", "blend", "quality",
+    for (const id of ["picture", "fold", "reset", "fit", "momentum", "automatic", "tent", "range-low", "flip", "measure", "legend", "handles", "add-light", "gradient", "save-format", "copy-python", "curve", "colors", "point-value", "shift", "ball", "shadows", "blend", "quality",
       "background", "x from", "add-clip", "save", "copy"]) {
       assert.ok(reached.has(id), `${id} of ${[...reached].join(", ")}`);
     }
@@ -467,7 +458,7 @@ describe("everybody", () => {
     await page.locator("#fold").click();
     await page.evaluate(() => document.querySelectorAll("details").forEach((part) => { part.open = true; }));
     const wide = await page.evaluate(() => {
-      const all = [...document.querySelectorAll("#panel *")].filter((item) => !item.closest("#maps"));
+      const all = [...document.querySelectorAll("#panel *")].filter((item) => !item.closest(".strip"));
       const beyond = all.filter((item) => item.getBoundingClientRect().right > innerWidth + 0.5);
       return [document.documentElement.scrollWidth, beyond.map((item) => item.id || item.tagName)];
     });

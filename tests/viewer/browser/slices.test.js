@@ -22,7 +22,7 @@ function on(name, body, options) {
   test(name, async () => {
     const page = await open(browser, server.url, options);
     try {
-      await page.keyboard.press("x");
+      await page.keyboard.press("v");
       await refined(page);
       await body(page, await slices(page));
       assert.deepEqual([page.errors, page.foreign], [[], []]);
@@ -61,7 +61,7 @@ describe("slices", () => {
     assert.ok(shown.every((slice) => difference({ ...slice, data: slice.data.map((v, n) => (n % 4 === 3 ? v : slice.data[n - (n % 4)])) }, slice) < 0.1), "grey");
     const [picture, first] = await Promise.all([page.locator("#picture").boundingBox(), canvas(page, 0).boundingBox()]);
     assert.ok(picture.x + picture.width <= first.x + 1, "beside each other");
-    await page.keyboard.press("x");
+    await page.keyboard.press("v");
     await refined(page);
     assert.ok(await page.locator("#slices").isHidden());
     assert.ok((await page.locator("#picture").boundingBox()).width > picture.width);
@@ -120,7 +120,7 @@ describe("slices", () => {
   });
 
   on("the right button changes the window, and numbers do", async (page, first) => {
-    const window = () => page.evaluate(() => [...globalThis.layersplat.slices().window]);
+    const window = () => page.evaluate(() => [...globalThis.layersplat.slices().own.window]);
     const before = await window();
     const box = await canvas(page, 0).boundingBox();
     await page.mouse.move(box.x + 20, box.y + 20);
@@ -180,6 +180,28 @@ describe("slices", () => {
     assert.equal((await point(page))[2], 47.5);
   });
 
+  on("undo, reset and the address hold them", async (page, first) => {
+    const box = await canvas(page, 1).boundingBox();
+    await page.mouse.click(box.x + box.width * 0.6, box.y + box.height * 0.35);
+    const moved = await slices(page);
+    const place = await point(page);
+    await page.keyboard.press("Control+z");
+    const undone = await slices(page);
+    assert.ok(undone.every((slice, n) => difference(slice, first[n]) < 0.05), "undone");
+    await page.keyboard.press("Control+y");
+    const redone = await slices(page);
+    assert.ok(redone.every((slice, n) => difference(slice, moved[n]) < 0.05), "redone");
+    await page.waitForTimeout(500);
+    await page.reload();
+    await refined(page);
+    const again = await slices(page);
+    assert.ok(again.every((slice, n) => difference(slice, moved[n]) < 0.05), "after reloading");
+    assert.deepEqual(await point(page), place);
+    await page.keyboard.press("r");
+    await refined(page);
+    assert.ok(await page.locator("#slices").isHidden(), "the first view has none");
+  });
+
   on("a still page gets no slices", async (page) => {
     const pictures = () => page.evaluate(() => globalThis.layersplat.connection().pictures);
     const before = await pictures();
@@ -192,7 +214,7 @@ describe("slices", () => {
       page.locator("#picture").boundingBox(), canvas(page, 0).boundingBox(), canvas(page, 2).boundingBox(),
     ]);
     assert.ok(first.y >= picture.y + picture.height - 1 && last.x + last.width <= 361 && first.width > 100);
-    const axe = await readFile(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
+    const axe = await readFile(createRequire(import.meta.url).resolve("axe-core"), "utf8");
     await page.evaluate(axe);
     const { violations } = await page.evaluate(() => globalThis.axe.run());
     assert.deepEqual(violations.map(({ id, nodes }) => [id, nodes.map(({ html }) => html)]), []);

@@ -1,6 +1,6 @@
 """Types and documentation of the native module. `docstrings` writes the latter from the module itself."""
 
-from typing import Any, Dict, Literal, Optional, Sequence, Tuple, Union, final
+from typing import Any, Callable, Dict, List, Literal, Optional, Sequence, Tuple, Union, final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,9 @@ __all__ = [
     "DeviceVolume",
     "Event",
     "Framing",
+    "LivePage",
+    "LiveScene",
+    "PAGE_MODULE",
     "Renderer",
     "Settings",
     "Slice",
@@ -23,6 +26,9 @@ __all__ = [
 ]
 
 __version__: str
+
+PAGE_MODULE: str
+"""The viewer's page as one ES module, for anywidget."""
 
 def wait_for_interrupted_calls() -> None:
     """Waits until the worker threads of all interrupted calls have ended. Python calls it at exit, since a driver that is unloaded while a
@@ -437,6 +443,23 @@ class Event:
         """
     def to_pyopencl(self) -> Any:
         """The same event as a pyopencl.Event, with its own reference."""
+
+@final
+class LiveScene:
+    """The voxels of a View on a device, shared by its renderer and its pages. Not for users."""
+
+    def __new__(cls, volume: Volume, transfer: TransferFunction, device: Device) -> LiveScene: ...
+    def renderer(self, transfer: TransferFunction) -> Renderer: ...
+    def show(self, settings: Settings, background: Background) -> None: ...
+    def page(self, camera: Camera, transfer: TransferFunction, send: Callable[[Optional[str], Optional[bytes]], Any]) -> LivePage: ...
+
+@final
+class LivePage:
+    """A page of a LiveScene. Not for users."""
+
+    def receive(self, message: str, follow: bool) -> List[Tuple[str, Any]]: ...
+    def give(self, camera: Camera, transfer: TransferFunction) -> None: ...
+    def close(self) -> None: ...
 
 @final
 class Renderer:

@@ -1,14 +1,16 @@
 """The high-level interface: a volume that shows itself in a notebook, and its picture."""
 
 import pathlib
-from typing import Any, Optional, Tuple, Union
+import sys
+from typing import TYPE_CHECKING, Any, Dict, List, Optional, Tuple, Union
 
 import numpy as np
 
 from . import _default
 from ._checks import accepting, cannot_write
 from ._errors import InvalidValue
-from ._layersplat import Camera, Device, Framing, Renderer, Settings, TransferFunction, Volume
+from ._layersplat import Camera, Device, Framing, LiveScene, Settings, TransferFunction, Volume
+from ._observed import Attribute, Change, Observed
 from ._png import png
 from ._transfer import transfer_function
 from ._types import Background, Blend, Path, Quality, Shading, Size
@@ -17,14 +19,37 @@ Spacing = Optional[Union[float, Tuple[float, float, float]]]
 Limits = Optional[Tuple[float, float]]
 
 
-class View:
+if TYPE_CHECKING:
+    from ._live import Widget
+
+ANGLES = {"azimuth", "elevation", "roll", "zoom", "field_of_view"}
+"""Attributes that a camera replaces, and that replace a camera."""
+
+
+class View(Observed):
     """A view of a volume, which shows itself in a notebook. The attributes below can be set and apply to the next picture.
 
     size: (width, height) in pixels, or one number for both. azimuth, elevation, roll: camera angles in degrees: about y, above the xz
     plane, about the view direction. zoom: magnification relative to the fitted view. field_of_view: vertical angle of a perspective in
-    degrees; None: parallel. camera: a Camera that replaces the angles, zoom and field_of_view. background: ``transparent``, ``black``,
-    ``white``, ``grey``, ``#rrggbb`` or (red, green, blue), 0 … 1. settings: Settings.
+    degrees; None: parallel. camera: a Camera that replaces the angles, zoom and field_of_view; setting one of these sets it to None.
+    background: ``transparent``, ``black``, ``white``, ``grey``, ``#rrggbb`` or (red, green, blue), 0 … 1. settings: Settings. transfer:
+    the TransferFunction.
+
+    Where anywidget is installed (``pip install 'layersplat[widget]'``), a notebook shows the viewer's page instead of a picture: drag to
+    turn, ``?`` for all keys. camera, settings, transfer and background follow the hand, and what is set is shown at once. ``observe``
+    calls a handler after each change. The quality ``standard``, which is the default, is refined at rest; others stay as they are.
     """
+
+    size: Attribute[Size] = Attribute()
+    azimuth: Attribute[float] = Attribute()
+    elevation: Attribute[float] = Attribute()
+    roll: Attribute[float] = Attribute()
+    zoom: Attribute[float] = Attribute()
+    field_of_view: Attribute[Optional[float]] = Attribute()
+    camera: Attribute[Optional[Camera]] = Attribute()
+    background: Attribute[Background] = Attribute()
+    settings: Attribute[Settings] = Attribute()
+    transfer: Attribute[TransferFunction] = Attribute()
 
     def __init__(
         self,
@@ -53,27 +78,39 @@ class View:
             raise InvalidValue(f"settings already contain {' and '.join(options)}: give either")
         if isinstance(data, Volume) and spacing is not None:
             raise InvalidValue("spacing: leave it out, a Volume already has one")
+        super().__init__()
+        self._widget: Optional["Widget"] = None
         self.volume = data if isinstance(data, Volume) else Volume(data, spacing)
-        self.settings = Settings(quality, blend=blend, shading=shade) if settings is None else settings
-        self.size, self.background = size, background
-        self.azimuth, self.elevation, self.roll = azimuth, elevation, roll
-        self.zoom, self.field_of_view, self.camera = zoom, field_of_view, camera
+        if settings is None:
+            settings = Settings(quality, blend=blend, shading=shade)
         if device is None:
             device = _default.device()
         elif not isinstance(device, Device):
             device = Device(device)
         transfer = transfer_function(self.volume, cmap, clim, opacity)
-        self._renderer = Renderer(self.volume, transfer, device=device)
+        self._scene = LiveScene(self.volume, transfer, device)
+        self._renderer = self._scene.renderer(transfer)
         self._framed: Optional[Tuple[Tuple[TransferFunction, Settings], Framing]] = None
+        angles = {"azimuth": azimuth, "elevation": elevation, "roll": roll, "zoom": zoom, "field_of_view": field_of_view}
+        shown = {"size": size, "camera": camera, "background": background, "settings": settings, "transfer": transfer}
+        self._values.update(angles, **shown)
 
     @property
-    def transfer(self) -> TransferFunction:
-        """The transfer function."""
-        return self._renderer.transfer
+    def widget(self) -> "Widget":
+        """The widget of the live view (anywidget), for layouts of other packages. A notebook shows it by itself."""
+        if self._widget is None:
+            try:
+                from ._live import Widget
+            except ImportError as error:
+                raise ImportError("a live view needs anywidget: pip install 'layersplat[widget]'") from error
+            self._widget = Widget(self)
+        return self._widget
 
-    @transfer.setter
-    def transfer(self, transfer: TransferFunction) -> None:
-        self._renderer.transfer = transfer
+    def close(self) -> None:
+        """Ends the live view, if it is shown. The view itself can be used, and shown again."""
+        if self._widget is not None:
+            widget, self._widget = self._widget, None
+            widget.close()
 
     def set_transfer(self, cmap: Any = None, clim: Limits = None, opacity: Any = None) -> None:
         """Sets the transfer function from cmap, clim and opacity, see :func:`layersplat.transfer_function`."""
@@ -112,11 +149,67 @@ class View:
             self._framed = (shown, Framing.of(self.volume, *shown))
         return self._framed[1]
 
+    def _viewport(self) -> Tuple[int, int]:
+        """Width and height in pixels."""
+        if isinstance(self.size, int):
+            return self.size, self.size
+        width, height = self.size
+        return width, height
+
+    def _set(self, values: Dict[str, Any]) -> None:
+        """Changes attributes by the program, and shows them."""
+        if "transfer" in values:
+            self._renderer.transfer = values["transfer"]
+        if ANGLES & values.keys():
+            values = {**values, "camera": None}
+        with self._lock:
+            changes = self._assign(values)
+            if self._widget is not None:
+                self._widget.give()
+        self._notify(changes)
+
+    def _follow(self, values: Dict[str, Any]) -> List[Change]:
+        """Changes attributes by a hand. Returns what has changed."""
+        if "transfer" in values:
+            self._renderer.transfer = values["transfer"]
+        return self._assign(values)
+
+    def _show(self) -> None:
+        """Settings of the pages."""
+        self._scene.show(self.settings, self.background)
+
+    def _ipython_display_(self, **_options: Any) -> None:
+        if not _is_live():
+            # IPython then asks for the picture.
+            raise NotImplementedError
+        from IPython.display import display
+
+        # A saved notebook shows the picture, and the widget hides it.
+        display({"text/html": self.widget.still_picture(self._repr_png_()), "text/plain": repr(self)}, raw=True)
+        display(self.widget)
+
     def _repr_png_(self) -> bytes:
         return png(self.render())
 
+    def __del__(self) -> None:
+        # Otherwise ipywidgets would keep the widget, and with it the voxels.
+        if getattr(self, "_widget", None) is not None and not sys.is_finalizing():
+            self.close()
+
     def __repr__(self) -> str:
         return f"<layersplat.View of {self.volume!r}>"
+
+
+def _is_live() -> bool:
+    """Whether this is a notebook's kernel with anywidget."""
+    shell = sys.modules["IPython"].get_ipython() if "IPython" in sys.modules else None
+    if getattr(shell, "kernel", None) is None:
+        return False
+    try:
+        import anywidget  # noqa: F401
+    except ImportError:
+        return False
+    return True
 
 
 def volshow(
@@ -129,7 +222,7 @@ def volshow(
     shade: Optional[Union[bool, Shading]] = None,
     **view: Any,
 ) -> View:
-    """Shows a volume in a notebook: returns a View, which displays itself.
+    """Shows a volume in a notebook: returns a View, which displays itself: live where anywidget is installed, otherwise as a picture.
 
     data: an array (z, y, x) of integers, floats or booleans; an image of nibabel, SimpleITK, ITK or xarray; or a Volume. spacing: voxel
     spacing, one number or one per axis in the order of the data's axes; image objects have their own. cmap, clim, opacity: see
