@@ -58,7 +58,7 @@ fn the_published_crate_is_whole() {
     for folder in ["kernels", "src"] {
         assert_eq!(absent(folder, &files), [""; 0]);
     }
-    for file in ["Cargo.lock", "LICENSE-APACHE", "LICENSE-MIT", "README.md", "build.rs", "docs/embedding.md"] {
+    for file in ["Cargo.lock", "LICENSE-APACHE", "LICENSE-MIT", "README.md", "build.rs", "docs/guide/embedding.md"] {
         assert!(files.contains(file), "{file}");
     }
     assert!(!files.iter().any(|file| file.starts_with("bindings") || file.ends_with(".jpg")));

@@ -54,6 +54,9 @@ impl Overlay {
             PageBlend::Average => Blend::Average,
             PageBlend::Iso => Blend::Iso(look.iso),
         };
+        if look.gradient != own.gradient {
+            settings.gradient = look.gradient.as_ref().and_then(|name| name.parse().ok());
+        }
         // Elsewhere the page offers neither.
         let is_lit = look.shading && matches!(look.blend, PageBlend::Composite | PageBlend::Iso);
         let shadows = || Shadows { strength: look.shadow_strength, ..base.shadows.unwrap_or_default() };
@@ -155,7 +158,7 @@ fn lights(look: &Look) -> Result<Lights, Error> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::layers::Density;
+    use crate::layers::{Density, GradientEstimator};
     use crate::settings::{AmbientOcclusion, Clipping, DepthCue, Evaluation, LightGrid};
     use crate::viewer::PageLight;
 
@@ -220,6 +223,8 @@ mod tests {
         assert_eq!((shading.power, shading.lights.as_slice()[0].space, lit.unit_distance), (50.0, LightSpace::Camera, Some(3.0)));
         assert_eq!(lit.shadows, Some(Shadows { strength: 0.5, ..Shadows::default() }));
         assert_eq!(settings(&Look { shadows: true, ..own.clone() }).shading.unwrap().lights, Lights::BESIDE_CAMERA);
+        let gradient = |name: &str| settings(&Look { gradient: Some(name.into()), ..own.clone() }).gradient;
+        assert_eq!(gradient("central"), Some(GradientEstimator::Central));
         // Shadows need what shows them.
         let flat = settings(&Look { blend: PageBlend::Maximum, shadows: true, ambient_occlusion: true, ..own.clone() });
         assert_eq!((flat.shadows, flat.ambient_occlusion, flat.blend), (None, None, Blend::Maximum));

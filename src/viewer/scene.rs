@@ -47,6 +47,11 @@ pub trait Host: Send + Sync {
         None
     }
 
+    /// Whether the page may open other volumes.
+    fn opens_volumes(&self) -> bool {
+        false
+    }
+
     /// Volumes that the page may open by name.
     fn offered(&self) -> Vec<Offered> {
         Vec::new()
@@ -327,6 +332,7 @@ impl Scene {
             "slices": slices::described(volume),
             "is_layered": is_layered,
             "scene": self.number,
+            "opens_volumes": self.host.opens_volumes(),
             "offered": self.host.offered(),
         })
         .to_string()

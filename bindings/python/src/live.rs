@@ -12,7 +12,7 @@ use crate::transfer::TransferFunction;
 use crate::volume::Volume;
 use layersplat::camera::Up;
 use layersplat::framing::Orientation;
-use layersplat::viewer::{Change, First, Host, Look, Message, Opening, Overlay, PageCamera, Scene, Session};
+use layersplat::viewer::{Change, First, Host, Look, Message, Opening, Overlay, PageCamera, Scene, Session, Wanted};
 use layersplat::{Background, Camera as OurCamera, Error, Orbit, Projection, Quality, Settings as OurSettings, Viewport};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyString};
@@ -37,7 +37,6 @@ struct View {
     /// The value that an iso-surface begins with.
     iso: f64,
     frame: layersplat::camera::OrbitFrame,
-    grid: layersplat::volume::Grid,
 }
 
 impl View {
@@ -63,12 +62,17 @@ impl Host for ViewHost {
         false
     }
 
+    /// A notebook has no command: the code, too.
+    fn command_line(&self, wanted: &Wanted) -> String {
+        self.python(wanted)
+    }
+
     /// The code that writes a picture. `data` stands for the volume.
-    fn command_line(&self, look: &Look, camera: &PageCamera, size: Viewport, _: u32, transfer: &str) -> String {
+    fn python(&self, wanted: &Wanted) -> String {
+        let &Wanted { look, view, size: Viewport { width, height }, transfer, .. } = wanted;
         let settings = self.settings(look, None).unwrap_or_default();
         let settings = Python::try_attach(|py| Settings::from_library(settings).code(py).unwrap_or_default()).unwrap_or_default();
-        let camera = camera.camera(self.0.frame, &self.0.grid).map(|camera| code_of(&camera)).unwrap_or_default();
-        let (Viewport { width, height }, background) = (size, &look.background);
+        let (camera, background) = (code_of(&view), &look.background);
         format!(
             "layersplat.volshow(data, cmap=\"{transfer}\", settings={settings}, camera={camera}, size=({width}, {height}), \
              background=\"{background}\").save(\"layersplat.png\")"
@@ -115,7 +119,7 @@ impl LiveScene {
         let look = overlay.look().clone();
         let whole = OurCamera::fit_parallel(grid.centre(), grid.diagonal(), Viewport::new(1, 1)?, Orbit::default());
         let camera = PageCamera::of(&whole, frame)?;
-        let view = View { shown: Mutex::new(Shown { overlay, look: look.clone() }), dims, iso, frame, grid };
+        let view = View { shown: Mutex::new(Shown { overlay, look: look.clone() }), dims, iso, frame };
         let view = Arc::new(view);
         let opening = Opening { volume, transfer, device, orientation, camera, camera_is_given: true, look, time_limit: None };
         let host = Box::new(ViewHost(view.clone()));

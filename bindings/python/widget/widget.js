@@ -19,8 +19,7 @@ export const widget = ({ body, style, page }) => ({
     const ended = new AbortController();
     const host = document.createElement("div");
     host.className = "layersplat";
-    // JupyterLab and Notebook leave keys and the right button to the page.
-    el.dataset.lmSuppressShortcuts = "true";
+    // The right button is the page's.
     el.dataset.jpSuppressContextMenu = "true";
     el.append(host);
     const root = host.attachShadow({ mode: "open" });
@@ -43,6 +42,8 @@ export const widget = ({ body, style, page }) => ({
     model.on("change:size", resize);
     const still = hideStill(model.get("still"));
     const theme = followTheme(host, ended.signal);
+    // A notebook would add and delete cells by the letters that are typed here. Its shortcuts with Ctrl, for saving, stay.
+    tab.addEventListener("keydown", (event) => { if (!event.ctrlKey && !event.metaKey) event.stopPropagation(); });
     // The wheel scrolls the notebook until the picture is clicked.
     tab.addEventListener("wheel", (event) => {
       if (event.target === find("picture") && root.activeElement !== event.target) event.stopPropagation();

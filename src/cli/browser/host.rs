@@ -75,6 +75,10 @@ impl Host for PageHost {
         Ok(())
     }
 
+    fn opens_volumes(&self) -> bool {
+        true
+    }
+
     fn offered(&self) -> Vec<Offered> {
         self.offered.clone()
     }

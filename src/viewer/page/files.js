@@ -13,6 +13,7 @@ export class Files {
     this.page = page;
     /** @type {XMLHttpRequest | null} */
     this.upload = null;
+    this.opens = false;
     field("offered").addEventListener("change", () => {
       const name = field("offered").value;
       if (name) this.open({ offered: name }, name);
@@ -40,8 +41,11 @@ export class Files {
     });
   }
 
-  /** What the server offers, and what it shows. @param {{ name: string, is_builtin: boolean }[]} offered @param {string} shown */
-  set(offered, shown) {
+  /** What the server opens, and what it shows.
+   * @param {{ opens_volumes: boolean, offered: { name: string, is_builtin: boolean }[] }} hello @param {string} shown */
+  set({ opens_volumes: opens, offered }, shown) {
+    this.opens = opens;
+    element("volume-part").hidden = !opens;
     const option = (/** @type {string} */ value, /** @type {string} */ text) => {
       const made = document.createElement("option");
       [made.value, made.textContent] = [value, text];
@@ -71,6 +75,10 @@ export class Files {
   take(file) {
     if (TRANSFERS.test(file.name)) {
       this.page.transfer(file);
+      return;
+    }
+    if (!this.opens) {
+      this.page.problem("Only files of transfer functions can be dropped here.");
       return;
     }
     if (this.upload) {

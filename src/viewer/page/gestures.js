@@ -32,6 +32,8 @@ export function listen(picture, actions) {
   /** Radians of the last movement, and when it was. */
   let speed = { x: 0, y: 0, at: 0 };
   let gliding = 0;
+  /** Whether the view changed since the hand rested. */
+  let isMoved = false;
 
   canvas.addEventListener("pointerdown", (event) => {
     canvas.focus({ preventScroll: true });
@@ -48,6 +50,7 @@ export function listen(picture, actions) {
     if (!before) return;
     const now = picture.place(event);
     if (pressed && Math.hypot(event.clientX - pressed.clientX, event.clientY - pressed.clientY) >= STILL) pressed = null;
+    isMoved ||= !held;
     if (held) held.move(now);
     else if (pointers.size === 1) drag(event, now.x - before.x, now.y - before.y, now);
     else if (pointers.size === 2) pinch(event.pointerId, before, now);
@@ -59,7 +62,11 @@ export function listen(picture, actions) {
     else if (pressed && event.type === "pointerup") actions.click(picture.place(event));
     else if (actions.hasMomentum() && performance.now() - speed.at < 60) return glide();
     [held, pressed] = [null, null];
-    actions.rest();
+    rested();
+  };
+  const rested = () => {
+    if (isMoved) actions.rest();
+    isMoved = false;
   };
   canvas.addEventListener("dblclick", (event) => actions.pivot(picture.place(event)));
   canvas.addEventListener("pointerup", up);
@@ -94,7 +101,7 @@ export function listen(picture, actions) {
 
   /** Turns on as the hand did, slower and slower. */
   function glide() {
-    if (Math.hypot(speed.x, speed.y) < SLOWEST) return actions.rest();
+    if (Math.hypot(speed.x, speed.y) < SLOWEST) return rested();
     actions.turn(speed.x, speed.y);
     speed = { x: speed.x * LEFT, y: speed.y * LEFT, at: 0 };
     gliding = requestAnimationFrame(glide);

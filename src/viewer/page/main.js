@@ -123,7 +123,7 @@ function begin(hello) {
   status.clear();
   const { volume, histogram } = hello;
   if (session.hello && session.hello.scene !== hello.scene) film.clear();
-  files.set(hello.offered, volume.name);
+  files.set(hello, volume.name);
   element("name").textContent = volume.name;
   document.title = `${volume.name} – layersplat`;
   element("facts").textContent = `${volume.dims.join(" × ")} voxels of ${volume.voxel_type}, ${short(histogram.lowest)} to ${short(histogram.highest)}`;

@@ -6,7 +6,7 @@ import { tmpdir } from "node:os";
 import { delimiter, dirname, join } from "node:path";
 
 /** Milliseconds; only a hang reaches it. */
-export const PATIENCE = 180_000;
+export const PATIENCE = Number(process.env.PATIENCE ?? 180_000);
 const JUPYTER = process.env.JUPYTER ?? "jupyter";
 
 /** The sources of a notebook's cells, as a file. @param {string[]} cells */
@@ -61,6 +61,8 @@ export async function open(browser, url) {
   page.setDefaultTimeout(PATIENCE);
   await page.goto(url);
   await page.locator(".jp-Notebook .jp-Cell").first().waitFor();
+  // Before its kernel is there, a notebook that runs would ask for one.
+  await page.evaluate(async () => { await globalThis.jupyterapp.shell.currentWidget.sessionContext.ready; });
   return page;
 }
 

@@ -133,9 +133,9 @@ for (const [kind, name] of [["lab", "JupyterLab"], ["notebook", "Notebook 7"]]) 
       for (const key of ["3", "a", "d", "d"]) await page.keyboard.press(key);
       isDifferent(await refined(page), before, "the third side");
       assert.equal(await page.locator(".jp-Notebook .jp-Cell").count(), count);
-      assert.equal(await page.locator(".jp-MarkdownCell").count(), 0);
       await page.keyboard.press("r");
       isSame(await refined(page), before, "the first view");
+      assert.equal(await page.locator(".jp-MarkdownCell, .jp-RawCell").count(), 0);
     });
 
     test("the wheel scrolls until the picture is clicked", async () => {
@@ -156,19 +156,16 @@ for (const [kind, name] of [["lab", "JupyterLab"], ["notebook", "Notebook 7"]]) 
       await refined(page);
     });
 
-    test("a kernel that runs a cell draws afterwards, and the page says so if it does not hear", async () => {
+    test("a kernel that does not hear draws afterwards, and the page says so", async () => {
       const before = await refined(page);
-      // Without a subshell the kernel hears nothing meanwhile; with one it does.
-      await run(page, "import time; time.sleep(6)", { waits: false });
-      await drag(page, 0, 90, 0);
       const busy = views().first().locator("#busy");
-      await page.waitForFunction((isSame) => {
-        const [view] = document.querySelectorAll(".layersplat");
-        return !view.shadowRoot.getElementById("busy").hidden || view.layersplat.shown.id === view.layersplat.requested() || isSame;
-      }, false);
-      if (await busy.isVisible()) await screenshot("busy");
+      // It keeps the interpreter lock: kernels that hear while a cell runs, on a thread of their own, do not either.
+      await run(page, "sum(range(5 * 10**8))", { waits: false });
+      await drag(page, 0, 90, 0);
+      await busy.waitFor({ state: "visible" });
+      await screenshot("busy");
+      await busy.waitFor({ state: "hidden" });
       isDifferent(await refined(page), before, "after the cell");
-      assert.ok(await busy.isHidden());
     });
 
     test("a saved notebook shows the still pictures", async () => {

@@ -33,9 +33,9 @@ class Widget(anywidget.AnyWidget):  # type: ignore[misc]
     def __init__(self, view: "View") -> None:
         self._pages: Dict[str, LivePage] = {}
         self._revision = 0
-        self._view = weakref.ref(view)
+        self._owner = weakref.ref(view)
         # Keeps a view that is on display and that no variable names.
-        self._shown: Optional["View"] = view
+        self._kept: Optional["View"] = view
         super().__init__(size=view._viewport())
         self.still = f"layersplat-still-{self.model_id}"
         self.on_msg(self._hear)
@@ -49,7 +49,7 @@ class Widget(anywidget.AnyWidget):  # type: ignore[misc]
 
     def give(self) -> None:
         """Shows what the program has changed."""
-        view = self._view()
+        view = self._owner()
         if view is None:
             return
         self.size = view._viewport()
@@ -70,57 +70,57 @@ class Widget(anywidget.AnyWidget):  # type: ignore[misc]
     def end_pages(self) -> None:
         """Ends the threads that draw."""
         for name in list(self._pages):
-            self._end(name)
-        self._shown = None
+            self._end_page(name)
+        self._kept = None
 
     def _hear(self, _widget: Any, content: Dict[str, Any], _buffers: List[Any]) -> None:
-        name, view = content.get("page"), self._view()
+        name, view = content.get("page"), self._owner()
         if not isinstance(name, str) or view is None:
             return
         try:
             if content.get("open"):
-                self._open(name, view)
+                self._begin_page(name, view)
             elif content.get("closed"):
-                self._end(name)
+                self._end_page(name)
             elif content.get("asks"):
-                self._send(name)
+                self._tell(name)
             elif name in self._pages and isinstance(content.get("text"), str):
                 # The one that was heard last is the last.
                 self._pages[name] = page = self._pages.pop(name)
-                self._follow(view, page, content["text"], content.get("revision"))
+                self._follow_hand(view, page, content["text"], content.get("revision"))
         except Error as error:
-            self._send(name, json.dumps({"type": "problem", "sentence": str(error)}))
+            self._tell(name, json.dumps({"type": "problem", "sentence": str(error)}))
 
-    def _open(self, name: str, view: "View") -> None:
-        self._shown = view
+    def _begin_page(self, name: str, view: "View") -> None:
+        self._kept = view
         while len(self._pages) >= MOST_PAGES:
-            self._end(next(iter(self._pages)))
+            self._end_page(next(iter(self._pages)))
         # The thread that draws outlives no widget: it must not keep one.
         widget = weakref.ref(self)
 
         def send(text: Optional[str], picture: Optional[bytes]) -> None:
             found = widget()
             if found is not None:
-                found._send(name, text, picture)
+                found._tell(name, text, picture)
 
         with view._lock:
             view._show()
             self._pages[name] = view._scene.page(view._camera(), view.transfer, send)
 
-    def _follow(self, view: "View", page: LivePage, text: str, revision: Any) -> None:
+    def _follow_hand(self, view: "View", page: LivePage, text: str, revision: Any) -> None:
         with view._lock:
             # A page that does not know the newest state yet only draws: what the program has set is newer.
             changes = view._follow(dict(page.receive(text, revision == self._revision)))
         view._notify(changes)
 
-    def _end(self, name: str) -> None:
+    def _end_page(self, name: str) -> None:
         page = self._pages.pop(name, None)
         if page is not None:
             page.close()
         if not self._pages:
-            self._shown = None
+            self._kept = None
 
-    def _send(self, name: str, text: Optional[str] = None, picture: Optional[bytes] = None) -> None:
+    def _tell(self, name: str, text: Optional[str] = None, picture: Optional[bytes] = None) -> None:
         content: Dict[str, Any] = {"page": name, "revision": self._revision}
         if text is not None:
             content["text"] = text

@@ -169,10 +169,14 @@ class View(Observed):
         self._notify(changes)
 
     def _follow(self, values: Dict[str, Any]) -> List[Change]:
-        """Changes attributes by a hand. Returns what has changed."""
+        """Changes attributes by a hand. Returns what has changed. What the page shows stays in place: it is not fitted again."""
+        framing = self._framing() if self.camera is None else None
         if "transfer" in values:
             self._renderer.transfer = values["transfer"]
-        return self._assign(values)
+        changes = self._assign(values)
+        if framing is not None:
+            self._framed = ((self.transfer, self.settings), framing)
+        return changes
 
     def _show(self) -> None:
         """Settings of the pages."""
