@@ -50,7 +50,7 @@ fn create_temporary(path: &Path) -> io::Result<(NamedTempFile, PathBuf)> {
         return Err(io::Error::other(format!("the folder {} does not exist", folder.display())));
     }
     if SWEPT.lock().unwrap_or_else(PoisonError::into_inner).insert(folder.into()) {
-        sweep(folder);
+        sweep(folder, std::fs::Metadata::is_file, |path| std::fs::remove_file(path));
     }
     let prefix = format!("{PREFIX}{}-", std::process::id());
     let mut builder = tempfile::Builder::new();
@@ -65,18 +65,18 @@ fn create_temporary(path: &Path) -> io::Result<(NamedTempFile, PathBuf)> {
     Ok((file, target))
 }
 
-/// Removes temporary files of killed processes: the process no longer runs, and the file is older than [`LEFTOVER_AGE`].
-fn sweep(folder: &Path) {
+/// Removes what killed processes left of a kind: the process no longer runs, and it is older than [`LEFTOVER_AGE`].
+fn sweep(folder: &Path, is_kind: fn(&std::fs::Metadata) -> bool, remove: fn(&Path) -> io::Result<()>) {
     let Ok(entries) = std::fs::read_dir(folder) else { return };
     for entry in entries.flatten() {
         let is_old = |entry: &std::fs::DirEntry| {
-            let metadata = entry.metadata().ok().filter(std::fs::Metadata::is_file);
+            let metadata = entry.metadata().ok().filter(is_kind);
             metadata.and_then(|found| found.modified().ok()?.elapsed().ok()).is_some_and(|age| age > LEFTOVER_AGE)
         };
         let process = entry.file_name().to_str().and_then(parse_process);
         // Another process may remove the file at the same time, so errors are ignored.
-        if process.is_some_and(|process| is_old(&entry) && !is_running(process)) && std::fs::remove_file(entry.path()).is_ok() {
-            tracing::info!("removed the unfinished file {} of a killed process", entry.path().display());
+        if process.is_some_and(|process| is_old(&entry) && !is_running(process)) && remove(&entry.path()).is_ok() {
+            tracing::info!("removed the unfinished {} of a killed process", entry.path().display());
         }
     }
 }
@@ -165,16 +165,19 @@ pub(crate) fn temporary_failed(e: io::Error) -> Error {
     )
 }
 
-/// A temporary folder. It is removed with its content when this is dropped or the process ends.
-#[cfg(feature = "cli")]
+/// A temporary folder. It is removed with its content when this is dropped or the process ends, and after a kill by the first process that
+/// makes one a day later.
+#[cfg(any(feature = "cli", feature = "page"))]
 pub(crate) struct Scratch(tempfile::TempDir);
 
-#[cfg(feature = "cli")]
+#[cfg(any(feature = "cli", feature = "page"))]
 impl Scratch {
     /// Creates the folder in the system's temporary folder (`TMPDIR`).
     pub fn new() -> Result<Self, Error> {
         let _writing = begin_write();
-        let folder = tempfile::Builder::new().prefix("layersplat-").tempdir();
+        static SWEEP: std::sync::Once = std::sync::Once::new();
+        SWEEP.call_once(|| sweep(&std::env::temp_dir(), std::fs::Metadata::is_dir, |path| std::fs::remove_dir_all(path)));
+        let folder = tempfile::Builder::new().prefix(&format!("{PREFIX}{}-", std::process::id())).tempdir();
         let folder = folder.map_err(temporary_failed)?;
         unfinished(|paths| paths.insert(folder.path().into()));
         Ok(Self(folder))
@@ -185,7 +188,7 @@ impl Scratch {
     }
 }
 
-#[cfg(feature = "cli")]
+#[cfg(any(feature = "cli", feature = "page"))]
 impl Drop for Scratch {
     fn drop(&mut self) {
         unfinished(|paths| paths.remove(self.0.path()));
@@ -234,6 +237,29 @@ mod tests {
         let mut found = names(folder.path());
         expected.sort();
         found.sort();
+        assert_eq!(found, expected);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn folders_of_killed_processes_are_removed() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut killed = std::process::Command::new("true").spawn().unwrap();
+        killed.wait().unwrap();
+        let put = |process: u32, hours: u64| {
+            let left = folder.path().join(format!(".layersplat-{process}-{hours}"));
+            std::fs::create_dir(&left).unwrap();
+            std::fs::write(left.join("volume.raw"), "voxels").unwrap();
+            File::open(&left).unwrap().set_modified(std::time::SystemTime::now() - Duration::from_secs(hours * 3600)).unwrap();
+        };
+        put(killed.id(), 25);
+        put(killed.id(), 23);
+        put(std::process::id(), 1000);
+        sweep(folder.path(), std::fs::Metadata::is_dir, |path| std::fs::remove_dir_all(path));
+        let mut found = names(folder.path());
+        found.sort();
+        let mut expected = vec![format!(".layersplat-{}-23", killed.id()), format!(".layersplat-{}-1000", std::process::id())];
+        expected.sort();
         assert_eq!(found, expected);
     }
 

@@ -1,10 +1,13 @@
 // Measures the viewer; benches/viewer/run starts this beside the browser's tests, whose helpers it uses.
 
-import net from "node:net";
-import { launch, open, refined, serve } from "./viewer.js";
+import { launch, open, refined, serve } from "../viewer.js";
+import { quantile, wait } from "./numbers.js";
+import { connect } from "./wire.js";
 
 /** Milliseconds between moves of the mouse: 60 a second. */
 const MOVE = 1000 / 60;
+/** Pictures at rest. */
+const RESTS = 15;
 const [volume, seconds] = [process.argv[2], Number(process.argv[3])];
 
 /** In the page: times of input events, and of the second animation frame after their picture. */
@@ -34,10 +37,6 @@ function instrument() {
     return result;
   };
 }
-
-const sorted = (values) => [...values].sort((a, b) => a - b);
-const quantile = (values, q) => sorted(values)[Math.min(values.length - 1, Math.floor(q * values.length))];
-const wait = (ms) => new Promise((done) => { setTimeout(done, ms); });
 
 /** Moves for some seconds, and reports the pictures of that time. */
 async function measure(page, name, move) {
@@ -108,55 +107,32 @@ async function inBrowser(url) {
 
 /** The server alone: asks for the next view as soon as a picture is there. */
 async function alone(url) {
-  const { host, hostname, port, searchParams } = new URL(url);
-  const answer = await fetch(`http://${host}/?token=${searchParams.get("token")}`);
-  const cookie = answer.headers.get("set-cookie").split(";")[0];
-  const socket = net.connect(Number(port), hostname);
-  socket.setNoDelay(true);
-  socket.write(`GET /socket HTTP/1.1\r\nHost: ${host}\r\nOrigin: http://${host}\r\nCookie: ${cookie}\r\nConnection: Upgrade\r\n`
-    + "Upgrade: websocket\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n");
-  let buffer = Buffer.alloc(0);
-  let waiting = null;
-  socket.on("data", (data) => {
-    buffer = Buffer.concat([buffer, data]);
-    waiting?.();
-  });
-  const more = () => new Promise((done) => { waiting = done; });
-  while (!buffer.includes("\r\n\r\n")) await more();
-  buffer = buffer.subarray(buffer.indexOf("\r\n\r\n") + 4);
-  const receive = async () => {
-    for (;;) {
-      const short = buffer[1] & 127;
-      const head = short === 126 ? 4 : short === 127 ? 10 : 2;
-      if (buffer.length >= head) {
-        const length = head === 2 ? short : head === 4 ? buffer.readUInt16BE(2) : Number(buffer.readBigUInt64BE(2));
-        if (buffer.length >= head + length) {
-          const message = { kind: buffer[0] & 15, payload: buffer.subarray(head, head + length) };
-          buffer = buffer.subarray(head + length);
-          return message;
-        }
-      }
-      await more();
-    }
-  };
-  const send = (request) => {
-    const payload = Buffer.from(JSON.stringify(request));
-    const head = payload.length < 126 ? [0x81, 0x80 | payload.length] : [0x81, 0xfe, payload.length >> 8, payload.length & 255];
-    socket.write(Buffer.concat([Buffer.from([...head, 0, 0, 0, 0]), payload]));
-  };
-  const { camera } = JSON.parse((await receive()).payload);
+  const page = await connect(url);
   const times = [];
   const begin = performance.now();
   for (let id = 1; performance.now() - begin < seconds * 1000; id += 1) {
     const asked = performance.now();
-    send({ type: "view", id, camera: { ...camera, azimuth: camera.azimuth + id }, width: 768, height: 768, moving: true });
-    let message = await receive();
-    while (message.kind !== 2) message = await receive();
+    page.view(id, id, true);
+    await page.picture();
     times.push(performance.now() - asked);
-    send({ type: "shown" });
+    page.send({ type: "shown" });
   }
-  socket.destroy();
   console.log(`server alone, request to last byte: median ${quantile(times, 0.5).toFixed(0)} ms, 99 % ${quantile(times, 0.99).toFixed(0)} ms, ${times.length} pictures`);
+  // At rest: times from the request to the last byte of each step.
+  const steps = new Map();
+  for (let n = 0; n < RESTS; n += 1) {
+    const [id, asked] = [1_000_000 + n, performance.now()];
+    page.view(id, 17 * n, false);
+    for (let step = 0; step !== 4;) {
+      ({ step } = await page.picture());
+      page.send({ type: "shown" });
+      steps.set(step, [...steps.get(step) ?? [], performance.now() - asked]);
+    }
+  }
+  const names = { 1: "standard", 2: "high", 3: "8 samples", 4: "16 samples" };
+  const said = [...steps].map(([step, all]) => `${names[step]} ${quantile(all, 0.5).toFixed(0)} ms (most ${Math.max(...all).toFixed(0)})`);
+  console.log(`at rest, from the request to the last byte, median of ${RESTS}: ${said.join(", ")}`);
+  page.close();
 }
 
 const server = await serve(volume);

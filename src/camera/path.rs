@@ -99,6 +99,12 @@ impl CameraPath {
         (self.times[0], self.times[self.times.len() - 1])
     }
 
+    /// Cameras at this many times, evenly spaced from the first key to the last.
+    pub fn evenly(&self, count: u32) -> Vec<Camera> {
+        let ((from, to), last) = (self.span(), f64::from(count.max(2) - 1));
+        (0..count).map(|n| self.at(from + (to - from) * f64::from(n) / last)).collect()
+    }
+
     /// The camera at `time` in seconds; constant before the first and after the last key.
     pub fn at(&self, time: f64) -> Camera {
         let numbers: [f64; NUMBERS] = std::array::from_fn(|i| self.number(i, time));

@@ -66,10 +66,7 @@ impl Keys {
         };
         let keys: Vec<Key> = self.keys.iter().enumerate().map(key).collect::<Result<_, Error>>()?;
         let path = CameraPath::new(keys).map_err(|e| Error::Keys { path: self.path.clone(), problem: e.to_string() })?;
-        let path = path.in_frame(cameras.orientation().frame());
-        let (from, to) = path.span();
-        let last = f64::from(frames.max(2) - 1);
-        Ok((0..frames).map(|n| path.at(from + (to - from) * f64::from(n) / last)).collect())
+        Ok(path.in_frame(cameras.orientation().frame()).evenly(frames))
     }
 
     /// Values for what keys omit, equal for all keys: centre, scale and distance fit the visible part along the whole path.

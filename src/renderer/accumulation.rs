@@ -9,6 +9,7 @@ use crate::layers::Rays;
 use crate::memory;
 use crate::settings::Settings;
 use crate::viewport::Viewport;
+use std::ops::Range;
 
 /// The mean of the frames of one view so far. Each frame has another sub-pixel offset of its rays, so the picture of a static
 /// view improves with each frame. 16 frames have the rays of a picture with 4 × 4 supersampling.
@@ -85,7 +86,7 @@ impl Accumulation {
         &mut self,
         render: impl FnOnce(Viewport, Jitter) -> Result<(Option<Frame>, Report), Error>,
     ) -> Result<Report, Error> {
-        let (frame, report) = render(self.viewport, Jitter(offset(self.frames)))?;
+        let (frame, report) = render(self.viewport, Jitter { offset: offset(self.frames), parts: GRID })?;
         for (sum, pixel) in self.sums.iter_mut().zip(frame.iter().flat_map(Frame::pixels)) {
             (0..4).for_each(|channel| sum[channel] += f64::from(pixel[channel]));
         }
@@ -104,14 +105,24 @@ fn offset(n: u32) -> [f64; 2] {
     [column, row].map(|place| (f64::from(place) + 0.5) / f64::from(GRID) - 0.5)
 }
 
-/// Rays through one of the positions in each pixel.
+/// Rays beside the middles of pixels.
 #[derive(Clone, Copy)]
-pub(crate) struct Jitter([f64; 2]);
+pub(crate) struct Jitter {
+    /// In pixels, to the right and down.
+    offset: [f64; 2],
+    /// Rays per side of a pixel, in all frames together.
+    parts: u32,
+}
 
 impl Jitter {
+    /// Rays of the rows of a picture from this one on.
+    fn from_row(row: u32) -> Self {
+        Self { offset: [0.0, row.into()], parts: 1 }
+    }
+
     /// Moves rays through the middles of pixels.
     pub(super) fn apply(self, rays: Rays) -> Rays {
-        rays.through_parts(self.0, GRID)
+        rays.through_parts(self.offset, self.parts)
     }
 }
 
@@ -132,6 +143,26 @@ impl Renderer {
         })
     }
 
+    /// Renders some rows of a picture of `viewport`, from the top: a large picture in parts. Rays and quality are those of the whole picture;
+    /// lattices have other places, so colours may differ by rounding and interpolation.
+    ///
+    /// # Errors
+    /// [`Error::OutOfRange`] for rows outside the picture, and those of [`render`](Self::render).
+    pub fn render_rows(
+        &mut self,
+        camera: &Camera,
+        viewport: Viewport,
+        rows: Range<u32>,
+        settings: &Settings,
+    ) -> Result<(Frame, FrameReport), Error> {
+        let part = part_of(viewport, &rows)?;
+        let field = &self.engine.field;
+        let (rays, settings) = field.world().normalised_view(field.grid(), camera, viewport, settings)?;
+        let rays = Jitter::from_row(rows.start).apply(rays);
+        let planned = Planned::new(rays, part, settings, field.grid(), self.engine.steepness())?;
+        self.render_planned(&planned)
+    }
+
     pub(super) fn render_jittered(
         &mut self,
         camera: &Camera,
@@ -144,6 +175,15 @@ impl Renderer {
         let planned = Planned::new(jitter.apply(rays), viewport, settings, field.grid(), self.engine.steepness())?;
         self.render_planned(&planned)
     }
+}
+
+/// Size of some rows of a picture.
+fn part_of(viewport: Viewport, rows: &Range<u32>) -> Result<Viewport, Error> {
+    if rows.is_empty() || rows.end > viewport.height {
+        let value = format!("{} to {}", rows.start, rows.end);
+        return Err(Error::OutOfRange { name: "rows", value, expected: "rows of the picture" });
+    }
+    Viewport::new(viewport.width, rows.end - rows.start)
 }
 
 impl StreamedRenderer<'_> {

@@ -19,7 +19,7 @@ macro_rules! asset {
 pub(super) const PAGE: Asset = asset!("index.html", "text/html; charset=utf-8");
 
 /// All that the page loads.
-pub(super) const ASSETS: [Asset; 29] = [
+pub(super) const ASSETS: [Asset; 31] = [
     asset!("style.css", "text/css; charset=utf-8"),
     asset!("icon.svg", "image/svg+xml"),
     asset!("adjusting.js", SCRIPT),
@@ -31,6 +31,8 @@ pub(super) const ASSETS: [Asset; 29] = [
     asset!("editing.js", SCRIPT),
     asset!("editor-keys.js", SCRIPT),
     asset!("editor.js", SCRIPT),
+    asset!("files.js", SCRIPT),
+    asset!("film.js", SCRIPT),
     asset!("gestures.js", SCRIPT),
     asset!("handles.js", SCRIPT),
     asset!("keeping.js", SCRIPT),

@@ -1,6 +1,7 @@
 //! What a page wants, between the thread that listens to it and the thread that draws for it. Only the newest view, look and transfer
 //! function are kept, so a page can ask as often as it likes.
 
+use super::films::Film;
 use super::look::Look;
 use super::protocol::{PageCamera, Pick, SavedFormat, View};
 use super::slices::SlicesView;
@@ -20,6 +21,8 @@ const MOST_JOBS: usize = 8;
 pub(super) enum Job {
     Fit { camera: PageCamera, size: Viewport },
     Save(Saving),
+    Film(Film),
+    CancelFilm(u32),
     Command(Saving),
     Pick(Pick),
     Write { name: String, format: FileFormat },
@@ -147,11 +150,6 @@ impl Inbox {
     /// A picture is on its way to the page.
     pub fn sent(&self) {
         self.state().in_flight += 1;
-    }
-
-    /// Puts a job back that gave way.
-    pub fn put_back(&self, job: Job) {
-        self.state().jobs.push_front(job);
     }
 
     /// Waits for a view, or for a job, or until the refinement goes on. A new look and a new transfer function

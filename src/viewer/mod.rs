@@ -9,9 +9,14 @@ mod access;
 mod annotated;
 #[cfg(feature = "viewer")]
 mod assets;
+mod checks;
 mod encoding;
+mod films;
 mod inbox;
+mod keeper;
 mod look;
+#[cfg(feature = "viewer")]
+mod opening;
 mod overlay;
 mod pace;
 mod painter;
@@ -25,6 +30,7 @@ mod scene;
 #[cfg(feature = "viewer")]
 mod server;
 mod session;
+mod sharpening;
 mod slices;
 #[cfg(feature = "viewer")]
 mod socket;
@@ -32,10 +38,12 @@ mod warming;
 
 #[cfg(feature = "viewer")]
 pub use access::Access;
+#[doc(hidden)]
+pub use checks::check_message;
 pub use look::{Look, PageBlend, PageKernel, PageLight, PageQuality};
 pub use overlay::Overlay;
-pub use protocol::{PageCamera, PageProjection, SavedFormat};
-pub use scene::{First, Host, Opening, Scene, Wanted};
+pub use protocol::{OpenWanted, PageCamera, PageProjection, SavedFormat};
+pub use scene::{FilmWanted, First, Host, Offered, Opening, Scene, Source, Wanted};
 #[cfg(feature = "viewer")]
 pub use server::{Server, Stop};
 pub use session::{Change, Message, Received, Session};

@@ -2,33 +2,28 @@
 
 use super::encoding::encoded;
 use super::inbox::{Inbox, Job, News};
+use super::keeper::{Keeper, Kept, Order};
 use super::look::Look;
 use super::pace::Pace;
-use super::protocol::{Picture, Reply, Step, View, shown_size};
+use super::protocol::{FilmState, Picture, Reply, Step, View, shown_size};
 use super::scene::{First, Scene};
 use super::session::Outgoing;
+use super::sharpening::Sharpening;
 use crate::camera::Camera;
-use crate::device::Cancel;
+use crate::device::{Bands, Cancel};
 use crate::error::Error;
 use crate::image::Background;
-use crate::renderer::{Accumulation, VolumeRenderer};
+use crate::renderer::VolumeRenderer;
 use crate::settings::{LightGrid, Quality, Settings};
 use crate::viewport::Viewport;
 use std::sync::Arc;
-use std::time::{Duration, Instant};
-
-/// Accumulated frames after which a picture is shown: the mean of fewer than eight is noisier than one frame of `high`.
-const SHOWN_AFTER: [u32; 2] = [8, Accumulation::FRAMES];
-
-/// Rest before frames are accumulated. Each of them may take longer than a moving one may wait, and a hand often moves on soon.
-const REST: Duration = Duration::from_millis(600);
-/// Frames are not accumulated if one takes longer: a hand that moves meanwhile would wait as long.
-const LONGEST_ACCUMULATED: Duration = Duration::from_millis(900);
+use std::time::Instant;
 
 /// Draws for one page.
 pub(super) struct Painter {
     pub scene: Arc<Scene>,
     pub inbox: Arc<Inbox>,
+    keeper: Arc<Keeper>,
     pub outgoing: Outgoing,
     pub renderer: Box<dyn VolumeRenderer<'static> + Send>,
     pub look: Look,
@@ -50,27 +45,29 @@ enum Progress {
     Nothing,
     Standard,
     High,
-    Accumulating(Accumulation),
+    Sharpening(Sharpening),
     All,
 }
 
 impl Current {
     /// When the next picture of the view is drawn. `None` if there is none.
     fn goes_on(&self) -> Option<Instant> {
-        match self.progress {
-            Progress::All => None,
-            Progress::High => Some(self.since + REST),
-            _ => Some(self.since),
-        }
+        (!matches!(self.progress, Progress::All)).then_some(self.since)
     }
 }
 
 impl Painter {
-    pub fn new(scene: Arc<Scene>, inbox: Arc<Inbox>, outgoing: Outgoing, first: &First, cancel: Cancel) -> Result<Self, Error> {
+    pub fn new(
+        scene: Arc<Scene>,
+        (inbox, keeper): (Arc<Inbox>, Arc<Keeper>),
+        outgoing: Outgoing,
+        first: &First,
+        cancel: Cancel,
+    ) -> Result<Self, Error> {
         let mut renderer = scene.renderer(&first.transfer)?;
         renderer.set_cancel(Some(cancel));
         let look = first.look.clone();
-        Ok(Self { scene, inbox, outgoing, renderer, look, pace: Pace::default(), current: None })
+        Ok(Self { scene, inbox, keeper, outgoing, renderer, look, pace: Pace::default(), current: None })
     }
 
     /// Draws until the page is gone.
@@ -80,7 +77,7 @@ impl Painter {
             if let Err(error) = self.work(news) {
                 match error {
                     Error::Cancelled { .. } => {}
-                    error => self.report(&error),
+                    error => self.outgoing.problem(&self.scene, &error),
                 }
             }
         }
@@ -103,7 +100,7 @@ impl Painter {
             match self.scene.host.settings(&look, None) {
                 Ok(_) => self.look = look,
                 // The view is drawn as it was.
-                Err(error) => self.report(&error),
+                Err(error) => self.outgoing.problem(&self.scene, &error),
             }
         }
         if let Some(view) = view {
@@ -115,7 +112,7 @@ impl Painter {
             // Before the view: they take milliseconds.
             match self.show_slices(&slices) {
                 Ok(()) | Err(Error::Cancelled { .. }) => {}
-                Err(error) => self.report(&error),
+                Err(error) => self.outgoing.problem(&self.scene, &error),
             }
         }
         match job {
@@ -144,6 +141,7 @@ impl Painter {
             settings.light_grid = LightGrid::Half;
         }
         self.use_general_programs(true);
+        self.renderer.set_bands(None);
         self.show(current, Step::Moving, size, &settings)?;
         self.pace.record(current.page, started.elapsed());
         current.progress = Progress::All;
@@ -154,11 +152,13 @@ impl Painter {
     fn refine(&mut self, current: &mut Current) -> Result<(), Error> {
         let inbox = self.inbox.clone();
         self.use_general_programs(false);
+        // A hand waits for two bands at most.
+        self.renderer.set_bands(Some(Bands::new()));
         inbox.giving_way(|| self.refine_once(current)).unwrap_or(Ok(()))
     }
 
     /// Frames that follow the hand do not wait for a program while a more general one is there. Others have the bits of the command.
-    pub(super) fn use_general_programs(&mut self, allowed: bool) {
+    fn use_general_programs(&mut self, allowed: bool) {
         if let Some(renderer) = self.renderer.whole() {
             renderer.use_general_programs(allowed);
         }
@@ -183,28 +183,22 @@ impl Painter {
                 self.show(current, Step::High, page, &settings)?;
                 current.progress = Progress::High;
             }
-            Progress::High => current.progress = Progress::Accumulating(Accumulation::new(page)?),
-            Progress::Accumulating(accumulation) => {
-                let started = Instant::now();
+            // A volume that is streamed would be read again for every strip.
+            Progress::High if self.renderer.whole().is_none() => self.rest(current),
+            Progress::High => match Sharpening::new(page) {
+                Ok(sharpening) => current.progress = Progress::Sharpening(sharpening),
+                Err(_) => self.rest(current),
+            },
+            Progress::Sharpening(sharpening) => {
                 let settings = self.scene.host.settings(&self.look, Some(Quality::High))?;
-                self.renderer.accumulate(&current.camera, &settings, accumulation)?;
-                let frames = accumulation.frames();
-                if SHOWN_AFTER.contains(&frames) {
+                let renderer = self.renderer.require_whole("refinement")?;
+                if sharpening.draw_strip(renderer, &current.camera, &settings)? {
+                    let (frame, next) = (sharpening.frame(), sharpening.next().ok().flatten());
                     let background = self.look.background()?;
-                    let mean = accumulation.mean()?;
-                    let rgba = match self.annotations() {
-                        None => mean,
-                        Some(annotations) => self.annotated(mean, &annotations, &current.camera, settings.blend)?,
-                    };
-                    let rgba = rgba.to_rgba8(background);
-                    let step = if frames == Accumulation::FRAMES { Step::Last } else { Step::Half };
-                    if step == Step::Last {
-                        current.progress = Progress::All;
-                    }
+                    let rgba = self.annotated(frame, &current.camera, settings.blend)?.to_rgba8(background);
+                    let step = if next.is_some() { Step::Half } else { Step::Last };
+                    current.progress = next.map_or(Progress::All, Progress::Sharpening);
                     self.send(current, step, page, background, &rgba)?;
-                } else if started.elapsed() > LONGEST_ACCUMULATED {
-                    current.progress = Progress::All;
-                    self.outgoing.reply(&Reply::Refined { id: current.view.id });
                 }
             }
             Progress::All => {}
@@ -212,17 +206,22 @@ impl Painter {
         Ok(())
     }
 
+    /// No better picture of the view follows.
+    fn rest(&self, current: &mut Current) {
+        current.progress = Progress::All;
+        self.outgoing.reply(&Reply::Refined { id: current.view.id });
+    }
+
     /// Renders a frame and sends it.
     fn show(&mut self, current: &Current, step: Step, size: Viewport, settings: &Settings) -> Result<(), Error> {
         self.scene.host.require_checked(&current.camera, size, settings)?;
         let background = self.look.background()?;
-        let rgba = match self.annotations() {
-            None => self.renderer.render_rgba8(&current.camera, size, settings, background)?.0,
-            Some(annotations) => {
-                let (frame, _) = self.renderer.render(&current.camera, size, settings)?;
-                let drawn = frame.map(|frame| self.annotated(frame, &annotations, &current.camera, settings.blend));
-                drawn.transpose()?.map(|frame| frame.to_rgba8(background))
-            }
+        let rgba = if self.has_annotations() {
+            let (frame, _) = self.renderer.render(&current.camera, size, settings)?;
+            let drawn = frame.map(|frame| self.annotated(frame, &current.camera, settings.blend));
+            drawn.transpose()?.map(|frame| frame.to_rgba8(background))
+        } else {
+            self.renderer.render_rgba8(&current.camera, size, settings, background)?.0
         };
         rgba.map_or(Ok(()), |rgba| self.send(current, step, size, background, &rgba))
     }
@@ -255,22 +254,30 @@ impl Painter {
                 self.outgoing.reply(&Reply::Picked { id: pick.id, point });
                 Ok(())
             }
-            Job::Save(saving) => {
-                let inbox = self.inbox.clone();
-                match inbox.giving_way(|| self.save(&saving)) {
-                    Some(Err(Error::Cancelled { .. })) | None => {
-                        self.inbox.put_back(Job::Save(saving));
-                        Ok(())
-                    }
-                    Some(saved) => saved,
+            Job::Save(saving) => self.keep(Kept::Picture(saving)),
+            Job::Film(film) => {
+                let id = film.id;
+                if let Err(error) = film.check().and_then(|_| self.keep(Kept::Film(film))) {
+                    self.outgoing.problem(&self.scene, &error);
+                    self.outgoing.reply(&Reply::Film { id, state: FilmState::Failed, done: 0, of: 0 });
                 }
+                Ok(())
+            }
+            Job::CancelFilm(id) => {
+                if self.keeper.cancel_film(id) {
+                    self.outgoing.reply(&Reply::Film { id, state: FilmState::Cancelled, done: 0, of: 0 });
+                }
+                Ok(())
             }
         }
     }
 
-    /// Reports an error to the page.
-    fn report(&self, error: &Error) {
-        tracing::info!("reported to a page: {error}");
-        self.outgoing.reply(&Reply::Problem { sentence: &self.scene.host.sentence(error) });
+    /// Orders what is kept, with the current look and transfer function.
+    fn keep(&self, kept: Kept) -> Result<(), Error> {
+        let transfer = self.renderer.transfer_function().clone();
+        if self.keeper.post(Order { kept, look: self.look.clone(), transfer }) {
+            return Ok(());
+        }
+        Err(Error::Settings { field: "page", problem: "too many pictures and films wait: try again when they are done".into() })
     }
 }

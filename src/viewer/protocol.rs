@@ -1,5 +1,6 @@
 //! Messages between page and server. The page sends JSON; pictures come back as bytes after a header.
 
+use super::films::Film;
 use super::look::Look;
 use super::slices::{PlacedSlice, SlicesView};
 use crate::camera::{Camera, Orbit, OrbitFrame, Projection};
@@ -50,6 +51,12 @@ pub(super) enum Request {
         #[serde(default)]
         format: SavedFormat,
     },
+    /// Answer with a film along key cameras, in parts, and the command that makes it.
+    Film(Film),
+    /// Give up a film.
+    CancelFilm { id: u32 },
+    /// Show another volume: answered with another first message.
+    Open { volume: OpenWanted },
     /// Answer with the command alone.
     Command {
         camera: PageCamera,
@@ -61,6 +68,16 @@ pub(super) enum Request {
     },
     /// Answer with the point that is seen at a place of a picture, and the value there.
     Pick(Pick),
+}
+
+/// A volume that a page wants to open.
+#[derive(Clone, Debug, Deserialize, PartialEq)]
+#[serde(rename_all = "snake_case")]
+pub enum OpenWanted {
+    /// One of the offered volumes, by name.
+    Offered(String),
+    /// The file that was dropped last, by the number that it was answered with.
+    Dropped(u32),
 }
 
 /// A place of a picture.
@@ -243,6 +260,17 @@ pub(super) enum Reply<'a> {
     Written { name: &'a str, text: &'a str },
     /// The command that makes the picture.
     Command { line: &'a str, python: &'a str, transfer_name: &'a str, transfer_text: &'a str },
+    /// The command that makes a film, if the program has one, and its files.
+    FilmCommand {
+        id: u32,
+        line: Option<&'a str>,
+        keys_name: &'a str,
+        keys_text: &'a str,
+        transfer_name: &'a str,
+        transfer_text: &'a str,
+    },
+    /// How far a film is: pictures done, of how many.
+    Film { id: u32, state: FilmState, done: u32, of: u32 },
     /// What is seen at a place. `None`: nothing.
     Picked { id: u32, point: Option<Picked> },
     /// The slices whose picture follows: their places, and the value at their point, if it lies in the volume.
@@ -253,6 +281,18 @@ pub(super) enum Reply<'a> {
     Refined { id: u32 },
     /// A request that failed: what is wrong and what can be done.
     Problem { sentence: &'a str },
+}
+
+/// What has become of a film.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum FilmState {
+    Drawing,
+    /// All parts were sent.
+    Complete,
+    Cancelled,
+    /// The problem was sent.
+    Failed,
 }
 
 /// A point of the volume that is seen.
@@ -287,14 +327,16 @@ pub(super) enum Step {
     Moving = 0,
     Standard = 1,
     High = 2,
-    /// After half of the samples.
+    /// With 2 × 2 samples per pixel.
     Half = 3,
-    /// Refined: no picture follows.
+    /// With 4 × 4 samples per pixel, or of the chosen quality: no picture follows.
     Last = 4,
     /// A picture to save.
     Saved = 5,
     /// Three slices below each other.
     Slices = 6,
+    /// Part of a film's file.
+    Part = 7,
 }
 
 /// Format of a picture's bytes.
@@ -304,6 +346,9 @@ pub(super) enum Format {
     Jpeg = 0,
     Png = 1,
     Exr = 2,
+    Gif = 3,
+    Apng = 4,
+    Mp4 = 5,
 }
 
 /// A picture, with what the page needs to know about it.

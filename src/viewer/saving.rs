@@ -1,45 +1,49 @@
 //! Saved pictures, and the commands that make the same ones.
 
+use super::annotated::annotated;
+use super::films::without_path;
 use super::inbox::Saving;
+use super::keeper::{Maker, Order, PageRenderer};
 use super::look::{Look, PageQuality};
 use super::painter::Painter;
 use super::protocol::{Format, Picture, Reply, SavedFormat, Step};
-use super::scene::Wanted;
+use super::scene::{Scene, Wanted};
+use super::session::Outgoing;
 use crate::error::Error;
 use crate::image::Encoding;
-use crate::settings::Quality;
-use crate::transfer::FileFormat;
+use crate::transfer::{FileFormat, TransferFunction};
 use crate::viewport::Viewport;
 use std::io;
 use std::path::Path;
 
-/// Name of the file beside the command.
-const TRANSFER_NAME: &str = "layersplat.json";
+/// Name of the transfer function's file beside a command.
+pub(super) const TRANSFER_NAME: &str = "layersplat.json";
 
-impl Painter {
-    /// Renders a picture of the chosen quality, `high` if none is chosen, as the command does, and sends it as the command writes it.
-    pub(super) fn save(&mut self, saving: &Saving) -> Result<(), Error> {
+/// The look of what is saved: of the chosen quality, `high` if none is chosen.
+pub(super) fn saved_look(look: &Look) -> Look {
+    Look { quality: look.quality.or(Some(PageQuality::High)), ..look.clone() }
+}
+
+impl Maker {
+    /// Renders a picture as the command does, and sends it as the command writes it.
+    pub(super) fn save(&self, order: &Order, renderer: &mut PageRenderer, saving: &Saving) -> Result<(), Error> {
         let &Saving { camera, size, samples, format } = saving;
-        let settings = self.scene.host.settings(&self.look, Some(self.saved_quality()))?;
-        let view = self.scene.camera(&camera)?;
+        let (scene, look) = (&self.scene, saved_look(&order.look));
+        let settings = scene.host.settings(&look, None)?;
+        let view = scene.camera(&camera)?;
         let rendered = Viewport::new(size.width * samples, size.height * samples)?;
-        self.scene.host.require_checked(&view, rendered, &settings)?;
-        self.use_general_programs(false);
-        let (Some(frame), _) = self.renderer.render(&view, rendered, &settings)? else { return Ok(()) };
+        scene.host.require_checked(&view, rendered, &settings)?;
+        let (Some(frame), _) = renderer.render(&view, rendered, &settings)? else { return Ok(()) };
         let frame = if samples > 1 { frame.averaged(samples)? } else { frame };
-        let frame = match self.annotations() {
-            None => frame,
-            Some(annotations) => self.annotated(frame, &annotations, &view, settings.blend)?,
-        };
+        let frame = annotated(frame, scene, (&look, &order.transfer), &view, settings.blend)?;
         let failed = |e: io::Error| Error::write(Path::new("the picture"), e);
         let folder = tempfile::tempdir().map_err(failed)?;
         let path = folder.path().join(format.file_name());
-        let look = self.saved_look();
-        let line = self.scene.host.command_line(&self.wanted(saving, &look)?);
+        let line = scene.host.command_line(&wanted(scene, saving, &look)?);
         let encoding = Encoding { description: Some(line), ..Encoding::default() };
-        frame.save_encoded(&path, Some(self.look.background()?), &encoding, None)?;
+        frame.save_encoded(&path, Some(look.background()?), &encoding, None).map_err(without_path)?;
         let bytes = std::fs::read(&path).map_err(failed)?;
-        self.say_command(saving)?;
+        say_command(scene, &self.outgoing, (&order.look, &order.transfer), saving)?;
         let format = match format {
             SavedFormat::Png => Format::Png,
             SavedFormat::Exr => Format::Exr,
@@ -47,31 +51,32 @@ impl Painter {
         self.outgoing.picture(&Picture { step: Step::Saved, format, id: 0, size, milliseconds: 0.0, bytes });
         Ok(())
     }
+}
 
-    /// Sends the command that makes the picture, and the program in Python, with its transfer function as a file.
+impl Painter {
+    /// Sends the command that makes a picture of the current look.
     pub(super) fn say_command(&self, saving: &Saving) -> Result<(), Error> {
-        let look = self.saved_look();
-        let wanted = self.wanted(saving, &look)?;
-        let (line, python) = (self.scene.host.command_line(&wanted), self.scene.host.python(&wanted));
-        let text = self.renderer.transfer_function().to_text(FileFormat::ParaView);
-        self.outgoing.reply(&Reply::Command { line: &line, python: &python, transfer_name: TRANSFER_NAME, transfer_text: &text });
-        Ok(())
+        say_command(&self.scene, &self.outgoing, (&self.look, self.renderer.transfer_function()), saving)
     }
+}
 
-    fn wanted<'a>(&'a self, saving: &'a Saving, look: &'a Look) -> Result<Wanted<'a>, Error> {
-        let Saving { camera, size, samples, format } = saving;
-        let (view, length_units) = (self.scene.camera(camera)?, self.scene.length_units());
-        Ok(Wanted { look, camera, view, size: *size, samples: *samples, format: *format, transfer: TRANSFER_NAME, length_units })
-    }
+/// Sends the command that makes a picture, and the program in Python, with the transfer function as a file.
+fn say_command(
+    scene: &Scene,
+    outgoing: &Outgoing,
+    (look, transfer): (&Look, &TransferFunction),
+    saving: &Saving,
+) -> Result<(), Error> {
+    let look = saved_look(look);
+    let wanted = wanted(scene, saving, &look)?;
+    let (line, python) = (scene.host.command_line(&wanted), scene.host.python(&wanted));
+    let text = transfer.to_text(FileFormat::ParaView);
+    outgoing.reply(&Reply::Command { line: &line, python: &python, transfer_name: TRANSFER_NAME, transfer_text: &text });
+    Ok(())
+}
 
-    /// The look with the quality of saved pictures.
-    fn saved_look(&self) -> Look {
-        let mut look = self.look.clone();
-        look.quality = look.quality.or(Some(PageQuality::High));
-        look
-    }
-
-    fn saved_quality(&self) -> Quality {
-        self.look.quality.map_or(Quality::High, Quality::from)
-    }
+fn wanted<'a>(scene: &Scene, saving: &'a Saving, look: &'a Look) -> Result<Wanted<'a>, Error> {
+    let Saving { camera, size, samples, format } = saving;
+    let (view, length_units) = (scene.camera(camera)?, scene.length_units());
+    Ok(Wanted { look, camera, view, size: *size, samples: *samples, format: *format, transfer: TRANSFER_NAME, length_units })
 }

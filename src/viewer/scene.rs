@@ -7,13 +7,17 @@ use super::slices;
 use crate::camera::OrbitFrame;
 use crate::device::Device;
 use crate::error::Error;
+#[cfg(feature = "viewer")]
+use crate::files::Scratch;
 use crate::framing::{Fixed, Framing, Orientation, Side};
 use crate::renderer::{Renderer, UploadedVolume, VolumeRenderer, volume_renderer};
 use crate::settings::{Blend, CropBox, Quality, Settings};
 use crate::transfer::TransferFunction;
 use crate::viewport::Viewport;
 use crate::volume::{Statistics, Volume};
+use serde::Serialize;
 use serde_json::json;
+use std::path::Path;
 use std::sync::OnceLock;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
@@ -37,6 +41,29 @@ pub trait Host: Send + Sync {
 
     /// The same picture as a program in Python.
     fn python(&self, wanted: &Wanted) -> String;
+
+    /// The command that makes a film, if the program has one.
+    fn film_command_line(&self, _: &FilmWanted) -> Option<String> {
+        None
+    }
+
+    /// Whether the page may open other volumes.
+    fn opens_volumes(&self) -> bool {
+        false
+    }
+
+    /// Volumes that the page may open by name.
+    fn offered(&self) -> Vec<Offered> {
+        Vec::new()
+    }
+
+    /// Opens another volume, with the program's options that go with any volume.
+    ///
+    /// # Errors
+    /// If it is not offered or cannot be read.
+    fn open(&self, _: &Source) -> Result<(Opening, Box<dyn Host>), Error> {
+        Err(Error::Settings { field: "page", problem: "this program shows a single volume".into() })
+    }
 
     /// Whether programs of usual frames are built in the background, with the first page.
     fn builds_ahead(&self) -> bool {
@@ -68,6 +95,45 @@ pub struct Wanted<'a> {
     pub transfer: &'a str,
     /// Unit of length, if it is known.
     pub length_units: Option<&'a str>,
+}
+
+/// A film whose command is asked for.
+#[derive(Clone, Copy)]
+pub struct FilmWanted<'a> {
+    /// Its look, with a quality.
+    pub look: &'a Look,
+    /// Size of its pictures.
+    pub size: Viewport,
+    /// N × N samples per pixel.
+    pub samples: u32,
+    /// Pictures per second.
+    pub rate: u32,
+    /// Name of the film's file.
+    pub output: &'a str,
+    /// Name of the file with the key cameras.
+    pub keys: &'a str,
+    /// Name of the transfer function's file.
+    pub transfer: &'a str,
+    /// Unit of length, if it is known.
+    pub length_units: Option<&'a str>,
+}
+
+/// A volume that the page may open.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Offered {
+    /// Its name, without folders.
+    pub name: String,
+    /// Whether it is built in.
+    pub is_builtin: bool,
+}
+
+/// What is opened.
+#[derive(Clone, Copy, Debug)]
+pub enum Source<'a> {
+    /// One of the offered volumes, by its name.
+    Offered(&'a str),
+    /// A temporary file, which exists as long as its volume.
+    File(&'a Path),
 }
 
 /// How a volume is shown first.
@@ -113,12 +179,17 @@ impl Opening {
 
 /// What all pages of a run share.
 pub struct Scene {
+    /// Number of the scene within a run that opens several.
+    number: u32,
     pub(super) opening: Opening,
     pub(super) host: Box<dyn Host>,
     /// `None` if the volume is streamed.
     uploaded: Option<UploadedVolume>,
     /// Counted for the first page.
     statistics: OnceLock<Statistics>,
+    /// The folder of a dropped file, removed with the scene. After the volume, which may be mapped.
+    #[cfg(feature = "viewer")]
+    _held: Option<Scratch>,
     /// Whether programs are built, or being built, in the background.
     pub(super) warming: AtomicBool,
     /// Whether these programs are ready.
@@ -138,7 +209,23 @@ impl Scene {
         let is_streamed = device.memory_budget().is_some() || bytes > device.largest_buffer_bytes();
         let uploaded = if is_streamed { None } else { Some(UploadedVolume::new(device, volume)?) };
         let (statistics, warming, ready) = (OnceLock::new(), AtomicBool::new(false), Readiness::default());
-        Ok(Self { opening, host, uploaded, statistics, warming, ready })
+        Ok(Self {
+            number: 0,
+            opening,
+            host,
+            uploaded,
+            statistics,
+            #[cfg(feature = "viewer")]
+            _held: None,
+            warming,
+            ready,
+        })
+    }
+
+    /// A later scene of a run, which keeps the folder of its dropped file.
+    #[cfg(feature = "viewer")]
+    pub(super) fn numbered(self, number: u32, folder: Option<Scratch>) -> Self {
+        Self { number, _held: folder, ..self }
     }
 
     /// A renderer of its own for a page, or for the program. All share the voxels.
@@ -244,6 +331,9 @@ impl Scene {
             "maps": maps.collect::<Vec<_>>(),
             "slices": slices::described(volume),
             "is_layered": is_layered,
+            "scene": self.number,
+            "opens_volumes": self.host.opens_volumes(),
+            "offered": self.host.offered(),
         })
         .to_string()
     }

@@ -2,6 +2,7 @@
 
 use super::access::{Access, Refusal};
 use super::assets::{ASSETS, Asset, PAGE};
+use super::opening::{self, Drops};
 use super::protocol::MAX_MESSAGE;
 use super::scene::{Host, Opening, Scene};
 use super::socket;
@@ -13,14 +14,14 @@ use axum::http::header::{CONTENT_TYPE, SET_COOKIE};
 use axum::http::{HeaderValue, Method, StatusCode, Uri};
 use axum::middleware::{self, Next};
 use axum::response::{IntoResponse, Response};
-use axum::routing::get;
+use axum::routing::{get, post};
 use hyper::server::conn::http1;
 use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::service::TowerToHyperService;
 use std::future::Future;
 use std::path::Path;
-use std::sync::Arc;
-use std::sync::atomic::AtomicUsize;
+use std::sync::atomic::{AtomicU32, AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, PoisonError, Weak};
 use std::time::{Duration, Instant};
 use tokio::net::{TcpListener, TcpStream};
 use tokio::runtime::{Builder, Runtime};
@@ -38,6 +39,8 @@ const PAUSE: Duration = Duration::from_millis(100);
 const LONGEST_END: Duration = Duration::from_secs(3);
 /// Path of the WebSocket.
 const SOCKET: &str = "/socket";
+/// Path that dropped files are sent to.
+const DROP: &str = "/drop";
 
 /// Headers of every answer. The page may load its own files, and show pictures that it received.
 const HEADERS: [(&str, &str); 7] = [
@@ -97,8 +100,7 @@ impl Server {
         let failed = |e| Error::read(Path::new("the viewer's address"), e);
         let runtime = Builder::new_current_thread().enable_all().build().map_err(failed)?;
         listener.set_nonblocking(true).map_err(failed)?;
-        let scene = Arc::new(Scene::new(opening, host)?);
-        Ok(Self { runtime, listener, served: Arc::new(Served { access, scene, sessions: AtomicUsize::new(0) }) })
+        Ok(Self { runtime, listener, served: Arc::new(Served::new(access, Scene::new(opening, host)?)) })
     }
 
     /// Answers requests until `stop`.
@@ -107,7 +109,7 @@ impl Server {
     /// Failures of the system.
     pub fn run(self, stop: &Stop) -> Result<(), Error> {
         let Self { runtime, listener, served } = self;
-        let scene = served.scene.clone();
+        let scenes = served.scenes.clone();
         let ended: std::io::Result<()> = runtime.block_on(async {
             run(TcpListener::from_std(listener)?, served, stop.stopped()).await;
             Ok(())
@@ -115,7 +117,7 @@ impl Server {
         // Ends all sessions, which cancel the frames of their threads.
         drop(runtime);
         let since = Instant::now();
-        while Arc::strong_count(&scene) > 1 && since.elapsed() < LONGEST_END {
+        while scenes.are_in_use() && since.elapsed() < LONGEST_END {
             std::thread::sleep(Duration::from_millis(5));
         }
         ended.map_err(|e| Error::read(Path::new("the viewer's address"), e))
@@ -125,9 +127,48 @@ impl Server {
 /// What requests need.
 pub(super) struct Served {
     pub access: Access,
-    pub scene: Arc<Scene>,
+    pub scenes: Arc<Scenes>,
+    pub drops: Drops,
     /// Number of open pages.
     pub sessions: AtomicUsize,
+}
+
+impl Served {
+    fn new(access: Access, scene: Scene) -> Self {
+        let scenes = Arc::new(Scenes { last: Mutex::new(Arc::new(scene)), earlier: Mutex::default(), number: AtomicU32::new(0) });
+        Self { access, scenes, drops: Drops::default(), sessions: AtomicUsize::new(0) }
+    }
+}
+
+/// The scenes of a run. New pages show the one that was opened last; others keep theirs.
+pub(super) struct Scenes {
+    last: Mutex<Arc<Scene>>,
+    earlier: Mutex<Vec<Weak<Scene>>>,
+    number: AtomicU32,
+}
+
+impl Scenes {
+    pub fn last(&self) -> Arc<Scene> {
+        self.last.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    pub fn open(&self, scene: Arc<Scene>) {
+        let before = std::mem::replace(&mut *self.last.lock().unwrap_or_else(PoisonError::into_inner), scene);
+        let mut earlier = self.earlier.lock().unwrap_or_else(PoisonError::into_inner);
+        earlier.retain(|scene| scene.strong_count() > 0);
+        earlier.push(Arc::downgrade(&before));
+    }
+
+    pub fn next_number(&self) -> u32 {
+        self.number.fetch_add(1, Ordering::Relaxed) + 1
+    }
+
+    /// Whether a thread still draws one of them.
+    fn are_in_use(&self) -> bool {
+        let last = self.last.lock().unwrap_or_else(PoisonError::into_inner);
+        let earlier = self.earlier.lock().unwrap_or_else(PoisonError::into_inner);
+        Arc::strong_count(&last) > 1 || earlier.iter().any(|scene| scene.strong_count() > 0)
+    }
 }
 
 /// Serves pages until `stop`.
@@ -166,6 +207,7 @@ async fn connection(stream: TcpStream, routes: Router) -> Result<(), hyper::Erro
 fn router(served: Arc<Served>) -> Router {
     Router::new()
         .route(SOCKET, get(socket))
+        .route(DROP, post(opening::receive))
         .fallback(file)
         .layer(middleware::from_fn_with_state(served.clone(), guard))
         .with_state(served)
@@ -190,7 +232,8 @@ enum Admitted {
 }
 
 fn admit(access: &Access, request: &Request) -> Result<Admitted, Refusal> {
-    access.check_site(request.headers(), request.uri().path() == SOCKET)?;
+    let requires_origin = [SOCKET, DROP].contains(&request.uri().path());
+    access.check_site(request.headers(), requires_origin)?;
     match token(request.uri()) {
         Some(token) if request.uri().path() == "/" => access.check_token(token).map(|()| Admitted::ByToken),
         _ => access.check_cookie(request.headers()).map(|()| Admitted::ByCookie),

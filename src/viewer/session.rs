@@ -1,9 +1,10 @@
 //! The session of a page: takes its requests as text, and answers by texts and pictures. How both travel is the caller's matter.
 
 use super::inbox::{Inbox, Job, Saving};
+use super::keeper::{Keeper, Maker};
 use super::look::Look;
 use super::painter::Painter;
-use super::protocol::{MAX_MESSAGE, PageCamera, Picture, Reply, Request, saved_size, shown_size, transfer_function};
+use super::protocol::{MAX_MESSAGE, OpenWanted, PageCamera, Picture, Reply, Request, saved_size, shown_size, transfer_function};
 use super::scene::{First, Scene};
 use super::warming;
 use crate::device::Cancel;
@@ -31,6 +32,12 @@ impl Outgoing {
         (self.0)(Message::Binary(picture.message()));
     }
 
+    /// Sends the sentence of an error.
+    pub fn problem(&self, scene: &Scene, error: &Error) {
+        tracing::info!("reported to a page: {error}");
+        self.reply(&Reply::Problem { sentence: &scene.host.sentence(error) });
+    }
+
     pub fn reply(&self, reply: &Reply) {
         (self.0)(text(reply));
     }
@@ -44,7 +51,8 @@ pub(super) fn text(reply: &Reply) -> Message {
 pub struct Session {
     scene: Arc<Scene>,
     inbox: Arc<Inbox>,
-    thread: Option<JoinHandle<()>>,
+    keeper: Arc<Keeper>,
+    threads: Vec<JoinHandle<()>>,
 }
 
 /// What a request was, and its answer if that is known at once.
@@ -54,6 +62,8 @@ pub struct Received {
     pub change: Option<Change>,
     /// The answer; others come from the drawing thread.
     pub answer: Option<Message>,
+    /// A volume that the user wants to open instead, for programs that offer some.
+    pub open: Option<OpenWanted>,
 }
 
 /// What the user of a page changed.
@@ -74,26 +84,37 @@ impl Session {
     pub fn new(scene: Arc<Scene>, first: &First, send: impl Fn(Message) + Send + Sync + 'static) -> Result<Self, Error> {
         let cancel = Cancel::new();
         let inbox = Arc::new(Inbox::new(cancel.clone()));
-        let mut painter = Painter::new(scene.clone(), inbox.clone(), Outgoing(Arc::new(send)), first, cancel)?;
+        let (keeper, outgoing) = (Arc::new(Keeper::default()), Outgoing(Arc::new(send)));
+        let maker = Maker { scene: scene.clone(), keeper: keeper.clone(), outgoing: outgoing.clone() };
+        let mut painter = Painter::new(scene.clone(), (inbox.clone(), keeper.clone()), outgoing, first, cancel)?;
         scene.ready.watch(&inbox);
         warming::begin(&scene, &mut painter);
         let thread = std::thread::Builder::new().name("painter".into()).spawn(move || painter.run());
-        let thread = thread.map_err(|e| Error::read(Path::new("the viewer's drawing thread"), e))?;
-        Ok(Self { scene, inbox, thread: Some(thread) })
+        let failed = |e| Error::read(Path::new("the viewer's drawing thread"), e);
+        // From here on, dropping the session ends the threads.
+        let mut session = Self { scene, inbox, keeper, threads: vec![thread.map_err(failed)?] };
+        let thread = std::thread::Builder::new().name("maker".into()).spawn(move || maker.run());
+        session.threads.push(thread.map_err(failed)?);
+        Ok(session)
     }
 
-    /// Whether the drawing thread lives. It ends by a panic only.
+    /// Whether the drawing threads live. They end by a panic only.
     pub fn is_drawing(&self) -> bool {
-        self.thread.as_ref().is_some_and(|thread| !thread.is_finished())
+        self.threads.iter().all(|thread| !thread.is_finished())
     }
 
-    /// Ends the drawing thread, and waits until it has ended.
+    /// Ends the drawing threads, and waits until they have ended.
     pub fn end(mut self) {
-        self.inbox.close();
-        if let Some(thread) = self.thread.take() {
+        self.close();
+        for thread in std::mem::take(&mut self.threads) {
             // A panic was reported by its hook.
             let _ = thread.join();
         }
+    }
+
+    fn close(&self) {
+        self.inbox.close();
+        self.keeper.close();
     }
 
     /// Takes a message of the page. It does not wait: the newest request is stored for the drawing thread. `None` if the message is too
@@ -103,6 +124,7 @@ impl Session {
             return None;
         }
         let request: Request = serde_json::from_str(message).ok()?;
+        let open = if let Request::Open { volume } = &request { Some(volume.clone()) } else { None };
         let change = match &request {
             Request::View(view) => self.scene.camera(&view.camera).ok().map(|_| Change::Camera(view.camera)),
             Request::Look { look } => Some(Change::Look(look.clone())),
@@ -112,29 +134,31 @@ impl Session {
             _ => None,
         };
         Some(match self.handle(request) {
-            Ok(answer) => Received { change, answer },
+            Ok(answer) => Received { change, answer, open },
             Err(error) => {
                 let sentence = self.scene.host.sentence(&error);
-                Received { change: None, answer: Some(text(&Reply::Problem { sentence: &sentence })) }
+                Received { change: None, open: None, answer: Some(text(&Reply::Problem { sentence: &sentence })) }
             }
         })
     }
 
     /// Takes a request; returns the answer of requests that are answered at once.
     fn handle(&self, request: Request) -> Result<Option<Message>, Error> {
+        // A film that is refused is answered on the drawing thread, with its number.
+        if !matches!(request, Request::Film(_)) {
+            request.check()?;
+        }
         let job = match request {
             Request::View(view) => {
-                shown_size(view.width, view.height)?;
+                self.keeper.hand(view.moving);
                 self.inbox.post_view(view);
                 return Ok(None);
             }
             Request::Slices(slices) => {
-                slices.check()?;
                 self.inbox.post_slices(slices);
                 return Ok(None);
             }
             Request::Look { look } => {
-                look.check()?;
                 self.inbox.post_look(look);
                 return Ok(None);
             }
@@ -146,6 +170,8 @@ impl Session {
                 self.inbox.acknowledge();
                 return Ok(None);
             }
+            // The caller's matter.
+            Request::Open { .. } => return Ok(None),
             Request::Named { kind, name } => return Ok(Some(described(&self.scene.named(kind, &name)?))),
             Request::Read { name, text } => return Ok(Some(described(&TransferFunction::from_text(&text, &name)?))),
             Request::Write { name } => {
@@ -157,13 +183,13 @@ impl Session {
             Request::Save { camera, width, height, samples, format } => {
                 Job::Save(Saving { camera, size: saved_size(width, height, samples)?, samples, format })
             }
+            Request::Film(film) => Job::Film(film),
+            // After the order, which waits there too.
+            Request::CancelFilm { id } => Job::CancelFilm(id),
             Request::Command { camera, width, height, samples, format } => {
                 Job::Command(Saving { camera, size: saved_size(width, height, samples)?, samples, format })
             }
-            Request::Pick(pick) => {
-                pick.check()?;
-                Job::Pick(pick)
-            }
+            Request::Pick(pick) => Job::Pick(pick),
         };
         if self.inbox.post_job(job) {
             return Ok(None);
@@ -174,7 +200,7 @@ impl Session {
 
 impl Drop for Session {
     fn drop(&mut self) {
-        self.inbox.close();
+        self.close();
     }
 }
 

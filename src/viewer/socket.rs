@@ -1,7 +1,9 @@
 //! A page's WebSocket: what goes both ways, and the limits of both.
 
-use super::protocol::Reply;
+use super::opening;
+use super::protocol::{OpenWanted, Reply};
 use super::rate::Rate;
+use super::scene::Scene;
 use super::server::Served;
 use super::session::{Message as PageMessage, Received, Session, text};
 use axum::extract::ws::{CloseFrame, Message, WebSocket, close_code};
@@ -29,17 +31,30 @@ pub(super) async fn serve(mut socket: WebSocket, served: Arc<Served>) {
         close(&mut socket, close_code::AGAIN, reason).await;
         return;
     };
-    let scene = &served.scene;
-    if !send(&mut socket, Message::Text(scene.hello(&scene.opening.first()).into())).await {
-        return;
+    let mut scene = Some(served.scenes.last());
+    while let Some(shown) = scene {
+        scene = show(&mut socket, &served, shown).await;
+    }
+}
+
+/// Serves a page as long as it shows a scene. Returns the next one, which the page has opened.
+async fn show(socket: &mut WebSocket, served: &Arc<Served>, scene: Arc<Scene>) -> Option<Arc<Scene>> {
+    if !send(socket, Message::Text(scene.hello(&scene.opening.first()).into())).await {
+        return None;
     }
     let (sender, mut outgoing) = mpsc::channel(MOST_WAITING);
     // Waits while too much is on its way. A page that is gone needs nothing.
     let to_page = move |message: PageMessage| drop(sender.blocking_send(message.into()));
     match Session::new(scene.clone(), &scene.opening.first(), to_page) {
-        Ok(session) => Connection { session, rate: Rate::new(Instant::now()) }.run(&mut socket, &mut outgoing).await,
+        Ok(session) => {
+            let (opened, mut opening) = mpsc::channel(1);
+            let (served, rate) = (served.clone(), Rate::new(Instant::now()));
+            let mut connection = Connection { session, served, scene, rate, opened, is_opening: false };
+            connection.run(socket, &mut outgoing, &mut opening).await
+        }
         Err(error) => {
-            send(&mut socket, text(&Reply::Problem { sentence: &scene.host.sentence(&error) }).into()).await;
+            send(socket, text(&Reply::Problem { sentence: &scene.host.sentence(&error) }).into()).await;
+            None
         }
     }
 }
@@ -70,42 +85,84 @@ impl Drop for Place {
     }
 }
 
+/// A scene that a page has opened, or the sentence of an error.
+type Opened = Result<Arc<Scene>, String>;
+
 struct Connection {
     session: Session,
+    served: Arc<Served>,
+    scene: Arc<Scene>,
     rate: Rate,
+    /// Where a volume that was opened comes out.
+    opened: mpsc::Sender<Opened>,
+    is_opening: bool,
 }
 
 impl Connection {
-    async fn run(&mut self, socket: &mut WebSocket, outgoing: &mut mpsc::Receiver<Message>) {
+    async fn run(
+        &mut self,
+        socket: &mut WebSocket,
+        outgoing: &mut mpsc::Receiver<Message>,
+        opening: &mut mpsc::Receiver<Opened>,
+    ) -> Option<Arc<Scene>> {
         let mut pings = interval(PING);
         pings.set_missed_tick_behavior(MissedTickBehavior::Delay);
         let mut heard = Instant::now();
         loop {
             let answer = tokio::select! {
                 received = socket.recv() => {
-                    let Some(Ok(message)) = received else { return };
+                    let Some(Ok(message)) = received else { return None };
                     heard = Instant::now();
                     match self.receive(&message, heard) {
                         Heard::Nothing => continue,
                         Heard::Answer(answer) => answer,
-                        Heard::Close(code, reason) => return close(socket, code, reason).await,
+                        Heard::Close(code, reason) => {
+                            close(socket, code, reason).await;
+                            return None;
+                        }
                     }
                 }
                 message = outgoing.recv() => match message {
                     Some(message) => message,
-                    None => return,
+                    None => return None,
+                },
+                // The connection has a sender, too: this never ends.
+                Some(opened) = opening.recv() => match opened {
+                    Ok(scene) => {
+                        self.served.scenes.open(scene.clone());
+                        return Some(scene);
+                    }
+                    Err(sentence) => {
+                        self.is_opening = false;
+                        text(&Reply::Problem { sentence: &sentence }).into()
+                    }
                 },
                 _ = pings.tick() => {
                     if heard.elapsed() > LONGEST_SILENCE {
-                        return;
+                        return None;
                     }
                     Message::Ping(Vec::new().into())
                 }
             };
             if !send(socket, answer).await {
-                return;
+                return None;
             }
         }
+    }
+
+    /// Opens a volume on a thread of its own, since reading takes long. Pictures of the old one are drawn meanwhile. Returns the problem.
+    fn open(&mut self, volume: OpenWanted) -> Heard {
+        let problem = |sentence: &str| Heard::Answer(text(&Reply::Problem { sentence }).into());
+        if self.is_opening {
+            return problem("A volume is being opened: wait until it is there.");
+        }
+        let (served, scene, opened) = (self.served.clone(), self.scene.clone(), self.opened.clone());
+        let work = move || {
+            // The page may be gone.
+            let _ = opened.blocking_send(opening::open(&served, &scene, &volume));
+        };
+        self.is_opening = std::thread::Builder::new().name("opening".into()).spawn(work).is_ok();
+        if self.is_opening { Heard::Nothing } else { problem("The server has no thread left: try again.") }
     }
 
     fn receive(&mut self, message: &Message, now: Instant) -> Heard {
@@ -122,6 +179,7 @@ impl Connection {
             return Heard::Nothing;
         }
         match self.session.receive(request) {
+            Some(Received { open: Some(volume), .. }) => self.open(volume),
             Some(Received { answer, .. }) => answer.map_or(Heard::Nothing, |answer| Heard::Answer(answer.into())),
             None => Heard::Close(close_code::INVALID, "This page belongs to another version of layersplat. Reload it."),
         }

@@ -13,6 +13,9 @@ use std::f64::consts::PI;
 use std::ops::Range;
 use std::sync::Arc;
 
+/// Names of the built-in volumes.
+#[cfg(feature = "viewer")]
+pub(crate) const BUILTIN: [&str; 6] = ["marschner-lobb", "hydrogen", "shepp-logan", "gyroid", "torus-knot", "cube"];
 const NAMES: &str = "marschner-lobb, hydrogen, shepp-logan, gyroid, torus-knot or cube";
 /// Largest size of a built-in volume, equal to 2048³ voxels.
 const MAX_VOXELS: usize = 1 << 33;
@@ -183,6 +186,8 @@ mod tests {
 
     #[test]
     fn sizes() {
+        #[cfg(feature = "viewer")]
+        assert!(BUILTIN.iter().all(|name| NAMES.contains(name) && values(&format!("{name}@2")).1.len() == 8));
         assert_eq!(values("cube@3x4x5").0.grid().dims(), [3, 4, 5]);
         assert_eq!(values("cube@2").1, vec![255; 8]);
         assert_eq!(values("hydrogen").0.grid().dims(), [64; 3]);

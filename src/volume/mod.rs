@@ -17,6 +17,8 @@ mod voxels;
 mod wide;
 mod write;
 
+#[cfg(feature = "viewer")]
+pub(crate) use builtin::BUILTIN;
 pub use builtin::builtin_volume;
 pub use description::Description;
 pub(crate) use description::Stored;

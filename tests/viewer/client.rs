@@ -3,6 +3,7 @@
 use serde_json::Value;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{SocketAddr, TcpStream};
+use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
@@ -29,7 +30,15 @@ impl Drop for Viewer {
 
 impl Viewer {
     pub fn start(arguments: &[&str]) -> Self {
+        Self::start_in(None, arguments)
+    }
+
+    /// In a folder, whose subfolder `temporary` is for temporary files.
+    pub fn start_in(folder: Option<&Path>, arguments: &[&str]) -> Self {
         let mut command = Command::new(env!("CARGO_BIN_EXE_layersplat"));
+        if let Some(folder) = folder {
+            command.current_dir(folder).env("TMPDIR", folder.join("temporary"));
+        }
         command.arg("view").args(arguments).arg("--no-browser").env_remove("SSH_CONNECTION");
         let mut process = command.stdout(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
         let mut line = String::new();
@@ -209,6 +218,22 @@ impl Page {
                 Message::Text(_) => {}
                 Message::Picture(_) => self.shown(),
                 Message::Closed(code) => panic!("closed with {code} before {kind}"),
+            }
+        }
+    }
+
+    /// The next message that is a picture or a text of one of these types; pictures are acknowledged.
+    pub fn next(&mut self, kinds: &[&str]) -> Message {
+        loop {
+            match self.receive() {
+                Message::Text(text) if !kinds.iter().any(|kind| text["type"] == *kind) => {}
+                Message::Picture(picture) => {
+                    if picture.step < 5 {
+                        self.shown();
+                    }
+                    return Message::Picture(picture);
+                }
+                other => return other,
             }
         }
     }

@@ -1,6 +1,8 @@
 //! `layersplat view`, by raw HTTP and WebSocket: access, what pages get, and that they cannot disturb others.
 
 mod client;
+mod files;
+mod films;
 mod limits;
 mod pictures;
 mod python;

@@ -116,8 +116,19 @@ impl Volume {
         });
         let voxel_type = voxel_type.transpose()?;
         let (spacing, level) = (spacing.map(DVec3::from), level.map(Level::Number));
-        let options =
-            OpenOptions { dims, voxel_type, spacing, endian, header_bytes, frame, channel, array, series, level, memory: None };
+        let options = OpenOptions {
+            dims,
+            voxel_type,
+            spacing,
+            endian,
+            header_bytes,
+            frame,
+            channel,
+            array,
+            series,
+            level,
+            ..OpenOptions::default()
+        };
         let (volume, warnings) = warned(py, move || Ok(Ours::open(path, &options)?))?;
         warn(py, warnings)?;
         Ok(Self(match background {

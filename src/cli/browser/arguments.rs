@@ -6,7 +6,7 @@ use crate::cli::options::{QualityOptions, quoted};
 use crate::error::Error;
 use crate::settings::{Quality, Settings};
 use crate::transfer::Value;
-use crate::viewer::{Look, PageBlend, PageProjection, Wanted};
+use crate::viewer::{FilmWanted, Look, PageBlend, PageProjection, Wanted};
 use clap::Parser;
 use std::iter::once;
 
@@ -121,6 +121,28 @@ pub(super) fn render(given: &Given, wanted: &Wanted, is_layered: bool) -> String
     words.extend(of_look(look, look.quality.map(Quality::from), is_layered));
     words.extend(annotations(look, length_units));
     words.extend(["-o".into(), format.file_name().into()]);
+    words.iter().map(|word| quoted(word)).collect::<Vec<_>>().join(" ")
+}
+
+/// The command that renders a film along key cameras.
+pub(super) fn rotate(given: &Given, wanted: &FilmWanted, is_layered: bool) -> String {
+    let &FilmWanted { look, size, samples, rate, output, keys, transfer, length_units } = wanted;
+    let mut words = vec!["layersplat".to_owned(), "rotate".into(), given.volume.clone()];
+    words.extend(given.reading.iter().flat_map(|option| option.words.clone()));
+    let mut add = |option: &str, value: String| words.extend([option.to_owned(), value]);
+    add("--transfer", transfer.into());
+    add("--keys", keys.into());
+    add("--fit", "volume".into());
+    add("--rate", rate.to_string());
+    add("--size", format!("{}x{}", size.width, size.height));
+    add("--background", look.background.clone());
+    if samples > 1 {
+        add("--samples", samples.to_string());
+    }
+    words.extend(kept(&given.drawing, look));
+    words.extend(of_look(look, look.quality.map(Quality::from), is_layered));
+    words.extend(annotations(look, length_units));
+    words.extend(["-o".into(), output.into()]);
     words.iter().map(|word| quoted(word)).collect::<Vec<_>>().join(" ")
 }
 

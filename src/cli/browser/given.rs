@@ -3,6 +3,7 @@
 use crate::cli::Cli;
 use crate::cli::blending::BlendOptions;
 use crate::cli::options::{DeviceOptions, QualityOptions, VolumeOptions};
+use crate::cli::viewer::BoundOptions;
 use clap::parser::ValueSource;
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, CommandFactory};
 use std::ffi::OsString;
@@ -42,6 +43,8 @@ pub(super) struct Given {
     pub volume: String,
     /// How the volume is read, which way is up, and the device.
     pub reading: Vec<GivenOption>,
+    /// The device and its limits, which go with any volume.
+    pub running: Vec<GivenOption>,
     /// Options that settings are made of.
     pub drawing: Vec<GivenOption>,
 }
@@ -52,7 +55,7 @@ impl Given {
         Self::of(std::env::args_os())
     }
 
-    fn of(command_line: impl IntoIterator<Item = OsString>) -> Self {
+    pub fn of(command_line: impl IntoIterator<Item = OsString>) -> Self {
         let mut cli = Cli::command();
         // The command line was parsed before; a test parses one without the program's name.
         let Ok(matches) = cli.try_get_matches_from_mut(command_line) else { return Self::default() };
@@ -71,9 +74,10 @@ impl Given {
         let mut reading = ids::<VolumeOptions>();
         reading.extend(ids::<DeviceOptions>());
         reading.push("up".into());
+        let running = ids::<DeviceOptions>().into_iter().chain(ids::<BoundOptions>()).collect();
         let drawing = ids::<QualityOptions>().into_iter().chain(ids::<BlendOptions>());
         let drawing = drawing.filter(|id| !OF_THE_PAGE.contains(&id.as_str())).collect();
-        Self { volume: name, reading: options(reading), drawing: options(drawing) }
+        Self { volume: name, reading: options(reading), running: options(running), drawing: options(drawing) }
     }
 }
 

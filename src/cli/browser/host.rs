@@ -2,6 +2,7 @@
 
 use super::arguments;
 use super::given::Given;
+use super::opening;
 use super::python;
 use crate::camera::Camera;
 use crate::check::Family;
@@ -10,7 +11,7 @@ use crate::cli::options::DeviceOptions;
 use crate::device::Device;
 use crate::error::Error;
 use crate::settings::{Quality, Settings};
-use crate::viewer::{Host, Look, Opening, Wanted};
+use crate::viewer::{FilmWanted, Host, Look, Offered, Opening, Source, Wanted};
 use crate::viewport::Viewport;
 use crate::volume::Grid;
 use std::collections::BTreeSet;
@@ -26,6 +27,7 @@ pub(super) struct PageHost {
     device: Device,
     options: DeviceOptions,
     grid: Grid,
+    offered: Vec<Offered>,
     checked: Mutex<BTreeSet<Family>>,
     /// The last settings: parsing options takes longer than a page should wait in every frame.
     last: Mutex<Vec<(Look, Option<Quality>, Settings)>>,
@@ -37,7 +39,13 @@ impl PageHost {
         let is_layered =
             arguments::settings(&given, &opening.look, None, false).is_ok_and(|settings| settings.layered().is_some());
         let (device, grid) = (opening.device.clone(), opening.volume.grid().clone());
-        Self { given, is_layered, device, options, grid, checked: Mutex::default(), last: Mutex::default() }
+        let (offered, checked, last) = (Vec::new(), Mutex::default(), Mutex::default());
+        Self { given, is_layered, device, options, grid, offered, checked, last }
+    }
+
+    /// Offers these volumes to the page.
+    pub fn offering(self, offered: &[Offered]) -> Self {
+        Self { offered: offered.to_vec(), ..self }
     }
 }
 
@@ -65,6 +73,23 @@ impl Host for PageHost {
             checked.extend(unknown);
         }
         Ok(())
+    }
+
+    fn opens_volumes(&self) -> bool {
+        true
+    }
+
+    fn offered(&self) -> Vec<Offered> {
+        self.offered.clone()
+    }
+
+    fn open(&self, source: &Source) -> Result<(Opening, Box<dyn Host>), Error> {
+        let (opening, host) = opening::open(&self.given, &self.offered, source, &self.device)?;
+        Ok((opening, Box::new(host)))
+    }
+
+    fn film_command_line(&self, wanted: &FilmWanted) -> Option<String> {
+        Some(arguments::rotate(&self.given, wanted, self.is_layered))
     }
 
     fn command_line(&self, wanted: &Wanted) -> String {

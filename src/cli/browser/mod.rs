@@ -5,6 +5,7 @@ mod arguments;
 mod given;
 mod host;
 mod open;
+mod opening;
 mod python;
 
 use super::options::Fit;
@@ -42,8 +43,9 @@ pub(super) fn run(arguments: Arguments, processes: &Processes) -> Result<ExitCod
     let admission = arguments.address.admission(&listener)?;
     let given = Given::of_this_process();
     let scene = Scene::open(&arguments.scene, processes)?;
-    let opening = opening(&arguments.scene, scene);
-    let host = PageHost::new(given, arguments.scene.device, &opening);
+    let offered = opening::offered_by(&arguments.scene.volume);
+    let opening = opening_of(&arguments.scene, scene);
+    let host = PageHost::new(given, arguments.scene.device, &opening).offering(&offered);
     let server = Server::new(opening, Box::new(host), admission.access, listener)?;
     let opened = arguments.address.announce(&admission.address)?;
     ending.is_serving.store(true, Ordering::SeqCst);
@@ -76,7 +78,7 @@ impl Ending {
 }
 
 /// The first view: that of `render` with the same options.
-fn opening(options: &SceneOptions, scene: Scene) -> Opening {
+fn opening_of(options: &SceneOptions, scene: Scene) -> Opening {
     let orientation = orientation::announced(&options.camera, &scene);
     let cameras = Cameras::new(&options.camera, &scene, Fit::Visible, orientation);
     let orbit = cameras.angles().or_all_of(OBLIQUE);

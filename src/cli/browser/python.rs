@@ -234,7 +234,7 @@ mod tests {
         let option = |id: &str, word: &str| GivenOption { id: id.into(), words: vec![format!("--{id}"), word.into()] };
         let drawing = vec![option("sublayers", "2"), option("shadow_forgiveness", "3"), option("gradient_opacity", "5:0,20:1")];
         let reading = vec![option("dims", "4x5x6"), option("device", "1")];
-        let given = Given { volume: r#"a "name".raw"#.into(), reading, drawing };
+        let given = Given { volume: r#"a "name".raw"#.into(), reading, drawing, ..Given::default() };
         let light = PageLight { direction: Some([1.0, 0.5, 0.0]), strength: 0.7, angle: 3.0 };
         let look = Look {
             quality: Some(PageQuality::High),

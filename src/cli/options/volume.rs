@@ -18,6 +18,9 @@ pub(in crate::cli) struct VolumeOptions {
     /// Value outside the grid and of NaN or infinite voxels [default: the smallest valid value; built-in volumes: 0]
     #[arg(long, value_parser = parse::finite, value_name = "V", allow_hyphen_values = true, help_heading = "Volume")]
     background_value: Option<f64>,
+    /// Whether the file may not name others.
+    #[arg(skip)]
+    pub alone: bool,
 }
 
 /// Properties that a file does not state, and selection of one of several volumes in a file.
@@ -86,7 +89,7 @@ impl VolumeOptions {
     /// Opens the volume. `size` is the picture size, if pictures are rendered. `memory` limits the bytes of the volume in host
     /// memory if it cannot be memory-mapped.
     pub fn open(&self, size: Option<Viewport>, memory: Option<u64>) -> Result<Volume<'static>, crate::Error> {
-        let options = OpenOptions { memory, ..self.file.raw(size)? };
+        let options = OpenOptions { memory, alone: self.alone, ..self.file.raw(size)? };
         self.with_background(standard::open_input(&self.volume, |path| Volume::open(path, &options))?)
     }
 
@@ -126,6 +129,19 @@ impl FileOptions {
                 return Err(crate::Error::Settings { field: "level", problem });
             }
         };
-        Ok(OpenOptions { dims, voxel_type, spacing, endian, header_bytes, frame, channel, array, series, level, memory: None })
+        Ok(OpenOptions {
+            dims,
+            voxel_type,
+            spacing,
+            endian,
+            header_bytes,
+            frame,
+            channel,
+            array,
+            series,
+            level,
+            memory: None,
+            alone: false,
+        })
     }
 }

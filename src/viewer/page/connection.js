@@ -7,7 +7,7 @@ const FIRST_PAUSE = 250;
 const LONGEST_PAUSE = 5000;
 
 /** What a picture is, by the first byte. */
-export const STEPS = ["moving", "standard", "high", "half", "refined", "saved", "slices"];
+export const STEPS = ["moving", "standard", "high", "half", "refined", "saved", "slices", "part"];
 
 /** @typedef {{ step: string, id: number, width: number, height: number, milliseconds: number, blob: Blob }} Received */
 

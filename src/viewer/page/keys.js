@@ -21,6 +21,7 @@ export const LINES = [
   { keys: "l b x", does: "legend and scale bar, box, axes" },
   { keys: "p", does: "fold the panel" },
   { keys: "v", does: "slices beside the picture" },
+  { keys: "k", does: "record the view for a film" },
   { keys: "s", does: "save the picture" },
   { keys: "c, y", does: "copy the command, or the Python program, that makes the picture" },
   { keys: "Ctrl + Z, Ctrl + Y", does: "undo, redo" },

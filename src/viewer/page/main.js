@@ -4,6 +4,8 @@ import { dot, otherProjection, panned, rolled, sum, times, turned, unit, worldAx
 import * as controls from "./controls.js";
 import { Cutting } from "./cutting.js";
 import { Editor } from "./editor.js";
+import { Files } from "./files.js";
+import { Film } from "./film.js";
 import * as gestures from "./gestures.js";
 import { Handles } from "./handles.js";
 import { Keeping } from "./keeping.js";
@@ -31,7 +33,7 @@ const picture = new Picture(/** @type {HTMLCanvasElement} */ (element("picture")
 const status = new Status();
 const session = new Session(picture, { show, showCamera, showHistory, requested }, {
   message, picture: receive,
-  lost: (reason) => status.problem(reason || "The connection is lost. The page connects again by itself once layersplat answers.", "lost"),
+  lost: (reason) => { film.giveUp(); status.problem(reason || "The connection is lost. The page connects again by itself once layersplat answers.", "lost"); },
 });
 const editor = new Editor({
   changed: (transfer) => { session.state.transfer = transfer; show({ exceptEditor: true }); session.move(); },
@@ -52,6 +54,17 @@ const lighting = new Lighting({
   },
 });
 const cutting = new Cutting({ change: changeLook, plane: newPlane });
+const film = new Film({
+  camera: () => session.state.camera,
+  show: (camera) => { session.changeCamera(() => camera); session.settle(); },
+  send: (request) => session.connection.send(request),
+  size: () => picture.size(),
+});
+const files = new Files({
+  send: (request) => session.connection.send(request),
+  problem: (sentence) => status.problem(sentence),
+  transfer: async (file) => session.connection.send({ type: "read", name: file.name, text: await file.text() }),
+});
 const sides = new Sides((side) => session.look(side));
 const keeping = new Keeping(session, status);
 const slices = new Slices({
@@ -97,8 +110,10 @@ function message(text) {
     written: () => download(new Blob([text.text], { type: "text/plain" }), text.name),
     command: () => keeping.show(text),
     slices: () => slices.answer(text),
+    film_command: () => film.command(text),
+    film: () => film.progress(text),
     picked: () => reading.picked(text),
-    problem: () => status.problem(text.sentence),
+    problem: () => { files.say(""); status.problem(text.sentence); },
   };
   answers[text.type]?.();
 }
@@ -107,6 +122,8 @@ function message(text) {
 function begin(hello) {
   status.clear();
   const { volume, histogram } = hello;
+  if (session.hello && session.hello.scene !== hello.scene) film.clear();
+  files.set(hello, volume.name);
   element("name").textContent = volume.name;
   document.title = `${volume.name} – layersplat`;
   element("facts").textContent = `${volume.dims.join(" × ")} voxels of ${volume.voxel_type}, ${short(histogram.lowest)} to ${short(histogram.highest)}`;
@@ -127,6 +144,10 @@ const short = (number) => String(Number(number.toPrecision(5)));
 async function receive(received) {
   if (received.step === "saved") {
     download(received.blob, received.blob.type === "image/png" ? "layersplat.png" : "layersplat.exr");
+    return;
+  }
+  if (received.step === "part") {
+    film.part(received);
     return;
   }
   if (received.step === "slices") {
@@ -216,7 +237,7 @@ function listen() {
     ...Object.fromEntries([0, 1, 2, 3, 4, 5].map((n) => [String(n + 1), () => session.look(session.hello.sides[n])])),
     "7": corner(45), "8": corner(225),
     f: () => session.fit(), r: reset, o: project, p: fold, v: () => slices.toggle(), "?": help,
-    s: () => keeping.save(), c: () => keeping.copy("line"), y: () => keeping.copy("python"),
+    k: () => film.record(), s: () => keeping.save(), c: () => keeping.copy("line"), y: () => keeping.copy("python"),
     m: () => reading.toggle("measure"), t: () => reading.toggle("tent"), Escape: () => reading.putAway(),
     d: () => reading.choosePivot({ x: 0, y: 0 }), l: toggle("legend"), b: toggle("bounding_box"), x: toggle("axes"),
     "Ctrl+z": () => session.go(-1), "Ctrl+y": () => session.go(1), "Ctrl+Shift+z": () => session.go(1),

@@ -43,8 +43,14 @@ export class Session {
 
   /** A new connection: the first one, or one after a loss, with the same view. @param {any} hello */
   begin(hello) {
+    if (this.hello && this.hello.scene !== hello.scene) {
+      // Another volume: nothing of the last one's state applies.
+      this.history = null;
+      window.history.replaceState(null, "", location.pathname);
+    }
     this.hello = hello;
-    this.sent = { look: hello.look, transfer: [hello.transfer.colors, hello.transfer.opacities] };
+    // Sent again: what the page sent last may have met the volume before.
+    this.sent = { look: null, transfer: null };
     if (this.history === null) {
       this.history = new History(this.initial);
       const kept = fromFragment(location.hash.slice(1), this.initial);

@@ -18,6 +18,10 @@ impl Format for Bov {
         has(b"DATA_FILE") && (has(b"DATA_SIZE") || file.ends_with(&[".bov"]))
     }
 
+    fn names_others(&self, _: &Found) -> Result<bool, Error> {
+        Ok(true)
+    }
+
     fn open(&self, file: &Found, options: &OpenOptions) -> Result<Opened, Error> {
         let path = file.path;
         let fields = Keyed::read(path, ':', "")?;

@@ -101,6 +101,11 @@ trait Format: Sync {
         &[]
     }
 
+    /// Whether the header names other files.
+    fn names_others(&self, _: &Found) -> Result<bool, Error> {
+        Ok(false)
+    }
+
     /// Parses the header.
     fn open(&self, file: &Found, options: &OpenOptions) -> Result<Opened, Error>;
 }
@@ -185,6 +190,12 @@ fn open(path: &Path, options: &OpenOptions) -> Result<Opened, Error> {
     if let Some((field, _)) = given.iter().find(|(field, given)| *given && !format.chooses().contains(field)) {
         let problem = format!("not supported by the format of {}: omit it", path.display());
         return Err(Error::Settings { field, problem });
+    }
+    if options.alone && format.names_others(&file)? {
+        return Err(Error::volume(
+            path,
+            "its voxels are in another file, which its header names: use a format that has both in one file",
+        ));
     }
     format.open(&file, options)
 }

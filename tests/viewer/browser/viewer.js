@@ -10,8 +10,13 @@ const PATIENCE = 180_000;
 const BINARY = new URL(`../../../${process.env.LAYERSPLAT_BINARY ?? "target/debug/layersplat"}`, import.meta.url).pathname;
 const CHROMIUM = process.env.CHROMIUM ?? "/usr/bin/chromium";
 
-export async function serve(...options) {
-  const server = spawn(BINARY, ["view", "--no-browser", ...options], { stdio: ["ignore", "pipe", "ignore"], cwd: tmpdir() });
+export const serve = (...options) => started(options, { cwd: tmpdir() });
+
+/** In a folder, whose subfolder `temporary` is for temporary files. */
+export const serveIn = (folder, ...options) => started(options, { cwd: folder, env: { ...process.env, TMPDIR: `${folder}/temporary` } });
+
+async function started(options, where) {
+  const server = spawn(BINARY, ["view", "--no-browser", ...options], { stdio: ["ignore", "pipe", "ignore"], ...where });
   const [line] = await once(server.stdout, "data");
   return { url: line.toString().trim(), end: () => { server.kill("SIGINT"); return once(server, "exit"); }, process: server };
 }

@@ -22,6 +22,11 @@ impl Format for MetaImage {
         first.contains(&b'=') && (has(b"NDims") || has(b"ObjectType")) && (has(b"DimSize") || file.ends_with(&[".mha", ".mhd"]))
     }
 
+    fn names_others(&self, file: &Found) -> Result<bool, Error> {
+        let fields = Keyed::read(file.path, '=', "ElementDataFile")?;
+        Ok(!fields.need("ElementDataFile")?.eq_ignore_ascii_case("LOCAL"))
+    }
+
     fn open(&self, file: &Found, options: &OpenOptions) -> Result<Opened, Error> {
         let path = file.path;
         let fields = Keyed::read(path, '=', "ElementDataFile")?;

@@ -18,6 +18,10 @@ impl Format for Nrrd {
         file.start.starts_with(b"NRRD000")
     }
 
+    fn names_others(&self, file: &Found) -> Result<bool, Error> {
+        Ok(Fields::read(file.path)?.get("data file").is_some())
+    }
+
     fn open(&self, file: &Found, options: &OpenOptions) -> Result<Opened, Error> {
         let path = file.path;
         let fields = Fields::read(path)?;

@@ -1,0 +1,78 @@
+//! Volumes that the page opens: the built-in ones and those of the folder, if the command names none, and files dropped onto the page.
+
+use super::given::Given;
+use super::host::PageHost;
+use crate::cli::options::VolumeOptions;
+use crate::cli::processes::Processes;
+use crate::cli::scene::Scene;
+use crate::cli::{Cli, Command};
+use crate::device::Device;
+use crate::error::Error;
+use crate::viewer::{Offered, Opening, Source};
+use crate::volume::BUILTIN;
+use clap::Parser;
+use std::path::Path;
+
+/// Most files of the folder that are offered.
+const MOST_FILES: usize = 500;
+/// Ends of the names of volumes. Other files may be volumes, too, but a list of all files would hide them.
+const ENDINGS: [&str; 22] = [
+    ".raw", ".raw.gz", ".bov", ".dcm", ".h5", ".hdf5", ".mha", ".mhd", ".nhdr", ".nii", ".nii.gz", ".npy", ".npz", ".nrrd",
+    ".tif", ".tiff", ".vti", ".vtk", ".zarr", ".nc", ".hdr", ".pvti",
+];
+
+/// Built-in volumes, and those of the folder in which the command runs.
+pub(super) fn offered() -> Vec<Offered> {
+    let builtin = BUILTIN.iter().map(|name| Offered { name: format!("builtin:{name}"), is_builtin: true });
+    let entries = std::fs::read_dir(".").into_iter().flatten().flatten();
+    let names = entries.filter_map(|entry| entry.file_name().into_string().ok());
+    let is_volume = |name: &String| ENDINGS.iter().any(|ending| name.to_lowercase().ends_with(ending)) && !name.starts_with('.');
+    let mut files: Vec<Offered> =
+        names.filter(is_volume).take(MOST_FILES).map(|name| Offered { name, is_builtin: false }).collect();
+    files.sort_by(|a, b| a.name.cmp(&b.name));
+    builtin.chain(files).collect()
+}
+
+/// Opens a volume with those options of the command that go with any volume.
+pub(super) fn open(given: &Given, offered: &[Offered], source: &Source, device: &Device) -> Result<(Opening, PageHost), Error> {
+    let volume = match *source {
+        Source::Offered(name) => {
+            let known = offered.iter().find(|known| known.name == name);
+            let known = known.ok_or_else(|| Error::UnknownName {
+                what: "offered volume",
+                name: name.into(),
+                known: "those of the list: reload the page".into(),
+            })?;
+            if known.is_builtin { known.name.clone() } else { Path::new(".").join(&known.name).to_string_lossy().into_owned() }
+        }
+        Source::File(path) => path.to_string_lossy().into_owned(),
+    };
+    let options = given.running.iter().chain(&given.drawing).flat_map(|option| option.words.clone());
+    let words: Vec<String> = ["layersplat".into(), "view".into(), volume].into_iter().chain(options).collect();
+    let refused = |e: clap::Error| Error::Settings { field: "page", problem: e.to_string() };
+    let Command::View(mut arguments) = Cli::try_parse_from(&words).map_err(refused)?.command else {
+        unreachable!("the words name the command")
+    };
+    arguments.scene.volume.alone = matches!(source, Source::File(_));
+    let scene = Scene { device: device.clone(), ..Scene::open(&arguments.scene, &Processes::alone())? };
+    let opening = super::opening_of(&arguments.scene, scene);
+    let host = PageHost::new(Given::of(words.into_iter().map(Into::into)), arguments.scene.device, &opening);
+    Ok((opening, host.offering(offered)))
+}
+
+/// What a command offers: nothing if it names a volume.
+pub(super) fn offered_by(options: &VolumeOptions) -> Vec<Offered> {
+    if options.is_default() { offered() } else { Vec::new() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn builtin_volumes_are_offered_first() {
+        let all = offered();
+        assert!(all[0].is_builtin && all.iter().any(|offered| offered.name == "builtin:hydrogen"));
+        assert!(all.iter().all(|offered| !offered.name.contains('/')));
+    }
+}

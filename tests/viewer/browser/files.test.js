@@ -1,0 +1,80 @@
+// Other volumes, as a user opens them.
+
+import assert from "node:assert/strict";
+import { mkdtemp, mkdir, readdir, rm, writeFile } from "node:fs/promises";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { after, before, test } from "node:test";
+import { launch, measured, open, refined, serveIn } from "./viewer.js";
+
+/** A cube whose values grow along x. */
+const cube = (side) => Buffer.from(Array.from({ length: side ** 3 }, (_, n) => ((n % side) * 255) / (side - 1)));
+
+let folder;
+let server;
+let browser;
+before(async () => {
+  folder = await mkdtemp(join(tmpdir(), "layersplat-test-"));
+  await mkdir(join(folder, "temporary"));
+  await writeFile(join(folder, "cube_16x16x16_uint8.raw"), cube(16));
+  await writeFile(join(folder, "notes.txt"), "nothing");
+  server = await serveIn(folder);
+  browser = await launch();
+});
+after(async () => {
+  await browser.close();
+  await server.end();
+  assert.deepEqual(await readdir(join(folder, "temporary")), [], "dropped files are removed at the end");
+  await rm(folder, { recursive: true });
+});
+
+function on(name, body) {
+  test(name, async () => {
+    const page = await open(browser, server.url);
+    try {
+      await body(page);
+      assert.deepEqual([page.errors, page.foreign], [[], []]);
+    } finally {
+      await page.context().close();
+    }
+  });
+}
+
+const named = (page, name) => page.waitForFunction((text) => document.getElementById("name").textContent === text, name);
+
+on("the folder's volumes and built-in ones are listed, and open", async (page) => {
+  await page.locator("summary", { hasText: "Volume" }).click();
+  const offered = await page.locator("#offered option").allTextContents();
+  assert.ok(offered.includes("cube_16x16x16_uint8.raw") && offered.includes("torus-knot") && !offered.includes("notes.txt"), offered.join());
+  await page.locator("#offered").selectOption("cube_16x16x16_uint8.raw");
+  await named(page, "cube_16x16x16_uint8.raw");
+  assert.ok(measured(await refined(page)).mean.slice(0, 3).some((mean) => mean > 3));
+  // The state of the last volume is gone.
+  assert.ok(await page.locator("#undo").isDisabled());
+  await page.locator("#offered").selectOption("builtin:hydrogen");
+  await named(page, "builtin:hydrogen");
+  await refined(page);
+});
+
+on("a chosen file is sent and shown, and saved pictures name it", async (page) => {
+  await page.locator("#volume-file").setInputFiles({ name: "my cube_12x12x12_uint8.raw", mimeType: "", buffer: cube(12) });
+  await named(page, "my cube_12x12x12_uint8.raw");
+  await refined(page);
+  assert.ok((await page.locator("#facts").textContent()).includes("12 × 12 × 12"));
+});
+
+on("a file that is dropped onto the picture is shown, and one that is no volume is a sentence", async (page) => {
+  const dropped = (name, bytes) => page.evaluate(([text, numbers]) => {
+    const data = new DataTransfer();
+    data.items.add(new File([new Uint8Array(numbers)], text));
+    document.getElementById("picture").dispatchEvent(new DragEvent("drop", { dataTransfer: data, bubbles: true, cancelable: true }));
+  }, [name, [...bytes]]);
+  await dropped("cube_8x8x8_uint8.raw", cube(8));
+  await named(page, "cube_8x8x8_uint8.raw");
+  await refined(page);
+  await dropped("notes.txt", Buffer.from("nothing"));
+  await page.waitForFunction(() => !document.getElementById("problem").hidden);
+  const problem = await page.locator("#problem").textContent();
+  assert.ok(problem.includes("notes.txt") && !problem.includes(folder), problem);
+  assert.equal(await page.locator("#name").textContent(), "cube_8x8x8_uint8.raw");
+});

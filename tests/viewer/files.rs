@@ -1,0 +1,196 @@
+//! Volumes that a page opens: offered ones, and files that are dropped onto it.
+
+use crate::client::{Page, Viewer};
+use serde_json::{Value, json};
+use std::io::Write;
+use std::path::Path;
+
+/// A folder with a subfolder for temporary files.
+fn folder() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::create_dir(folder.path().join("temporary")).unwrap();
+    folder
+}
+
+/// A cube of voxels that grow along x.
+fn voxels(side: usize) -> Vec<u8> {
+    (0..side * side * side).map(|n| (n % side * 255 / (side - 1)) as u8).collect()
+}
+
+/// Drops a file with these headers; returns the answer.
+fn drop_with(viewer: &Viewer, name: &str, headers: &str, bytes: &[u8]) -> String {
+    let host = viewer.host();
+    let mut stream = viewer.connect();
+    let head = format!(
+        "POST /drop?name={name} HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\nContent-Length: {}\r\n{headers}\r\n",
+        bytes.len()
+    );
+    stream.write_all(head.as_bytes()).unwrap();
+    // The server may refuse before it has read everything.
+    let _ = stream.write_all(bytes);
+    let mut answer = Vec::new();
+    let _ = std::io::Read::read_to_end(&mut stream, &mut answer);
+    String::from_utf8_lossy(&answer).into_owned()
+}
+
+fn drop_file(viewer: &Viewer, name: &str, bytes: &[u8]) -> String {
+    let own = format!("Origin: http://{}\r\nCookie: {}\r\n", viewer.host(), viewer.cookie());
+    drop_with(viewer, name, &own, bytes)
+}
+
+/// Drops a file and opens it; returns the first message of its volume, or the problem.
+fn open_dropped(viewer: &Viewer, page: &mut Page, name: &str, bytes: &[u8]) -> Value {
+    let answer = drop_file(viewer, name, bytes);
+    assert!(answer.starts_with("HTTP/1.1 200"), "{answer}");
+    let number: u32 = answer.rsplit("\r\n\r\n").next().unwrap().trim().parse().unwrap_or_else(|_| panic!("{answer}"));
+    open(page, json!({ "dropped": number }))
+}
+
+fn open(page: &mut Page, volume: Value) -> Value {
+    page.send(&json!({ "type": "open", "volume": volume }));
+    loop {
+        match page.next(&["hello", "problem"]) {
+            crate::client::Message::Text(text) => {
+                if text["type"] == "hello" {
+                    page.hello = text.clone();
+                }
+                return text;
+            }
+            crate::client::Message::Picture(_) => {}
+            crate::client::Message::Closed(code) => panic!("closed with {code}"),
+        }
+    }
+}
+
+fn temporary(folder: &Path) -> usize {
+    std::fs::read_dir(folder.join("temporary")).unwrap().count()
+}
+
+#[test]
+fn dropped_files_are_shown_and_removed() {
+    let folder = folder();
+    let viewer = Viewer::start_in(Some(folder.path()), &["builtin:hydrogen@16"]);
+    let (mut page, mut other) = (viewer.page(), viewer.page());
+    let first = page.hello.clone();
+    let hello = open_dropped(&viewer, &mut page, "my%20cube_9x9x9_uint8.raw", &voxels(9));
+    assert_eq!(
+        (&hello["volume"]["name"], &hello["volume"]["dims"]),
+        (&json!("my cube_9x9x9_uint8.raw"), &json!([9, 9, 9])),
+        "{hello}"
+    );
+    assert_ne!(hello["scene"], first["scene"]);
+    page.send(&page.view(1, 0.0, true));
+    assert!(page.picture().pixels().pixels().any(|p| p.0[0] > 20));
+    page.shown();
+    // Its command names the file, without the folder.
+    page.send(&json!({ "type": "command", "camera": page.hello["camera"], "width": 8, "height": 8, "samples": 1 }));
+    let line = page.text("command")["line"].as_str().unwrap().to_owned();
+    assert!(line.contains("render 'my cube_9x9x9_uint8.raw'") && !line.contains("temporary"), "{line}");
+    // Other pages keep their volume; new ones show the last one.
+    other.send(&other.view(2, 0.0, true));
+    assert_eq!(other.picture().id, 2);
+    other.shown();
+    assert_eq!(viewer.page().hello["volume"]["name"], "my cube_9x9x9_uint8.raw");
+    assert_eq!(temporary(folder.path()), 1);
+    // The next file replaces it, and the first one is removed.
+    let hello = open_dropped(&viewer, &mut page, "b_5x5x5_uint8.raw", &voxels(5));
+    assert_eq!(hello["volume"]["dims"], json!([5, 5, 5]));
+    while temporary(folder.path()) > 1 {
+        std::thread::sleep(std::time::Duration::from_millis(20));
+    }
+    #[cfg(unix)]
+    {
+        let mut viewer = viewer;
+        let signalled = std::process::Command::new("kill").args(["-INT", &viewer.process.id().to_string()]).status().unwrap();
+        assert!(signalled.success() && viewer.process.wait().unwrap().success());
+        assert_eq!(temporary(folder.path()), 0, "nothing is left at the end");
+    }
+}
+
+#[test]
+fn files_that_are_no_volumes_say_so_without_a_path() {
+    let folder = folder();
+    let viewer = Viewer::start_in(Some(folder.path()), &["builtin:hydrogen@16"]);
+    let mut page = viewer.page();
+    for (name, bytes) in [
+        ("notes.txt", &b"nothing"[..]),
+        ("cube_9x9x9_uint8.raw", b"short"),
+        ("cube.raw", b"no size"),
+        ("a.nrrd", b"NRRD0004\ntype: uint8\n"),
+        ("a.mhd", b"ObjectType = Image\nNDims = 3\nDimSize = 2 2 2\nElementType = MET_UCHAR\nElementDataFile = /etc/passwd\n"),
+    ] {
+        let problem = open_dropped(&viewer, &mut page, name, bytes);
+        let sentence = problem["sentence"].as_str().unwrap_or_else(|| panic!("{name}: {problem}"));
+        assert!(!sentence.contains(folder.path().to_str().unwrap()) && !sentence.contains(".layersplat-"), "{sentence}");
+    }
+    assert_eq!(temporary(folder.path()), 0, "files that cannot be opened are removed");
+    // The volume is still there.
+    page.send(&page.view(1, 0.0, true));
+    assert_eq!(page.picture().id, 1);
+}
+
+#[test]
+fn files_of_others_are_refused() {
+    let folder = folder();
+    let viewer = Viewer::start_in(Some(folder.path()), &["builtin:hydrogen@16"]);
+    let (host, cookie) = (viewer.host(), viewer.cookie());
+    for headers in [
+        String::new(),
+        format!("Origin: http://{host}\r\n"),
+        format!("Cookie: {cookie}\r\n"),
+        format!("Origin: http://evil.example\r\nCookie: {cookie}\r\n"),
+        format!("Origin: null\r\nCookie: {cookie}\r\n"),
+    ] {
+        let answer = drop_with(&viewer, "a_2x2x2_uint8.raw", &headers, &[1; 8]);
+        assert!(answer.starts_with("HTTP/1.1 403"), "{headers}: {answer}");
+    }
+    for name in ["", ".", "..%2Fescaped.raw", "a%2Fb.raw", ".hidden", "a%00b", "%zz"] {
+        let answer = drop_file(&viewer, name, &[1; 8]);
+        assert!(answer.starts_with("HTTP/1.1 400"), "{name}: {answer}");
+    }
+    let own = format!("Origin: http://{host}\r\nCookie: {cookie}\r\n");
+    let request = format!(
+        "POST /drop?name=a.raw HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\nContent-Length: 99999999999\r\n{own}\r\n"
+    );
+    assert!(viewer.raw(&request).starts_with("HTTP/1.1 413"));
+    assert_eq!(temporary(folder.path()), 0);
+    // A file that stops in the middle is given up with its connection.
+    let mut stream = viewer.connect();
+    let request = format!("POST /drop?name=a.raw HTTP/1.1\r\nHost: {host}\r\nContent-Length: 1000\r\n{own}\r\nhalf");
+    stream.write_all(request.as_bytes()).unwrap();
+    while temporary(folder.path()) == 0 {
+        std::thread::sleep(std::time::Duration::from_millis(20));
+    }
+    assert!(drop_file(&viewer, "b_2x2x2_uint8.raw", &[1; 8]).starts_with("HTTP/1.1 429"), "one file at a time");
+    drop(stream);
+    while temporary(folder.path()) > 0 {
+        std::thread::sleep(std::time::Duration::from_millis(20));
+    }
+    assert!(drop_file(&viewer, "b_2x2x2_uint8.raw", &[1; 8]).starts_with("HTTP/1.1 200"));
+}
+
+#[test]
+fn volumes_of_the_folder_are_offered_if_none_is_named() {
+    let folder = folder();
+    std::fs::write(folder.path().join("cube_9x9x9_uint8.raw"), voxels(9)).unwrap();
+    std::fs::write(folder.path().join("notes.txt"), "nothing").unwrap();
+    std::fs::write(folder.path().join("temporary/secret_2x2x2_uint8.raw"), [1; 8]).unwrap();
+    let viewer = Viewer::start_in(Some(folder.path()), &[]);
+    let mut page = viewer.page();
+    let offered = page.hello["offered"].as_array().unwrap().clone();
+    let has = |name: &str| offered.iter().any(|offered| offered["name"] == name);
+    assert!(has("cube_9x9x9_uint8.raw") && has("builtin:torus-knot") && !has("notes.txt"), "{offered:?}");
+    let hello = open(&mut page, json!({ "offered": "cube_9x9x9_uint8.raw" }));
+    assert_eq!(hello["volume"]["dims"], json!([9, 9, 9]), "{hello}");
+    assert_eq!(hello["offered"].as_array(), Some(&offered));
+    assert_eq!(open(&mut page, json!({ "offered": "builtin:cube" }))["volume"]["name"], "builtin:cube");
+    for name in ["notes.txt", "temporary/secret_2x2x2_uint8.raw", "../x", "/etc/passwd", ""] {
+        let problem = open(&mut page, json!({ "offered": name }));
+        assert!(problem["sentence"].as_str().unwrap().contains("offered"), "{problem}");
+    }
+    // A command with a volume offers nothing else.
+    let viewer = Viewer::start_in(Some(folder.path()), &["cube_9x9x9_uint8.raw"]);
+    let mut page = viewer.page();
+    assert_eq!(page.hello["offered"], json!([]));
+    assert_eq!(open(&mut page, json!({ "offered": "builtin:cube" }))["type"], "problem");
+}
