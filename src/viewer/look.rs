@@ -180,7 +180,7 @@ impl Look {
     /// Annotations over the whole picture. `length_units`: the unit of length, if it is known.
     pub(super) fn annotations(&self, length_units: Option<&str>) -> Annotations {
         let &Self { legend, bounding_box, axes, .. } = self;
-        Annotations { legend, bounding_box, axes, units: None, length_units: length_units.map(str::to_owned) }
+        Annotations { legend, bounding_box, axes, length_units: length_units.map(str::to_owned), ..Annotations::default() }
     }
 
     /// Checks what the page can send wrong. Combinations are checked when settings are made.
