@@ -31,7 +31,7 @@ fn ended(page: &mut Page, id: u32) -> Ended {
     let (mut ended, mut done) = (Ended::default(), 0);
     while !["complete", "cancelled", "failed"].contains(&ended.state.as_str()) {
         match page.next(&["film", "film_command", "problem"]) {
-            Message::Picture(part) if part.step == 6 => {
+            Message::Picture(part) if part.step == 7 => {
                 assert_eq!(part.id, id);
                 ended.bytes.extend(part.bytes);
             }

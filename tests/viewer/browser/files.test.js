@@ -75,6 +75,6 @@ on("a file that is dropped onto the picture is shown, and one that is no volume 
   await dropped("notes.txt", Buffer.from("nothing"));
   await page.waitForFunction(() => !document.getElementById("problem").hidden);
   const problem = await page.locator("#problem").textContent();
-  assert.ok(problem.includes("notes.txt") && !problem.includes(folder), problem);
+  assert.ok(problem.toLowerCase().includes("notes.txt") && !problem.includes(folder), problem);
   assert.equal(await page.locator("#name").textContent(), "cube_8x8x8_uint8.raw");
 });
