@@ -1,4 +1,4 @@
-//! What is seen at a place of a picture: the point of the first visible depth, and the value of the field there.
+//! What is seen at a place of a picture: a point, by the depths that the renderer defines, and the value of the field there.
 
 use super::painter::Painter;
 use super::protocol::{Pick, Picked, shown_size};
@@ -51,8 +51,9 @@ impl Pick {
 }
 
 impl Painter {
-    /// The point that is seen at a place: that of the first visible depth, by a depth picture of one pixel. `None` where nothing is seen, or
-    /// where the blend mode has no depths.
+    /// The point that is seen at a place, by a depth picture of one pixel: that of the mean depth, which lies in what contributes most to an
+    /// opaque place. Between two visible layers nothing may be visible: then that of the first depth. `None` where nothing is seen, or where the
+    /// blend mode has no depths.
     pub(super) fn pick(&mut self, pick: &Pick) -> Result<Option<Picked>, Error> {
         let settings = self.scene.host.settings(&self.look, None)?;
         if !matches!(settings.blend, Blend::Composite | Blend::Iso(_)) {
@@ -60,15 +61,22 @@ impl Painter {
         }
         let camera = pick.camera(&self.scene.camera(&pick.camera)?)?;
         self.scene.host.require_checked(&camera, PIXEL, &depth_settings(&settings))?;
-        let depth = f64::from(self.renderer.depths(&camera, PIXEL, &settings)?.first()[0]);
-        if !depth.is_finite() {
+        let depths = self.renderer.depths(&camera, PIXEL, &settings)?;
+        let (first, mean) = (f64::from(depths.first()[0]), f64::from(depths.mean()[0]));
+        if !first.is_finite() {
             return Ok(None);
         }
-        let position = camera.position + camera.basis()?.forward * depth;
+        let forward = camera.basis()?.forward;
         let volume = &self.scene.opening.volume;
-        let voxel = volume.grid().world_to_voxel(position);
-        let value = value_at(volume, voxel, kernel(&settings));
-        Ok(Some(Picked { position: position.to_array(), voxel: voxel.to_array(), value }))
+        let point = |depth: f64| {
+            let position = camera.position + forward * depth;
+            let voxel = volume.grid().world_to_voxel(position);
+            let value = value_at(volume, voxel, kernel(&settings));
+            Picked { position: position.to_array(), voxel: voxel.to_array(), value }
+        };
+        let within = point(mean);
+        let is_visible = matches!(settings.blend, Blend::Iso(_)) || self.renderer.transfer_function().opacity(within.value) > 0.0;
+        Ok(Some(if is_visible { within } else { point(first) }))
     }
 }
 

@@ -75,6 +75,14 @@ fn run(line: &str, command: &Value, device: &str) -> Vec<u8> {
     std::fs::read(folder.path().join(line.rsplit(' ').next().unwrap())).unwrap()
 }
 
+/// The bits of all numbers of an EXR file.
+fn numbers(bytes: &[u8]) -> Vec<u32> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("picture.exr");
+    std::fs::write(&path, bytes).unwrap();
+    layersplat::image::read_image(&path).unwrap().pixels().iter().flatten().map(|number| number.to_bits()).collect()
+}
+
 /// The bytes of the file, in several looks and both projections.
 #[cfg(unix)]
 #[test]
@@ -141,7 +149,12 @@ fn saved_pictures_are_those_of_the_command() {
         let saved = page.picture();
         assert_eq!((saved.step, saved.width, saved.height), (5, 90, 70));
         let line = command["line"].as_str().unwrap();
-        assert!(run(line, &command, "") == saved.bytes, "{line}");
+        let drawn = run(line, &command, "");
+        match format {
+            // Blocks of an EXR file are written as they are compressed, in any order.
+            "exr" => assert!(numbers(&drawn) == numbers(&saved.bytes), "{line}"),
+            _ => assert!(drawn == saved.bytes, "{line}"),
+        }
     }
 }
 
