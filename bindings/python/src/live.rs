@@ -91,7 +91,10 @@ fn code_of(camera: &OurCamera) -> String {
     format!("layersplat.Camera({position}, {focal_point}, {view_up}, {projection})")
 }
 
-/// The voxels of a view on a device, shared by its renderer and its pages. For View.
+/// The voxels of a View on a device, shared by its renderer and its pages. Not for users.
+///
+/// volume: a Volume, which is uploaded, or streamed if the device has a memory budget. transfer: the transfer function that the pages call
+/// the first one. device: a Device.
 #[pyclass(frozen, module = "layersplat")]
 pub struct LiveScene {
     scene: Arc<Scene>,
@@ -186,7 +189,7 @@ struct State {
     last: First,
 }
 
-/// A page of a LiveScene.
+/// A page of a LiveScene. Not for users.
 #[pyclass(frozen, module = "layersplat")]
 pub struct LivePage {
     scene: Arc<Scene>,

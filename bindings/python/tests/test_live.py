@@ -240,21 +240,24 @@ def test_pages_of_a_view_are_bounded_and_have_cameras_of_their_own(view):
     assert not view.widget._pages
 
 
-def painters():
-    """Number of drawing threads of this process."""
-    return sum(task.read_text() == "painter\n" for task in pathlib.Path("/proc/self/task").glob("*/comm"))
+def painters(expected):
+    """Waits until this process has so many drawing threads: they name themselves, and leave the list, a moment later."""
+    deadline = time.monotonic() + PATIENCE
+    while sum(task.read_text() == "painter\n" for task in pathlib.Path("/proc/self/task").glob("*/comm")) != expected:
+        assert time.monotonic() < deadline, expected
+        time.sleep(0.01)
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="threads are counted in /proc")
 def test_what_is_closed_or_forgotten_leaves_no_thread_and_no_widget(array):
     gc.collect()
-    before = painters()
+    painters(0)
     view = layersplat.volshow(array, size=SIZE)
     page = Page(view)
     page.view_of(page.first("hello")["camera"])
-    assert painters() == before + 1
+    painters(1)
     view.close()
-    assert painters() == before
+    painters(0)
     again = Page(view)
     again.view_of(again.first("hello")["camera"])
     again.picture("standard")
@@ -264,10 +267,12 @@ def test_what_is_closed_or_forgotten_leaves_no_thread_and_no_widget(array):
     name, widget = again.name, view.widget
     del view, again, page
     gc.collect()
-    assert gone() is not None and painters() == before + 1
+    assert gone() is not None
+    painters(1)
     widget._handle_custom_msg({"page": name, "closed": True}, [])
     gc.collect()
-    assert gone() is None and painters() == before
+    assert gone() is None
+    painters(0)
 
 
 ENDS = """import sys
