@@ -283,7 +283,7 @@ fn complex_datasets_are_named() {
     refused(&path, "the only dataset", "complex.h5: it has complex numbers, and a voxel has one number: save their magnitude");
     let options = OpenOptions { array: Some("k_space".into()), ..OpenOptions::default() };
     let message = Volume::open(&path, &options).unwrap_err().to_string();
-    assert!(message.contains("the numbers of '/k_space' are complex numbers"), "{message}");
+    assert!(message.contains("the numbers of 'k_space' are complex numbers"), "{message}");
 }
 
 #[test]
