@@ -164,8 +164,9 @@ mod tests {
     use super::*;
     use crate::device::{LatticeSchedule, Tuning};
 
-    /// These kernels render nothing for a frame at full resolution; tests/shadows and tests/embedding check their results.
-    const NOT_CHECKED: [&str; 3] = ["light/coarse_transmittance.cl", "light/light_table.cl", "volume/value_range.cl"];
+    /// These kernels render nothing for a frame at full resolution; tests/shadows, tests/slices and tests/embedding check their results.
+    const NOT_CHECKED: [&str; 4] =
+        ["light/coarse_transmittance.cl", "light/light_table.cl", "slice/slice.cl", "volume/value_range.cl"];
 
     /// Other families have no schedules.
     fn is_lattice(family: Family) -> bool {

@@ -4,13 +4,16 @@ use serde_json::Value;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{SocketAddr, TcpStream};
 use std::path::Path;
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
 /// Longest wait for an answer; only a hang reaches it.
 const PATIENCE: Duration = Duration::from_secs(120);
 /// The status of a WebSocket that is closed because too many pages are open.
 const TRY_AGAIN_LATER: u16 = 1013;
+/// SIGINT among the ignored signals of a process.
+#[cfg(unix)]
+const SIGINT_BIT: u64 = 1 << 1;
 /// Bytes before a picture.
 const HEADER: usize = 20;
 
@@ -46,6 +49,17 @@ impl Viewer {
         let (page, token) = line.trim().split_once("?token=").unwrap_or_else(|| panic!("no address: {line}"));
         let address = page.strip_prefix("http://").and_then(|p| p.strip_suffix('/')).unwrap().parse().unwrap();
         Self { process, address, token: token.into() }
+    }
+
+    /// Ends the server as Ctrl-C does, or by SIGTERM where this process was started with SIGINT ignored, as shells do in the background.
+    #[cfg(unix)]
+    pub fn interrupt(&mut self) -> ExitStatus {
+        let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+        let ignored = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+        let ignored = ignored.map_or(0, |bits| u64::from_str_radix(bits.trim(), 16).unwrap());
+        let signal = if ignored & SIGINT_BIT == 0 { "-INT" } else { "-TERM" };
+        assert!(Command::new("kill").args([signal, &self.process.id().to_string()]).status().unwrap().success());
+        self.process.wait().unwrap()
     }
 
     pub fn host(&self) -> String {

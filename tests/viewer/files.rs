@@ -101,8 +101,7 @@ fn dropped_files_are_shown_and_removed() {
     #[cfg(unix)]
     {
         let mut viewer = viewer;
-        let signalled = std::process::Command::new("kill").args(["-INT", &viewer.process.id().to_string()]).status().unwrap();
-        assert!(signalled.success() && viewer.process.wait().unwrap().success());
+        assert!(viewer.interrupt().success());
         assert_eq!(temporary(folder.path()), 0, "nothing is left at the end");
     }
 }

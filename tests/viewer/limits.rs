@@ -128,8 +128,6 @@ fn a_signal_ends_it_cleanly() {
     page.send(
         &json!({ "type": "view", "id": 1, "camera": page.hello["camera"], "width": 1500, "height": 1500, "moving": false }),
     );
-    let signalled = std::process::Command::new("kill").args(["-INT", &viewer.process.id().to_string()]).status().unwrap();
-    assert!(signalled.success());
-    assert_eq!(viewer.process.wait().unwrap().code(), Some(0));
+    assert_eq!(viewer.interrupt().code(), Some(0));
     while !matches!(page.receive(), Message::Closed(_)) {}
 }
