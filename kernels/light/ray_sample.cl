@@ -220,9 +220,10 @@ static inline realv mixed_rays(float4 w, realv one, realv two, realv three, real
     return two + w.s0 * (one - two) + (w.s2 * (three - two) + w.s3 * (four - two));
 }
 
-// Interpolated light in steps.
+// Interpolated light in steps: of its root in bytes (light_volume.cl), of the light itself in sums.
 static inline intv light_steps(const LightSweepParams *p, realv light) {
-    return CONVERT_INTV(CLAMP(light * p->gain, (realv)(0.0f), (realv)(1.0f)) * p->steps + 0.5f);
+    const realv level = CLAMP(light * p->gain, (realv)(0.0f), (realv)(1.0f));
+    return CONVERT_INTV((p->sum ? level : sqrt(level)) * p->steps + 0.5f);
 }
 
 // Stores the light of a voxel.

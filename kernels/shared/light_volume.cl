@@ -1,4 +1,6 @@
-// Look-up of the light that reaches a point, in volumes of bytes that light_sweep.cl has filled: 255 is all of it.
+// Look-up of the light that reaches a point, in volumes of bytes that light_sweep.cl or light_rays.cl has filled: roots of the light, of
+// which 255 is 1. Where matter shadows itself, light decreases exponentially, by much from voxel to voxel. The root decreases by half as
+// much in proportion, so linear interpolation follows it more closely, and steps are finer where there is little light.
 
 #include "shared/elementary.cl"
 #include "shared/point.cl"
@@ -38,8 +40,7 @@ static inline realv interpolate_plane(__global const uchar *volume, intv at, int
     return one + t * (other - one);
 }
 
-// Interpolates linearly between eight values of a volume, in steps of 1/255. The values along one axis are neighbouring bytes, of which one
-// word holds two.
+// Interpolates linearly between eight bytes of a volume. Those along one axis are neighbours, and one word holds two.
 static inline realv interpolate_light(__global const uchar *volume, float scale, const float *origin, const int *stride,
                                       const float *last, float first_layer, Point point) {
     // Along the axis with neighbouring bytes, which is u or a, then the others.
@@ -71,15 +72,20 @@ static inline Point off_surface(const SampleParams *p, Point point, realv u, rea
     return point;
 }
 
+// The light, from an interpolated root in steps: multiplied, and at most 1.
+static inline realv light_of_root(realv steps, float gain) {
+    const realv root = (1.0f / 255.0f) * steps;
+    return MIN(gain * (root * root), (realv)(1.0f));
+}
+
 // The share of light n that reaches a point.
 static inline realv reaching_light(const SampleParams *p, LightVolume volume, Point point, int n) {
     const LightVolumeParams *v = &p->light.light_volume;
     if (v->volumes[n] < 0)
         return 1.0f;
-    const float shadow = v->strength * (1.0f / 255.0f);
-    const realv light = interpolate_light(volume.lights + (size_t)v->volumes[n] * v->volume_bytes, v->shadow_scale, v->origins + 3 * n,
-                                          &v->shadow_stride_u, &v->shadow_last_u, v->shadow_first, point);
-    return 1.0f - v->strength + shadow * light;
+    const realv root = interpolate_light(volume.lights + (size_t)v->volumes[n] * v->volume_bytes, v->shadow_scale, v->origins + 3 * n,
+                                         &v->shadow_stride_u, &v->shadow_last_u, v->shadow_first, point);
+    return 1.0f - v->strength + v->strength * light_of_root(root, v->shadow_gain);
 }
 
 // The share of the ambient light that reaches a point.
@@ -87,7 +93,7 @@ static inline realv reaching_sky(const SampleParams *p, LightVolume volume, Poin
     const LightVolumeParams *v = &p->light.light_volume;
     if (!v->sky)
         return 1.0f;
-    return (1.0f / 255.0f) *
-           interpolate_light(volume.sky, v->sky_scale, &v->sky_origin_u, &v->sky_stride_u, &v->sky_last_u, v->sky_first, point);
+    const realv root = interpolate_light(volume.sky, v->sky_scale, &v->sky_origin_u, &v->sky_stride_u, &v->sky_last_u, v->sky_first, point);
+    return light_of_root(root, v->sky_gain);
 }
 #endif

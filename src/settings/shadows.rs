@@ -22,7 +22,7 @@ use crate::error::Error;
 pub struct Shadows {
     /// Share of the shadows, 0 … 1. It applies to look-ups: changing it needs no new sweep.
     pub strength: f64,
-    /// Factor of the transmittance, 1 … 1000. 1 is exact single scattering.
+    /// Factor of the transmittance, 1 … 1000. 1 is exact single scattering. Up to 2 it applies to look-ups and needs no new sweep.
     pub forgiveness: f64,
 }
 

@@ -3,7 +3,7 @@
 use super::*;
 use layersplat::layers::Rays;
 
-/// Difference of closed forms of planes: their layers are a voxel apart, and light is stored in steps of 1/255.
+/// Difference of closed forms of planes: their layers are a voxel apart, and roots of light are stored in steps of 1/255.
 const PLANE: f64 = 0.03;
 
 /// In front of an opaque plane, seen at the cosine mu from its normal and lit at mu0, the mean light is 1 - F^(-mu0/mu) mu / (mu0 + mu),

@@ -17,7 +17,7 @@ use layersplat::volume::{Grid, Voxels};
 use layersplat::{Camera, Error, Quality, Renderer, Settings, TransferFunction, Volume};
 
 /// Root mean square difference between a picture and one whose samples march to the light. Light volumes interpolate between voxels and
-/// store steps of 1/255. Measured: 0.0005 to 0.0008, with soft light and occlusion 0.0016.
+/// store roots in steps of 1/255. Measured: 0.0005 to 0.0008, with soft light and occlusion 0.0016.
 const NEAR: f64 = 0.0025;
 const EXACT: Shadows = Shadows { strength: 1.0, forgiveness: 1.0 };
 

@@ -89,6 +89,8 @@ kernel_struct! {
         first_layers as [shadow_first, sky_first]: f32,
         /// Share of the shadows.
         strength: f32,
+        /// Factors of the light of lights, and of the ambient light, before it is clamped to 1.
+        gains as [shadow_gain, sky_gain]: f32,
         /// 1: the ambient light is dimmed by a volume.
         sky: i32,
         /// Factor of a colour where gradients are too weak for shading: constant part, ambient part, part of each light.
@@ -129,7 +131,7 @@ kernel_struct! {
         volume_bytes: i32,
         /// Where the light goes: 0 to the bytes, 1 to the sums, 2 it is added to the sums.
         sum: i32,
-        /// Factor of the light before it is clamped, and the value stored for a light of 1.
+        /// Factor of the light before it is clamped, and the value stored for a light of 1: in bytes, of its root.
         gain: f32,
         steps: f32,
         /// Share of the shadow that is left after half a step from layer to layer: 1 without a limit of reach.

@@ -1,7 +1,7 @@
 //! Light volumes on the host, for volumes of which the device holds a part at a time.
 
 use super::grid::ValueGrid;
-use super::sources::{LightSources, Source};
+use super::sources::{LightSources, Source, stored_gain};
 use super::sweeps::{self, Sweep};
 use super::{Medium, SHADOWS, SKY};
 use crate::error::Error;
@@ -15,6 +15,7 @@ use std::ops::Range;
 #[derive(Clone, PartialEq)]
 pub(crate) struct Wanted {
     light: WantedLight,
+    /// Factor of the light before bytes are stored.
     pub(super) gain: f64,
     medium: Medium,
     /// All values, or those that are wanted.
@@ -33,13 +34,13 @@ impl Wanted {
         let (medium, [shadows, sky]) = (Medium::new(settings), sources.grids());
         let lights = settings.shadows.filter(|_| !sources.swept.is_empty()).map(|of| Self {
             light: WantedLight::Lights(sources.swept.clone()),
-            gain: of.forgiveness,
+            gain: stored_gain(of.forgiveness),
             medium,
             grid: shadows,
         });
         let sky = settings.ambient_occlusion.map(|of| Self {
             light: WantedLight::Sky { reach: of.reach },
-            gain: of.gain,
+            gain: stored_gain(of.gain),
             medium,
             grid: sky,
         });

@@ -35,7 +35,7 @@ use crate::layers::{Axis, GradientEstimator, Kernel};
 use crate::settings::{Blend, Clipping, GradientOpacity, LightGrid, Settings};
 use crate::transfer::Extinction;
 use crate::volume::VoxelBox;
-use sources::Source;
+use sources::{Source, stored_gain};
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -130,6 +130,7 @@ pub(super) fn extinction_estimator(settings: &Settings) -> Option<GradientEstima
     settings.gradient_opacity.map(|_| estimator)
 }
 
+/// Key: lights, factor of the light before bytes are stored, medium.
 #[derive(PartialEq)]
 struct ShadowsKey(Vec<Source>, f64, Medium);
 
@@ -137,7 +138,7 @@ impl Key for ShadowsKey {
     type Value = Buffer<u8>;
 }
 
-/// Key: reach, gain, medium.
+/// Key: reach, factor of the light before bytes are stored, medium.
 #[derive(PartialEq)]
 struct SkyKey(Option<f64>, f64, Medium);
 
@@ -173,11 +174,13 @@ impl Scene<'_> {
         let Some(sources) = self.light_sources() else { return Ok(Illumination::default()) };
         let medium = Medium::new(self.settings);
         let lights = match self.settings.shadows {
-            Some(shadows) if !sources.swept.is_empty() => Some(self.shadows(sources.swept, shadows.forgiveness, medium)?),
+            Some(shadows) if !sources.swept.is_empty() => {
+                Some(self.shadows(sources.swept, stored_gain(shadows.forgiveness), medium)?)
+            }
             _ => None,
         };
         let sky = match self.settings.ambient_occlusion {
-            Some(occlusion) => Some(self.sky(occlusion.reach, occlusion.gain, medium)?),
+            Some(occlusion) => Some(self.sky(occlusion.reach, stored_gain(occlusion.gain), medium)?),
             None => None,
         };
         Ok(Illumination { lights, sky })

@@ -188,7 +188,7 @@ mod tests {
         volumes.values_of(0, volumes.wanted.grid.held())
     }
 
-    /// Rounding of composed maps changes a byte by 1 at most.
+    /// Rounding of composed maps changes a byte, the root of light, by 1 at most.
     #[test]
     fn light_of_ranks_is_that_of_the_whole_volume() {
         let blobs = volume([50, 41, 37], DVec3::new(1.0, 1.3, 0.8), |p| (p * 0.31).sin().element_sum() > 1.4);

@@ -19,6 +19,16 @@ fn shift_to_light(grid: LightGrid) -> f64 {
 const LIFT: f64 = 1.75;
 const LIFT_TO_LIGHT: f64 = 0.5;
 
+/// Largest factor of the light that is applied on look-up, where it is clamped after interpolation, not before. A byte is a root of light, so
+/// a factor F leaves light of 1 in steps of 2√F/255: with 4, neghip loses 4 dB (docs/light.md). What is left of a larger factor is applied
+/// before bytes are stored.
+const MOST_ON_LOOK_UP: f64 = 2.0;
+
+/// The part of a factor of the light that is applied before bytes are stored.
+pub(super) fn stored_gain(gain: f64) -> f64 {
+    (gain / MOST_ON_LOOK_UP).max(1.0)
+}
+
 /// A light that is swept.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(in crate::renderer) struct Source {
@@ -37,6 +47,8 @@ pub(in crate::renderer) struct LightSources {
     volumes: Vec<Option<usize>>,
     has_sky: bool,
     strength: f64,
+    /// Factors of the light of lights, and of the ambient light, on look-up.
+    gains: [f64; 2],
     is_surface: bool,
     shadows: ValueGrid,
     sky: ValueGrid,
@@ -71,6 +83,8 @@ impl LightSources {
             volumes,
             has_sky: settings.ambient_occlusion.is_some(),
             strength: settings.shadows.map_or(0.0, |shadows| shadows.strength),
+            gains: [settings.shadows.map_or(1.0, |of| of.forgiveness), settings.ambient_occlusion.map_or(1.0, |of| of.gain)]
+                .map(|gain| gain.min(MOST_ON_LOOK_UP)),
             is_surface: matches!(settings.blend, Blend::Iso(_)),
             shadows: ValueGrid::new(dims, grid.voxels().min(2)),
             sky: ValueGrid::new(dims, grid.voxels()),
@@ -115,6 +129,7 @@ impl LightSources {
             volume_bytes: self.shadows.values() as i32,
             first_layers: [self.shadows, self.sky].map(|grid| grid.held().first[frame.a] as f32),
             strength: self.strength as f32,
+            gains: self.gains.map(|gain| gain as f32),
             sky: i32::from(self.has_sky),
             unshaded: if sum > 0.0 { 0.0 } else { 1.0 },
             unshaded_ambient: share(shading.ambient),
@@ -140,6 +155,7 @@ impl LightVolumeParams {
         volume_bytes: 0,
         first_layers: [0.0; 2],
         strength: 0.0,
+        gains: [1.0; 2],
         sky: 0,
         unshaded: 1.0,
         unshaded_ambient: 0.0,

@@ -40,24 +40,29 @@ pub(super) fn shadow_of(light: Light) -> Settings {
     Settings { shading, shadows: Some(Shadows { forgiveness: 1.0, ..Shadows::default() }), ..Settings::default() }
 }
 
-/// The values of a light volume.
+/// The bytes of a light volume: roots of the light.
 pub(super) struct Light3 {
     pub bytes: Vec<u8>,
     outer: [usize; 3],
 }
 
 impl Light3 {
-    /// The light at a voxel, from -1 on.
-    fn at(&self, [x, y, z]: [i64; 3]) -> f64 {
+    /// The root of the light at a voxel, from -1 on.
+    fn root(&self, [x, y, z]: [i64; 3]) -> f64 {
         let [nx, ny, _] = self.outer;
         f64::from(self.bytes[((z + 1) as usize * ny + (y + 1) as usize) * nx + (x + 1) as usize]) / 255.0
     }
 
-    /// The light between voxels, linear along x.
+    /// The light at a voxel.
+    fn at(&self, place: [i64; 3]) -> f64 {
+        self.root(place).powi(2)
+    }
+
+    /// The light between voxels, whose roots are interpolated linearly along x.
     fn between(&self, x: f64, y: i64, z: i64) -> f64 {
         let i = x.floor();
-        let [low, high] = [0, 1].map(|n| self.at([i as i64 + n, y, z]));
-        low + (x - i) * (high - low)
+        let [low, high] = [0, 1].map(|n| self.root([i as i64 + n, y, z]));
+        (low + (x - i) * (high - low)).powi(2)
     }
 }
 
@@ -294,8 +299,8 @@ fn light_is_kept() {
     assert_eq!(after(&mut renderer, 0.0, &settings), 1);
     let high = Settings { shadows: settings.shadows, shading: settings.shading, ..crate::Quality::High.settings() };
     assert_eq!((after(&mut renderer, 70.0, &settings), after(&mut renderer, 200.0, &high)), (1, 1));
-    let weaker = Settings { shadows: settings.shadows.map(|shadows| Shadows { strength: 0.5, ..shadows }), ..settings };
-    assert_eq!(after(&mut renderer, 0.0, &weaker), 1);
+    let weaker = |forgiveness| Settings { shadows: Some(Shadows { strength: 0.5, forgiveness }), ..settings };
+    assert_eq!((after(&mut renderer, 0.0, &weaker(1.0)), after(&mut renderer, 0.0, &weaker(2.0))), (1, 1));
     assert_eq!(after(&mut renderer, 0.0, &shadow_of(Light::towards(DVec3::X))), 2);
     renderer.set_transfer_function(&transfer(0.2));
     assert_eq!(after(&mut renderer, 0.0, &settings), 3);
