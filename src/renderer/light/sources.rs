@@ -20,8 +20,8 @@ const LIFT: f64 = 1.75;
 const LIFT_TO_LIGHT: f64 = 0.5;
 
 /// Largest factor of the light that is applied on look-up, where it is clamped after interpolation, not before. A byte is a root of light, so
-/// a factor F leaves light of 1 in steps of 2√F/255: with 4, neghip loses 4 dB (docs/light.md). What is left of a larger factor is applied
-/// before bytes are stored.
+/// a factor F leaves light of 1 in steps of 2√F/255: with 4, neghip loses 2 dB. What is left of a larger factor is applied before bytes are
+/// stored.
 const MOST_ON_LOOK_UP: f64 = 2.0;
 
 /// The part of a factor of the light that is applied before bytes are stored.
