@@ -301,6 +301,14 @@ class Framing:
 
 @final
 class Slice:
+    """A rectangle of a plane through a volume, in world coordinates (x, y, z). Drawn by Renderer.slice and Renderer.slice_values.
+
+    centre: the point at the centre of the picture. right: direction that points right in the picture; its length does not matter. up:
+    any vector that points up in the picture. scale: half the picture's height in world units.
+
+    Raises InvalidValue if these span no plane.
+    """
+
     def __new__(cls, centre: Vector, right: Vector, up: Vector, scale: float) -> Slice: ...
     @staticmethod
     def at(
@@ -310,19 +318,34 @@ class Slice:
         at: Optional[float] = None,
         *,
         point: Optional[Vector] = None,
-    ) -> Slice: ...
+    ) -> Slice:
+        """The slice perpendicular to an axis; it shows the whole volume.
+
+        of: a Volume, DeviceVolume or Renderer. size: (width, height) of the picture in pixels, or one number for both. axis: x, y or z,
+        seen along that axis of the voxels, or axial, coronal or sagittal, if the volume states how the patient lies; by default axial if
+        it does, else z. at: number of a slice of voxels along x, y or z, from 0, or any number between two; otherwise the world
+        coordinate along the axis; by default the middle. point: a world point in the slice and at the centre of the picture, instead of
+        at.
+        """
     @staticmethod
     def facing(
         of: Union[Volume, DeviceVolume, Renderer], size: Size, point: Vector, normal: Vector, up: Vector = (0.0, 1.0, 0.0)
-    ) -> Slice: ...
+    ) -> Slice:
+        """The slice through a world point that is seen from where normal points; up points up as far as possible. It shows the whole
+        section through the volume. of, size: see at.
+        """
     @property
-    def centre(self) -> Point: ...
+    def centre(self) -> Point:
+        """The point at the centre of the picture."""
     @property
-    def right(self) -> Point: ...
+    def right(self) -> Point:
+        """Direction that points right in the picture."""
     @property
-    def up(self) -> Point: ...
+    def up(self) -> Point:
+        """A vector that points up in the picture."""
     @property
-    def scale(self) -> float: ...
+    def scale(self) -> float:
+        """Half the picture's height in world units."""
     def __eq__(self, other: object, /) -> bool: ...
 
 @final
@@ -446,20 +469,32 @@ class Event:
 
 @final
 class LiveScene:
-    """The voxels of a View on a device, shared by its renderer and its pages. Not for users."""
+    """The voxels of a View on a device, shared by its renderer and its pages. Not for users.
+
+    volume: a Volume, which is uploaded, or streamed if the device has a memory budget. transfer: the transfer function that the pages
+    call the first one. device: a Device.
+    """
 
     def __new__(cls, volume: Volume, transfer: TransferFunction, device: Device) -> LiveScene: ...
-    def renderer(self, transfer: TransferFunction) -> Renderer: ...
-    def show(self, settings: Settings, background: Background) -> None: ...
-    def page(self, camera: Camera, transfer: TransferFunction, send: Callable[[Optional[str], Optional[bytes]], Any]) -> LivePage: ...
+    def renderer(self, transfer: TransferFunction) -> Renderer:
+        """A renderer of these voxels."""
+    def show(self, settings: Settings, background: Background) -> None:
+        """Shows these settings from the next picture of each page on."""
+    def page(self, camera: Camera, transfer: TransferFunction, send: Callable[[Optional[str], Optional[bytes]], Any]) -> LivePage:
+        """A page, to which `send(text, picture)` carries messages, one of both each. It is called at once and by the thread that draws."""
 
 @final
 class LivePage:
     """A page of a LiveScene. Not for users."""
 
-    def receive(self, message: str, follow: bool) -> List[Tuple[str, Any]]: ...
-    def give(self, camera: Camera, transfer: TransferFunction) -> None: ...
-    def close(self) -> None: ...
+    def receive(self, message: str, follow: bool) -> List[Tuple[str, Any]]:
+        """Takes a message of the page. It does not wait for pictures. Returns what a hand changed, (name, value) each; nothing unless
+        `follow`, for messages of a page that does not know the newest state yet.
+        """
+    def give(self, camera: Camera, transfer: TransferFunction) -> None:
+        """Shows another camera and transfer function, and what the scene shows now."""
+    def close(self) -> None:
+        """Ends the page, and waits until its running kernel has ended."""
 
 @final
 class Renderer:
@@ -472,8 +507,8 @@ class Renderer:
     If the Device has a memory budget, or the volume exceeds its largest buffer, the voxels are uploaded during frames, in parts if they
     do not fit. The renderer then keeps the Volume. See stream_plan.
 
-    On Python's main thread, Ctrl-C interrupts the constructor, render, render_float, depths and prepare: KeyboardInterrupt is raised
-    immediately. The kernel that is running completes first; the next call waits for it.
+    On Python's main thread, Ctrl-C interrupts the constructor, render, render_float, depths, slice, slice_values and prepare:
+    KeyboardInterrupt is raised immediately. The kernel that is running completes first; the next call waits for it.
     """
 
     def __new__(
@@ -514,8 +549,16 @@ class Renderer:
         window: Optional[Tuple[float, float]] = None,
         thickness: Optional[float] = None,
         background: Background = "black",
-    ) -> NDArray[np.uint8]: ...
-    def slice_values(self, slice: Slice, size: Size, *, kernel: str = "linear") -> NDArray[np.float32]: ...
+    ) -> NDArray[np.uint8]:
+        """Draws a slice: (height, width, 4), uint8, over a background; row 0 on top. Where the slice lies outside the volume, the
+        background shows.
+
+        kernel: linear, cubic, catmull-rom, bspline or gaussian. window: (level, width) of a window of grey; otherwise the colours of the
+        transfer function, opaque wherever it has any opacity. thickness: gives colours the opacity of a layer this many unit distances
+        thick.
+        """
+    def slice_values(self, slice: Slice, size: Size, *, kernel: str = "linear") -> NDArray[np.float32]:
+        """The data values of a slice: (height, width), float32, NaN outside the volume. kernel: see slice."""
     def enqueue(
         self,
         camera: Camera,
@@ -544,8 +587,8 @@ class Renderer:
         it automatically.
         """
     def cancel(self) -> None:
-        """Cancels calls of render, render_float, depths and prepare on other threads, including those that wait for the renderer. They
-        raise Cancelled before their next kernel. Later calls are not affected. Does not block.
+        """Cancels calls of render, render_float, depths, slice, slice_values and prepare on other threads, including those that wait for
+        the renderer. They raise Cancelled before their next kernel. Later calls are not affected. Does not block.
         """
     def set_volume(self, volume: Any) -> None:
         """Replaces the volume, from the next frame on: a Volume, or anything that Volume() takes. Shape, type and range may differ.
