@@ -155,9 +155,9 @@ async function receive(received) {
     requestAnimationFrame(() => session.connection.send({ type: "shown" }));
     return;
   }
-  await picture.draw(received);
+  const isShown = await picture.draw(received);
   requestAnimationFrame(() => session.connection.send({ type: "shown" }));
-  status.draw(received);
+  if (isShown) status.draw(received);
 }
 
 /** A clip plane through the centre, whose visible side is away from the viewer. */

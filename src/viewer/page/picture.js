@@ -21,12 +21,13 @@ export class Picture {
     return { width: Math.max(1, Math.round(w * ratio)), height: Math.max(1, Math.round(h * ratio)) };
   }
 
-  /** Draws a picture, scaled to the window. @param {import("./connection.js").Received} picture */
+  /** Draws a picture, scaled to the window; false if a later one is shown already. @param {import("./connection.js").Received} picture */
   async draw({ blob }) {
     this.arrived += 1;
     const number = this.arrived;
     const bitmap = await createImageBitmap(blob);
-    if (number > this.shown) {
+    const isNewest = number > this.shown;
+    if (isNewest) {
       this.shown = number;
       const { width, height } = this.size();
       if (this.canvas.width !== width || this.canvas.height !== height) [this.canvas.width, this.canvas.height] = [width, height];
@@ -35,6 +36,7 @@ export class Picture {
       this.context.drawImage(bitmap, 0, 0, width, height);
     }
     bitmap.close();
+    return isNewest;
   }
 
   /** A place of the window in half heights from the middle, upwards. @param {{ clientX: number, clientY: number }} event */

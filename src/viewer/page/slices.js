@@ -165,7 +165,10 @@ export class Slices {
     const placed = this.next;
     const bitmap = await createImageBitmap(blob);
     // Decoding may change the order.
-    if (id < this.shown) return;
+    if (id < this.shown) {
+      bitmap.close();
+      return;
+    }
     this.bitmap?.close();
     this.bitmap = bitmap;
     this.placed = placed;
