@@ -2,7 +2,8 @@
 
 use super::annotated::annotated;
 use super::keeper::{Maker, Order, PageRenderer};
-use super::protocol::{FilmState, Format, PageCamera, PageProjection, Picture, Reply, Step, saved_size};
+use super::page_camera::{PageCamera, PageProjection};
+use super::protocol::{FilmState, Format, Picture, Reply, Step, saved_size};
 use super::saving::{TRANSFER_NAME, saved_look};
 use super::scene::FilmWanted;
 use crate::camera::{CameraPath, Key};

@@ -3,7 +3,8 @@
 
 use super::films::Film;
 use super::look::Look;
-use super::protocol::{PageCamera, Pick, SavedFormat, View};
+use super::page_camera::PageCamera;
+use super::protocol::{Pick, SavedFormat, View};
 use super::slices::SlicesView;
 use crate::device::Cancel;
 use crate::transfer::{FileFormat, TransferFunction};
@@ -212,7 +213,7 @@ mod tests {
     use super::*;
     use crate::image::Background;
     use crate::settings::Settings;
-    use crate::viewer::protocol::PageProjection;
+    use crate::viewer::PageProjection;
     use crate::viewer::readiness::Readiness;
     use std::sync::Arc;
 

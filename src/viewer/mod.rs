@@ -19,6 +19,7 @@ mod look;
 mod opening;
 mod overlay;
 mod pace;
+mod page_camera;
 mod painter;
 mod protocol;
 #[cfg(feature = "viewer")]
@@ -42,7 +43,8 @@ pub use access::Access;
 pub use checks::check_message;
 pub use look::{Look, PageBlend, PageKernel, PageLight, PageQuality};
 pub use overlay::Overlay;
-pub use protocol::{OpenWanted, PageCamera, PageProjection, SavedFormat};
+pub use page_camera::{PageCamera, PageProjection};
+pub use protocol::{OpenWanted, SavedFormat};
 pub use scene::{FilmWanted, First, Host, Offered, Opening, Scene, Source, Wanted};
 #[cfg(feature = "viewer")]
 pub use server::{Server, Stop};

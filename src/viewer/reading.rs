@@ -118,7 +118,7 @@ mod tests {
     use crate::device::{Device, DeviceChoice};
     use crate::renderer::Renderer;
     use crate::transfer::TransferFunction;
-    use crate::viewer::protocol::PageCamera;
+    use crate::viewer::PageCamera;
     use crate::volume::OpenOptions;
 
     fn pick(camera: &Camera, height: u32, x: f64, y: f64) -> Pick {

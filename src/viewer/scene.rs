@@ -1,7 +1,8 @@
 //! What all pages of a run share: the volume on the device, and what its first view is.
 
 use super::look::Look;
-use super::protocol::{Kind, NamedTransfer, PageCamera, PageProjection, Reply, SavedFormat};
+use super::page_camera::{PageCamera, PageProjection};
+use super::protocol::{Kind, NamedTransfer, Reply, SavedFormat};
 use super::readiness::Readiness;
 use super::slices;
 use crate::camera::OrbitFrame;

@@ -3,8 +3,9 @@
 use super::inbox::{Inbox, Job, Saving};
 use super::keeper::{Keeper, Maker};
 use super::look::Look;
+use super::page_camera::PageCamera;
 use super::painter::Painter;
-use super::protocol::{MAX_MESSAGE, OpenWanted, PageCamera, Picture, Reply, Request, saved_size, shown_size, transfer_function};
+use super::protocol::{MAX_MESSAGE, OpenWanted, Picture, Reply, Request, saved_size, shown_size, transfer_function};
 use super::scene::{First, Scene};
 use super::warming;
 use crate::device::Cancel;

@@ -7,6 +7,7 @@ use crate::error::Error;
 use crate::settings::{Quality, Settings};
 use crate::transfer::Value;
 use crate::viewer::{FilmWanted, Look, PageBlend, PageProjection, Wanted};
+use crate::viewport::Viewport;
 use clap::Parser;
 use std::iter::once;
 
@@ -112,16 +113,9 @@ pub(super) fn render(given: &Given, wanted: &Wanted, is_layered: bool) -> String
             add("--distance", distance.to_string());
         }
     }
-    add("--size", format!("{}x{}", size.width, size.height));
-    add("--background", look.background.clone());
-    if samples > 1 {
-        add("--samples", samples.to_string());
-    }
-    words.extend(kept(&given.drawing, look));
-    words.extend(of_look(look, look.quality.map(Quality::from), is_layered));
-    words.extend(annotations(look, length_units));
-    words.extend(["-o".into(), format.file_name().into()]);
-    words.iter().map(|word| quoted(word)).collect::<Vec<_>>().join(" ")
+    let drawn = Drawn { look, size, samples, length_units, output: format.file_name() };
+    words.extend(drawn.words(given, is_layered));
+    line(&words)
 }
 
 /// The command that renders a film along key cameras.
@@ -134,15 +128,37 @@ pub(super) fn rotate(given: &Given, wanted: &FilmWanted, is_layered: bool) -> St
     add("--keys", keys.into());
     add("--fit", "volume".into());
     add("--rate", rate.to_string());
-    add("--size", format!("{}x{}", size.width, size.height));
-    add("--background", look.background.clone());
-    if samples > 1 {
-        add("--samples", samples.to_string());
+    words.extend(Drawn { look, size, samples, length_units, output }.words(given, is_layered));
+    line(&words)
+}
+
+/// What commands of pictures and of films have in common.
+struct Drawn<'a> {
+    look: &'a Look,
+    size: Viewport,
+    samples: u32,
+    length_units: Option<&'a str>,
+    output: &'a str,
+}
+
+impl Drawn<'_> {
+    fn words(&self, given: &Given, is_layered: bool) -> Vec<String> {
+        let &Self { look, size, samples, length_units, output } = self;
+        let mut words = vec!["--size".to_owned(), format!("{}x{}", size.width, size.height)];
+        words.extend(["--background".into(), look.background.clone()]);
+        if samples > 1 {
+            words.extend(["--samples".into(), samples.to_string()]);
+        }
+        words.extend(kept(&given.drawing, look));
+        words.extend(of_look(look, look.quality.map(Quality::from), is_layered));
+        words.extend(annotations(look, length_units));
+        words.extend(["-o".into(), output.into()]);
+        words
     }
-    words.extend(kept(&given.drawing, look));
-    words.extend(of_look(look, look.quality.map(Quality::from), is_layered));
-    words.extend(annotations(look, length_units));
-    words.extend(["-o".into(), output.into()]);
+}
+
+/// A command for a shell.
+fn line(words: &[String]) -> String {
     words.iter().map(|word| quoted(word)).collect::<Vec<_>>().join(" ")
 }
 
