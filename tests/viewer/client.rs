@@ -263,6 +263,19 @@ impl Page {
         }
     }
 
+    /// Asserts that no picture comes for half a second; the server may still say that programs are ready.
+    pub fn gets_no_picture(&mut self) {
+        self.stream.set_read_timeout(Some(Duration::from_millis(500))).unwrap();
+        loop {
+            match self.receive() {
+                Message::Closed(_) => break,
+                Message::Picture(picture) => panic!("a picture too many: {picture:?}"),
+                Message::Text(_) => {}
+            }
+        }
+        self.stream.set_read_timeout(Some(PATIENCE)).unwrap();
+    }
+
     /// The last picture of a refinement.
     pub fn refined(&mut self) -> Picture {
         loop {

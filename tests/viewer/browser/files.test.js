@@ -4,8 +4,9 @@ import assert from "node:assert/strict";
 import { mkdtemp, mkdir, readdir, rm, writeFile } from "node:fs/promises";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
-import { after, before, test } from "node:test";
-import { launch, measured, open, refined, serveIn } from "./viewer.js";
+import { after, before } from "node:test";
+import { pagesOf } from "./shared.js";
+import { launch, measured, refined, serveIn } from "./viewer.js";
 
 /** A cube whose values grow along x. */
 const cube = (side) => Buffer.from(Array.from({ length: side ** 3 }, (_, n) => ((n % side) * 255) / (side - 1)));
@@ -28,17 +29,7 @@ after(async () => {
   await rm(folder, { recursive: true });
 });
 
-function on(name, body) {
-  test(name, async () => {
-    const page = await open(browser, server.url);
-    try {
-      await body(page);
-      assert.deepEqual([page.errors, page.foreign], [[], []]);
-    } finally {
-      await page.context().close();
-    }
-  });
-}
+const on = pagesOf(() => [browser, server.url]);
 
 const named = (page, name) => page.waitForFunction((text) => document.getElementById("name").textContent === text, name);
 

@@ -2,44 +2,17 @@
 
 import assert from "node:assert/strict";
 import { readFile } from "node:fs/promises";
-import { after, before, test } from "node:test";
-import { difference, drag, launch, open, pixels, refined, serve } from "./viewer.js";
+import { DIFFERENT, pages, section, set } from "./shared.js";
+import { difference, drag, pixels, refined } from "./viewer.js";
 
-/** Mean difference of pictures that a user would call different, in 8-bit steps. */
-const DIFFERENT = 0.8;
-
-let server;
-let browser;
-before(async () => {
-  server = await serve("builtin:hydrogen@48");
-  browser = await launch();
+const onPage = pages("builtin:hydrogen@48");
+const on = (name, body) => onPage(name, async (page) => {
+  await section(page, "Film");
+  await body(page);
 });
-after(async () => {
-  await browser.close();
-  await server.end();
-});
-
-/** A test with a page of its own, which must not report errors. */
-function on(name, body) {
-  test(name, async () => {
-    const page = await open(browser, server.url);
-    try {
-      await page.locator("summary", { hasText: "Film" }).click();
-      await body(page);
-      assert.deepEqual([page.errors, page.foreign], [[], []]);
-    } finally {
-      await page.context().close();
-    }
-  });
-}
 
 const times = (page) => page.locator("#film-keys input").evaluateAll((fields) => fields.map((field) => Number(field.value)));
 const key = (page, n, name) => page.locator("#film-keys li").nth(n).getByRole("button", { name });
-/** Sets a number as a hand does. */
-const set = (page, id, value) => page.locator(id).evaluate((field, to) => {
-  field.value = String(to);
-  field.dispatchEvent(new Event("change", { bubbles: true }));
-}, value);
 
 on("key cameras are recorded, shown, moved, timed and deleted", async (page) => {
   assert.ok(await page.locator("#film-make").isDisabled());

@@ -3,34 +3,17 @@
 import assert from "node:assert/strict";
 import { createRequire } from "node:module";
 import { readFile } from "node:fs/promises";
-import { after, before, describe, test } from "node:test";
-import { launch, measured, open, refined, serve } from "./viewer.js";
-
-let server;
-let browser;
-before(async () => {
-  server = await serve("builtin:hydrogen@48");
-  browser = await launch();
-});
-after(async () => {
-  await browser.close();
-  await server.end();
-});
+import { describe } from "node:test";
+import { pages } from "./shared.js";
+import { measured, refined } from "./viewer.js";
 
 /** A test with a page of its own, whose slices are shown. */
-function on(name, body, options) {
-  test(name, async () => {
-    const page = await open(browser, server.url, options);
-    try {
-      await page.keyboard.press("v");
-      await refined(page);
-      await body(page, await slices(page));
-      assert.deepEqual([page.errors, page.foreign], [[], []]);
-    } finally {
-      await page.context().close();
-    }
-  });
-}
+const onPage = pages("builtin:hydrogen@48");
+const on = (name, body, options) => onPage(name, async (page) => {
+  await page.keyboard.press("v");
+  await refined(page);
+  await body(page, await slices(page));
+}, options);
 
 /** Waits until the newest slices are shown, and returns their pixels without crosshair, scaled to 48 × 48 each. */
 async function slices(page) {
