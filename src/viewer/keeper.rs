@@ -73,7 +73,7 @@ impl Keeper {
         true
     }
 
-    /// Gives up a film. Returns whether that is all; a film that is being drawn says so when it ends.
+    /// Gives up a film. Returns false if it is being drawn: it then ends soon, and its thread tells the page.
     pub fn cancel_film(&self, id: u32) -> bool {
         let mut state = self.state();
         if state.film == Some(id) {

@@ -73,7 +73,7 @@ pub(super) fn open(served: &Served, scene: &Scene, wanted: &OpenWanted) -> Resul
         (OpenWanted::Offered(name), _) => Source::Offered(name),
         (_, dropped) => Source::File(&dropped.as_ref().expect("taken above").path),
     };
-    // The folder is none of the page's business, nor is it of the user's.
+    // Messages name the file as the user does, without the temporary folder.
     let folder = dropped.as_ref().map(|dropped| format!("{}{}", dropped.folder.path().display(), std::path::MAIN_SEPARATOR));
     let sentence = |error: &Error| {
         let sentence = scene.host.sentence(error);
