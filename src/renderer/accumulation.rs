@@ -115,9 +115,9 @@ pub(crate) struct Jitter {
 }
 
 impl Jitter {
-    /// Rays of the rows of a picture from this one on.
-    fn from_row(row: u32) -> Self {
-        Self { offset: [0.0, row.into()], parts: 1 }
+    /// Rays of the part of a picture whose first pixel is in this column and row.
+    fn from_pixel(column: u32, row: u32) -> Self {
+        Self { offset: [column.into(), row.into()], parts: 1 }
     }
 
     /// Moves rays through the middles of pixels.
@@ -143,22 +143,23 @@ impl Renderer {
         })
     }
 
-    /// Renders some rows of a picture of `viewport`, from the top: a large picture in parts. Rays and quality are those of the whole picture;
-    /// lattices have other places, so colours may differ by rounding and interpolation.
+    /// Renders a part of a picture of `viewport`: these columns and rows, from the top left. So a picture that is too large for memory is
+    /// rendered in parts. Rays and quality are those of the whole picture; lattices may have other places, so colours differ by rounding and
+    /// interpolation. Parts that are about square take the least time.
     ///
     /// # Errors
-    /// [`Error::OutOfRange`] for rows outside the picture, and those of [`render`](Self::render).
-    pub fn render_rows(
+    /// [`Error::OutOfRange`] for a part that is empty or outside the picture, and those of [`render`](Self::render).
+    pub fn render_part(
         &mut self,
         camera: &Camera,
         viewport: Viewport,
-        rows: Range<u32>,
+        [columns, rows]: [Range<u32>; 2],
         settings: &Settings,
     ) -> Result<(Frame, FrameReport), Error> {
-        let part = part_of(viewport, &rows)?;
+        let part = Viewport::new(length("columns", &columns, viewport.width)?, length("rows", &rows, viewport.height)?)?;
         let field = &self.engine.field;
         let (rays, settings) = field.world().normalised_view(field.grid(), camera, viewport, settings)?;
-        let rays = Jitter::from_row(rows.start).apply(rays);
+        let rays = Jitter::from_pixel(columns.start, rows.start).apply(rays);
         let planned = Planned::new(rays, part, settings, field.grid(), self.engine.steepness())?;
         self.render_planned(&planned)
     }
@@ -177,13 +178,13 @@ impl Renderer {
     }
 }
 
-/// Size of some rows of a picture.
-fn part_of(viewport: Viewport, rows: &Range<u32>) -> Result<Viewport, Error> {
-    if rows.is_empty() || rows.end > viewport.height {
-        let value = format!("{} to {}", rows.start, rows.end);
-        return Err(Error::OutOfRange { name: "rows", value, expected: "rows of the picture" });
+/// Number of these columns or rows of a picture that has `all` of them.
+fn length(name: &'static str, range: &Range<u32>, all: u32) -> Result<u32, Error> {
+    if range.is_empty() || range.end > all {
+        let value = format!("{} to {}", range.start, range.end);
+        return Err(Error::OutOfRange { name, value, expected: "a part of the picture" });
     }
-    Viewport::new(viewport.width, rows.end - rows.start)
+    Ok(range.end - range.start)
 }
 
 impl StreamedRenderer<'_> {

@@ -183,7 +183,7 @@ impl Painter {
                 self.show(current, Step::High, page, &settings)?;
                 current.progress = Progress::High;
             }
-            // A volume that is streamed would be read again for every strip.
+            // A volume that is streamed would be read again for every block.
             Progress::High if self.renderer.whole().is_none() => self.rest(current),
             Progress::High => match Sharpening::new(page) {
                 Ok(sharpening) => current.progress = Progress::Sharpening(sharpening),
@@ -192,7 +192,7 @@ impl Painter {
             Progress::Sharpening(sharpening) => {
                 let settings = self.scene.host.settings(&self.look, Some(Quality::High))?;
                 let renderer = self.renderer.require_whole("refinement")?;
-                if sharpening.draw_strip(renderer, &current.camera, &settings)? {
+                if sharpening.draw_block(renderer, &current.camera, &settings)? {
                     let (frame, next) = (sharpening.frame(), sharpening.next().ok().flatten());
                     let background = self.look.background()?;
                     let rgba = self.annotated(frame, &current.camera, settings.blend)?.to_rgba8(background);

@@ -1,4 +1,4 @@
-//! The last refinement: several samples per pixel, drawn in strips of rows. A strip bounds the memory, and a hand waits for little of it.
+//! The last refinement: several samples per pixel, drawn in blocks, which bound the memory.
 
 use crate::camera::Camera;
 use crate::error::Error;
@@ -7,9 +7,11 @@ use crate::memory;
 use crate::renderer::Renderer;
 use crate::settings::Settings;
 use crate::viewport::Viewport;
+use std::ops::Range;
 
-/// Samples of a strip: averaging and copying these takes milliseconds.
-const STRIP: u32 = 1 << 18;
+/// Samples per side of a block. Lattices reach beyond blocks, so smaller ones take longer. Averaging one takes about 10 ms, for which a hand
+/// waits.
+const BLOCK: u32 = 1536;
 /// Samples per side of a pixel, one picture after another.
 const SIDES: [u32; 2] = [2, 4];
 
@@ -21,7 +23,10 @@ pub(super) struct Sharpening {
     /// Size with all samples.
     large: Viewport,
     pixels: Vec<[f32; 4]>,
-    row: u32,
+    /// Pixels per side of a block.
+    block: u32,
+    /// Blocks that are drawn, row by row.
+    drawn: u32,
 }
 
 impl Sharpening {
@@ -35,7 +40,8 @@ impl Sharpening {
 
     fn round(page: Viewport, round: usize) -> Result<Self, Error> {
         let large = Viewport::new(page.width * SIDES[round], page.height * SIDES[round])?;
-        Ok(Self { page, round, large, pixels: memory::zeroed("the refined picture", page.pixels())?, row: 0 })
+        let pixels = memory::zeroed("the refined picture", page.pixels())?;
+        Ok(Self { page, round, large, pixels, block: BLOCK / SIDES[round], drawn: 0 })
     }
 
     /// The next picture; `None` after the last.
@@ -46,19 +52,30 @@ impl Sharpening {
         (self.round + 1 < SIDES.len()).then(|| Self::round(self.page, self.round + 1)).transpose()
     }
 
-    /// Draws the next strip. Returns whether the picture is whole.
+    /// Draws the next block. Returns whether the picture is whole.
     ///
     /// # Errors
-    /// Those of a frame. The strip is drawn again then.
-    pub fn draw_strip(&mut self, renderer: &mut Renderer, camera: &Camera, settings: &Settings) -> Result<bool, Error> {
-        let (side, width) = (SIDES[self.round], self.page.width);
-        let rows = (STRIP / (width * side * side)).clamp(1, self.page.height - self.row);
-        let samples = self.row * side..(self.row + rows) * side;
-        let (frame, _) = renderer.render_rows(camera, self.large, samples, settings)?;
-        let first = (self.row * width) as usize;
-        self.pixels[first..first + (rows * width) as usize].copy_from_slice(frame.averaged(side)?.pixels());
-        self.row += rows;
-        Ok(self.row == self.page.height)
+    /// Those of a frame. The block is drawn again then.
+    pub fn draw_block(&mut self, renderer: &mut Renderer, camera: &Camera, settings: &Settings) -> Result<bool, Error> {
+        let across = self.page.width.div_ceil(self.block);
+        let columns = self.extent(self.drawn % across, self.page.width);
+        let rows = self.extent(self.drawn / across, self.page.height);
+        let side = SIDES[self.round];
+        let samples = [&columns, &rows].map(|pixels| pixels.start * side..pixels.end * side);
+        let (frame, _) = renderer.render_part(camera, self.large, samples, settings)?;
+        let frame = frame.averaged(side)?;
+        for (row, pixels) in rows.clone().zip(frame.pixels().chunks_exact(columns.len())) {
+            let first = (row * self.page.width + columns.start) as usize;
+            self.pixels[first..first + columns.len()].copy_from_slice(pixels);
+        }
+        self.drawn += 1;
+        Ok(rows.end == self.page.height && columns.end == self.page.width)
+    }
+
+    /// Pixels of a block along an axis of the page.
+    fn extent(&self, block: u32, pixels: u32) -> Range<u32> {
+        let first = block * self.block;
+        first..(first + self.block).min(pixels)
     }
 
     /// The whole picture; its pixels are taken.
