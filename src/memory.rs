@@ -14,6 +14,17 @@ pub(crate) fn available() -> u64 {
     system.available_memory().min(container)
 }
 
+/// Returns freed memory to the system. glibc keeps blocks of many megabytes once such a block was freed; a server whose frames come from
+/// threads that end would grow by what each of them leaves.
+#[cfg(feature = "page")]
+pub(crate) fn return_freed() {
+    #[cfg(all(target_os = "linux", target_env = "gnu"))]
+    // SAFETY: it takes no pointers, and locks what it changes.
+    unsafe {
+        libc::malloc_trim(0);
+    }
+}
+
 /// Fails if `bytes` exceed the available memory or the limit of this process (`ulimit -v`).
 ///
 /// # Errors

@@ -11,13 +11,14 @@ use axum::extract::{Request, State};
 use axum::http::header::CONTENT_LENGTH;
 use axum::http::{StatusCode, Uri};
 use axum::response::{IntoResponse, Response};
-use std::fs::File;
 use std::future::poll_fn;
-use std::io::{self, Write};
+use std::io;
 use std::path::PathBuf;
 use std::pin::Pin;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
+use tokio::fs::File;
+use tokio::io::AsyncWriteExt;
 use tokio::sync::Semaphore;
 use tokio::time::timeout;
 
@@ -114,7 +115,7 @@ async fn received(drops: &Drops, uri: &Uri, request: Request) -> Result<u32, Ref
         |e: io::Error| (StatusCode::INSUFFICIENT_STORAGE, format!("The file cannot be kept on the server: {}.", e.kind()));
     let folder = Scratch::new().map_err(|_| no_room(io::ErrorKind::PermissionDenied.into()))?;
     let path = folder.path().join(name);
-    let mut file = File::create(&path).map_err(no_room)?;
+    let mut file = File::create(&path).await.map_err(no_room)?;
     let mut body: Body = request.into_body();
     let mut bytes = 0;
     loop {
@@ -129,8 +130,10 @@ async fn received(drops: &Drops, uri: &Uri, request: Request) -> Result<u32, Ref
         if bytes > MOST_BYTES {
             return Err(too_large());
         }
-        file.write_all(&data).map_err(no_room)?;
+        file.write_all(&data).await.map_err(no_room)?;
     }
+    // Otherwise the last bytes may be written later, or an error be lost.
+    file.flush().await.map_err(no_room)?;
     Ok(drops.keep(folder, path))
 }
 

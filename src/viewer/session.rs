@@ -10,6 +10,7 @@ use super::scene::{First, Scene};
 use super::warming;
 use crate::device::Cancel;
 use crate::error::Error;
+use crate::memory;
 use crate::transfer::{FileFormat, TransferFunction};
 use std::path::Path;
 use std::sync::Arc;
@@ -111,6 +112,7 @@ impl Session {
             // A panic was reported by its hook.
             let _ = thread.join();
         }
+        memory::return_freed();
     }
 
     fn close(&self) {
