@@ -91,7 +91,10 @@ impl Session {
         let mut painter = Painter::new(scene.clone(), (inbox.clone(), keeper.clone()), outgoing, first, cancel)?;
         scene.ready.watch(&inbox);
         warming::begin(&scene, &mut painter);
-        let thread = std::thread::Builder::new().name("painter".into()).spawn(move || painter.run());
+        let thread = std::thread::Builder::new().name("painter".into()).spawn(move || {
+            painter.run();
+            memory::return_freed();
+        });
         let failed = |e| Error::read(Path::new("the viewer's drawing thread"), e);
         // From here on, dropping the session ends the threads.
         let mut session = Self { scene, inbox, keeper, threads: vec![thread.map_err(failed)?] };
@@ -112,7 +115,6 @@ impl Session {
             // A panic was reported by its hook.
             let _ = thread.join();
         }
-        memory::return_freed();
     }
 
     fn close(&self) {
