@@ -292,6 +292,18 @@ fn pictures_are_encoded_as_asked() {
     render("--legend-only --units HU --dpi 72 --font-size 30 -o large.png");
     let sides = |name: &str| image::image_dimensions(f.join(name)).unwrap();
     assert!(sides("bar.png").0 < sides("large.png").0 && decoded(&f.join("bar.png")).iter().any(|&value| value > 100));
+    // As vector graphics, with the command in the metadata, and without it.
+    for name in ["bar.svg", "bar.pdf"] {
+        render(&format!("--legend-only --units HU -o {name}"));
+        let file = std::fs::read(f.join(name)).unwrap();
+        assert!(render(&format!("--legend-only --units HU -o {}:-", &name[4..])) == file, "{name} on standard output");
+        let told = scene.replace(" --no-metadata", "");
+        assert_eq!(run(f, &format!("render {told} --legend-only --units HU -o told-{name}")), Some(0));
+        let told = std::fs::read(f.join(format!("told-{name}"))).unwrap();
+        assert!(told.len() > file.len(), "{name}");
+        let text = String::from_utf8_lossy(&told).into_owned();
+        assert!(name == "bar.pdf" || (text.contains("--legend-only --units HU -o told-bar.svg</desc>") && text.contains("HU\"")));
+    }
     // What a format cannot hold is refused before anything is rendered.
     for (command, says) in [
         ("render", "-o no.jpg --bits 16|write .png or .tif|--bits"),
@@ -303,6 +315,10 @@ fn pictures_are_encoded_as_asked() {
         ("render", "-o no.png --dpi 300 --font-size 9999|1 to 1000|--font-size"),
         ("render", "-o no.png --font-size 9|--dpi"),
         ("render", "-o no.png --legend-only --axes|--axes"),
+        ("render", "-o no.svg|.png, .jpg"),
+        ("render", "-o no.doc --legend-only|.svg or .pdf"),
+        ("render", "-o no.svg --legend-only --bits 16|shapes, not pixels|--bits"),
+        ("render", "-o no.pdf --legend-only --dither|shapes, not pixels|--dither"),
         ("views", "-o no.exr --bits 8|32-bit floats|--bits"),
         ("rotate", "-o no.gif --dpi 100|folder of pictures|--dpi"),
         ("rotate", "-o no --bits 16 --dither|8 bits|--dither"),

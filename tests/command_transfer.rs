@@ -177,7 +177,7 @@ fn names_are_listed_and_functions_told() {
     assert_eq!(keys(&told), ["colors", "name", "opacities"]);
     assert_eq!((&told["name"], &told["opacities"]), (&"grey".into(), &serde_json::json!([[75.0, 0.0], [125.0, 1.0]])));
     let line = layersplat(f, &["transfer", "builtin:cube@4", "--window", "100,50"]);
-    assert!(String::from_utf8(line.stdout).unwrap().contains("0.000 at 75.000000 to 1.000 at 125.000000"));
+    assert!(String::from_utf8(line.stdout).unwrap().contains("0 at 75 to 1 at 125"));
 }
 
 /// The picture of a function: a colour bar at the bottom, and the curve of the opacity.

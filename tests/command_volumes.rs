@@ -18,6 +18,62 @@ fn warnings(folder: &Path, volume: &str) -> String {
     message
 }
 
+/// Standard output of `info`.
+fn described(folder: &Path, arguments: &str) -> String {
+    let output = layersplat(folder, &format!("info {arguments}").split_whitespace().collect::<Vec<_>>());
+    assert!(output.status.success(), "{arguments}: {}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).unwrap()
+}
+
+/// Files with several volumes, as other programs write them; those with a stated distance of times are made here.
+#[test]
+fn info_tells_channels_times_and_resolutions() {
+    let folder = tempfile::tempdir().unwrap();
+    let f = folder.path();
+    let header = "NRRD0004\ntype: uint8\ndimension: 4\nsizes: 2 3 4 5\nkinds: domain domain domain time\nspacings: 1 1 2 0.25\n\
+                  units: \"mm\" \"mm\" \"mm\" \"s\"\nencoding: raw\n\n";
+    std::fs::write(f.join("times.nrrd"), [header.as_bytes(), &[7; 120]].concat()).unwrap();
+    let files = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/formats/files");
+    let mut nifti = Vec::new();
+    let packed = std::fs::File::open(files.join("nifti/times.nii.gz")).unwrap();
+    std::io::Read::read_to_end(&mut flate2::read::GzDecoder::new(packed), &mut nifti).unwrap();
+    // The spacing of times, and the codes of millimetres and milliseconds.
+    nifti[92..96].copy_from_slice(&2.5f32.to_le_bytes());
+    nifti[123] = 2 | 16;
+    std::fs::write(f.join("times.nii"), nifti).unwrap();
+    let of = |name: &str| files.join(name).display().to_string();
+    let mut cases = vec![
+        ("times.nrrd --frame 3".to_owned(), vec!["frames    5, 0.25 s apart; this is 3 (--frame)"]),
+        ("times.nii".into(), vec!["frames    2, 2.5 ms apart; this is 0 (--frame)"]),
+        (of("nrrd/rgb.nrrd") + " --channel 2", vec!["channels  3; this is 2 (--channel)"]),
+        (of("metaimage/vectors.mha"), vec!["channels  3; this is 0 (--channel)"]),
+        (of("numpy/times.npy"), vec!["frames    2; this is 0 (--frame)"]),
+        ("builtin:cube@4".into(), vec![]),
+    ];
+    if cfg!(feature = "zarr") {
+        let lines = ["channels  2; this is 1 (--channel)", "frames    2; this is 0 (--frame)"];
+        let levels = "levels    2: 5x4x3, 2x2x3; this is 1 (--level)";
+        cases.push((of("zarr/ome_04.zarr") + " --channel 1 --level 1", [&lines[..], &[levels]].concat()));
+    }
+    for (arguments, expected) in &cases {
+        let text = described(f, arguments);
+        let is_of_several = |line: &&str| ["channels ", "frames ", "levels "].iter().any(|name| line.starts_with(name));
+        assert_eq!(text.lines().filter(is_of_several).collect::<Vec<_>>(), *expected, "{arguments}");
+    }
+    let info = json(f, &["info", "times.nrrd", "--frame", "3"]);
+    let several = ["channels", "channel", "frames", "frame", "frame_spacing", "frame_unit", "levels", "level"];
+    let found = serde_json::Value::from(several.map(|key| info[key].clone()).to_vec());
+    assert_eq!(found, serde_json::json!([1, 0, 5, 3, 0.25, "s", [[2, 3, 4]], 0]));
+    // NumPy arrays state no spacing.
+    let array = of("numpy/times.npy");
+    let is_assumed = |arguments: &[&str]| json(f, &[&["info"], arguments].concat())["spacing_is_assumed"].clone();
+    assert_eq!((is_assumed(&["times.nrrd"]), is_assumed(&[&array])), (false.into(), true.into()));
+    assert_eq!(is_assumed(&[&array, "--spacing", "1,1,1"]), false);
+    // Numbers have no tails.
+    let text = described(f, "times.nrrd");
+    assert!(text.contains("range     7 to 7, mean 7\n") && text.contains("values from       voxels"), "{text}");
+}
+
 #[test]
 fn one_voxel_without_a_value_changes_no_range() {
     let folder = tempfile::tempdir().unwrap();

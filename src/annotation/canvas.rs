@@ -21,17 +21,12 @@ pub(super) struct Canvas {
 const LIGHT: [u8; 3] = [236, 236, 236];
 const DARK: [u8; 3] = [24, 24, 24];
 /// Opacity of the halo around text and lines, which keeps them legible over bright volumes.
-const HALO: u8 = 150;
+pub(super) const HALO: u8 = 150;
 
 impl Canvas {
     pub fn new(extent: Extent, background: Background) -> Result<Self, Error> {
         let viewport = extent.viewport;
-        let light = match background {
-            Background::Color([r, g, b]) => 0.299 * r + 0.587 * g + 0.114 * b > 0.5,
-            // The final background is unknown; the halo keeps everything legible.
-            Background::Transparent => false,
-        };
-        let (ink, halo) = if light { (DARK, LIGHT) } else { (LIGHT, DARK) };
+        let (ink, halo) = inks(background);
         Ok(Self { pixels: memory::zeroed("annotations", viewport.pixels() * 4)?, extent, clip: viewport, ink, halo })
     }
 
@@ -131,6 +126,16 @@ impl Canvas {
     pub fn text_size(&self, text: &str) -> DVec2 {
         self.extent.measured(text)
     }
+}
+
+/// Colours of lines and text, and of the halo around them.
+pub(super) fn inks(background: Background) -> ([u8; 3], [u8; 3]) {
+    let is_light = match background {
+        Background::Color([r, g, b]) => 0.299 * r + 0.587 * g + 0.114 * b > 0.5,
+        // The final background is unknown; the halo keeps everything legible.
+        Background::Transparent => false,
+    };
+    if is_light { (DARK, LIGHT) } else { (LIGHT, DARK) }
 }
 
 /// Pixels between two coordinates, clipped to the canvas.

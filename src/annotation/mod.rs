@@ -10,6 +10,7 @@ mod outline;
 mod scale_bar;
 mod screen;
 mod ticks;
+mod vector;
 
 use crate::camera::Camera;
 use crate::error::Error;
@@ -23,6 +24,7 @@ use canvas::Canvas;
 use extent::Extent;
 use rayon::prelude::*;
 use screen::Screen;
+pub use vector::VectorFormat;
 
 /// Sizes of letters in pixels.
 const FONT_SIZES: std::ops::RangeInclusive<f64> = 1.0..=1000.0;

@@ -103,6 +103,8 @@ fn with_tip(mut error: Error) -> Error {
     if let Some((_, here)) = ELSEWHERE.iter().find(|(name, _)| name == given) {
         let tip = format!("use {here}");
         error.remove(ContextKind::SuggestedArg);
+        // The usage of the error names the option with the most similar letters.
+        error.remove(ContextKind::Usage);
         error.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![tip.into()]));
     }
     error
@@ -130,6 +132,9 @@ mod tests {
             let error = command.clone().try_get_matches_from(["layersplat", "render", elsewhere]).unwrap_err();
             let error = with_tip(error);
             assert!(error.to_string().contains(&format!("use {here}")), "{elsewhere}: {error}");
+            let others = |word: &&str| word.starts_with("--") && *word != elsewhere && !here.contains(word) && *word != "--help";
+            let text = error.to_string().replace('\'', " ");
+            assert_eq!(text.split([' ', ',', '\n']).find(others), None, "{error}");
         }
     }
 

@@ -1,5 +1,6 @@
 //! `layersplat info`.
 
+use super::numbers::shortened;
 use super::options::{TransferOptions, VolumeOptions};
 use super::orientation::{self, UpReport};
 use super::scene::{describe, open_transfer};
@@ -8,7 +9,7 @@ use crate::error::Error;
 use crate::framing::Orientation;
 use crate::settings::Blend;
 use crate::transfer::TransferFunction;
-use crate::volume::{Grid, Statistics, Volume};
+use crate::volume::{Contents, FrameSpacing, Grid, Statistics, Volume};
 use glam::DVec3;
 use serde::Serialize;
 use std::process::ExitCode;
@@ -29,6 +30,18 @@ struct Info {
     dims: [usize; 3],
     #[serde(rename = "type")]
     voxel_type: String,
+    /// Components of each voxel in the file, and which one is described here.
+    channels: usize,
+    channel: usize,
+    /// Volumes of a sequence, usually times, and which one is described here.
+    frames: usize,
+    frame: usize,
+    /// Distance between frames, if the file states one.
+    frame_spacing: Option<f64>,
+    frame_unit: Option<String>,
+    /// Dimensions of all resolutions, finest first, and which one is described here.
+    levels: Vec<[usize; 3]>,
+    level: usize,
     spacing: [f64; 3],
     spacing_is_assumed: bool,
     /// World position of voxel 0,0,0.
@@ -54,13 +67,21 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let transfer = open_transfer(&arguments.transfer, &volume, Blend::Composite)?;
     let effective_splats = arguments.transfer.transfer.is_some().then(|| transfer.effective_splats(&volume));
     let statistics = volume.statistics();
-    let grid = volume.grid();
+    let (grid, contents) = (volume.grid(), volume.contents());
     let direction = grid.direction();
     let info = Info {
         dims: grid.dims(),
         voxel_type: volume.voxel_type().to_string(),
+        channels: contents.channels,
+        channel: contents.channel,
+        frames: contents.frames,
+        frame: contents.frame,
+        frame_spacing: contents.frame_spacing.as_ref().map(|spacing| spacing.distance),
+        frame_unit: contents.frame_spacing.as_ref().and_then(|spacing| spacing.unit.clone()),
+        levels: if contents.levels.is_empty() { vec![grid.dims()] } else { contents.levels.clone() },
+        level: contents.level,
         spacing: grid.spacing().to_array(),
-        spacing_is_assumed: arguments.volume.assumes_spacing(),
+        spacing_is_assumed: !contents.states_spacing && !arguments.volume.has_spacing(),
         origin: grid.origin().to_array(),
         direction: direction.to_cols_array_2d(),
         bounds: bounds(grid),
@@ -85,12 +106,15 @@ fn text(info: &Info, transfer: &TransferFunction, statistics: &Statistics, volum
         volume.name().to_owned(),
         format!("dims      {x}x{y}x{z}, {} voxels", volume.grid().voxel_count()),
         format!("type      {}", info.voxel_type),
+    ];
+    lines.extend(several(volume.contents()));
+    lines.extend([
         format!("spacing   {}{assumed}", position(info.spacing)),
         format!("origin    {}", position(info.origin)),
         format!("bounds    {lowest} to {highest}"),
         format!("up        {}", orientation::describe(&Orientation::of(volume.grid()), volume.grid())),
-        format!("range     {} to {}, mean {:.3}", shortened(info.min), shortened(info.max), info.mean),
-    ];
+        format!("range     {} to {}, mean {}", shortened(info.min), shortened(info.max), shortened(info.mean)),
+    ]);
     if let Some([x, y, z]) = info.anatomy {
         lines.push(format!("anatomy   x runs to {x}, y to {y}, z to {z}"));
     }
@@ -101,6 +125,26 @@ fn text(info: &Info, transfer: &TransferFunction, statistics: &Statistics, volum
     lines.push(format!("transfer  {}", describe(transfer)));
     lines.extend(histogram(statistics));
     lines.join("\n")
+}
+
+/// Lines about channels, frames and resolutions, where the file has several, with the options that choose others.
+fn several(contents: &Contents) -> Vec<String> {
+    let Contents { channels, channel, frames, frame, levels, level, .. } = contents;
+    let mut lines = Vec::new();
+    if *channels > 1 {
+        lines.push(format!("channels  {channels}; this is {channel} (--channel)"));
+    }
+    if *frames > 1 {
+        let unit = |unit: &Option<String>| unit.as_ref().map_or(String::new(), |unit| format!(" {unit}"));
+        let apart = |spacing: &FrameSpacing| format!(", {}{} apart", shortened(spacing.distance), unit(&spacing.unit));
+        let apart = contents.frame_spacing.as_ref().map_or(String::new(), apart);
+        lines.push(format!("frames    {frames}{apart}; this is {frame} (--frame)"));
+    }
+    if levels.len() > 1 {
+        let sizes: Vec<String> = levels.iter().map(|[x, y, z]| format!("{x}x{y}x{z}")).collect();
+        lines.push(format!("levels    {}: {}; this is {level} (--level)", levels.len(), sizes.join(", ")));
+    }
+    lines
 }
 
 /// Lowest and highest world coordinates of the corners.
@@ -124,13 +168,7 @@ fn position(point: [f64; 3]) -> String {
     point.map(shortened).join(",")
 }
 
-/// A number to seven significant digits, as many as 32-bit floats in files have, without trailing zeros.
-fn shortened(number: f64) -> String {
-    let rounded: f64 = format!("{number:.6e}").parse().unwrap_or(number);
-    rounded.to_string()
-}
-
-/// Sixteen rows of bars on a logarithmic scale, so that rare values are visible beside a background of millions.
+/// A heading and sixteen rows of bars on a logarithmic scale, so that rare values are visible beside a background of millions.
 fn histogram(statistics: &Statistics) -> Vec<String> {
     const ROWS: usize = 16;
     const WIDTH: f64 = 50.0;
@@ -139,26 +177,14 @@ fn histogram(statistics: &Statistics) -> Vec<String> {
     let largest = rows.iter().max().map_or(1.0, |&n| (n as f64).ln_1p()).max(1.0);
     let step = (statistics.max - statistics.min) / ROWS as f64;
     let bar = |n: u64| "#".repeat(((n as f64).ln_1p() / largest * WIDTH).round() as usize);
-    rows.iter().enumerate().map(|(i, &n)| format!("{:>12.5} {n:>12} {}", statistics.min + step * i as f64, bar(n))).collect()
+    let row = |(i, &n): (usize, &u64)| format!("{:>12} {n:>12} {}", shortened(statistics.min + step * i as f64), bar(n));
+    let heading = format!("{:>12} {:>12} logarithmic", "values from", "voxels");
+    [heading].into_iter().chain(rows.iter().enumerate().map(row)).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn numbers_have_no_tails() {
-        for (number, expected) in [
-            (f64::from(0.9f32), "0.9"),
-            (-1024.0, "-1024"),
-            (0.1 + 0.2, "0.3"),
-            (1234567.0, "1234567"),
-            (0.0, "0"),
-            (2.5e-9, "0.0000000025"),
-        ] {
-            assert_eq!(shortened(number), expected);
-        }
-    }
 
     #[test]
     fn bounds_and_sides_follow_the_direction() {

@@ -19,6 +19,7 @@ mod keys;
 mod many;
 mod names;
 mod notice;
+mod numbers;
 mod options;
 mod orientation;
 mod paper;

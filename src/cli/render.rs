@@ -9,10 +9,11 @@ use super::processes::Processes;
 use super::scene::{Scene, SceneOptions};
 use super::standard::{Output, is_input};
 use super::studio::{PictureOptions, Studio};
+use crate::annotation::VectorFormat;
 use crate::camera::Camera;
 use crate::check::Family;
 use crate::error::Error;
-use crate::files::check_writable;
+use crate::files::{check_writable, write_whole};
 use crate::image::{Depths, Frame, ImageFormat};
 use crate::renderer::{LatticeReport, StreamPlan, depth_settings};
 use crate::settings::Settings;
@@ -41,7 +42,7 @@ pub(super) struct Arguments {
     /// Exit with 1 if a picture shows nothing
     #[arg(long)]
     pub fail_empty: bool,
-    /// Write only the colour bar, as it is beside a picture of this size, and render nothing
+    /// Write only the colour bar, as it is beside a picture of this size, and render nothing; also to .svg and .pdf
     #[arg(
         long,
         group = "colour_bar",
@@ -160,18 +161,42 @@ impl Arguments {
 
     /// Checks that a picture with this name and the given options can be written.
     pub fn check_output(&self, path: &Path) -> Result<(), Error> {
+        if let Some(format) = self.vector_format(path) {
+            format.check(&self.pictures.encoding.encoding())?;
+            return check_writable(path);
+        }
         let format = if self.depth { ImageFormat::with_depths(path) } else { ImageFormat::from_path(path) };
-        let format = format?;
+        let format = format.map_err(|e| self.with_vector_formats(e))?;
         format.accept(self.scene.camera.background)?;
         self.pictures.encoding.encoding().check(format)?;
         check_writable(path)
     }
 
+    /// The format of a colour bar that is written as vector graphics.
+    fn vector_format(&self, path: &Path) -> Option<VectorFormat> {
+        VectorFormat::from_path(path).filter(|_| self.legend_only)
+    }
+
+    /// Adds the formats of colour bars to the error of an unknown format.
+    fn with_vector_formats(&self, error: Error) -> Error {
+        match error {
+            Error::UnknownName { what, name, known } if self.legend_only => {
+                Error::UnknownName { what, name, known: format!("{known}; for a colour bar also .svg or .pdf") }
+            }
+            error => error,
+        }
+    }
+
     /// Writes the colour bar alone.
     fn write_colour_bar(&self, scene: &Scene, output: &Output) -> Result<ExitCode, Error> {
         let CameraOptions { size, background, .. } = self.scene.camera;
-        let bar = self.pictures.colour_bar(size, scene, background)?;
-        self.save(&bar, None, output.path())?;
+        match self.vector_format(output.path()) {
+            Some(format) => {
+                let bar = self.pictures.colour_bar_document(size, scene, background, format)?;
+                write_whole(output.path(), |out| out.write_all(&bar))?;
+            }
+            None => self.save(&self.pictures.colour_bar(size, scene, background)?, None, output.path())?,
+        }
         if output.is_standard() {
             return output.finish(output.path());
         }

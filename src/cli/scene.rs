@@ -3,6 +3,7 @@
 use super::blending::BlendOptions;
 use super::check;
 use super::notice;
+use super::numbers::shortened;
 use super::options::{CameraOptions, DeviceOptions, Fit, LightOptions, QualityOptions, Tent, TransferOptions, VolumeOptions};
 use super::orientation::Angles;
 use super::processes::{Processes, TeamOptions};
@@ -206,7 +207,11 @@ pub(super) fn describe(transfer: &TransferFunction) -> String {
     let mut points: Vec<String> = Vec::new();
     for pair in transfer.opacities().windows(2) {
         if pair[0].1 != pair[1].1 {
-            points.push(format!("{:.3} at {:.6} to {:.3} at {:.6}", pair[0].1, pair[0].0, pair[1].1, pair[1].0));
+            let [from, to] = [pair[0], pair[1]].map(|(value, opacity)| {
+                let opacity = (opacity * 1e3).round() / 1e3;
+                format!("{opacity} at {}", shortened(value))
+            });
+            points.push(format!("{from} to {to}"));
         }
     }
     let changes = if points.is_empty() { "constant".into() } else { points.join(", ") };

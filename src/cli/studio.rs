@@ -8,7 +8,7 @@ use super::orientation;
 use super::parse;
 use super::scene::{Cameras, Scene};
 use super::viewer::Viewer;
-use crate::annotation::{Annotations, Shown};
+use crate::annotation::{Annotations, Shown, VectorFormat};
 use crate::camera::Camera;
 use crate::error::Error;
 use crate::image::{Background, Depths, Frame};
@@ -179,6 +179,18 @@ impl PictureOptions {
     pub fn colour_bar(&self, size: Viewport, scene: &Scene, background: Option<Background>) -> Result<Frame, Error> {
         let background = background.unwrap_or(Background::BLACK);
         self.annotations().legend_alone(size, &scene.transfer, scene.settings.blend, background)
+    }
+
+    /// As [`colour_bar`](Self::colour_bar), as a file of vector graphics.
+    pub fn colour_bar_document(
+        &self,
+        size: Viewport,
+        scene: &Scene,
+        background: Option<Background>,
+        format: VectorFormat,
+    ) -> Result<Vec<u8>, Error> {
+        let (background, encoding) = (background.unwrap_or(Background::BLACK), self.encoding.encoding());
+        self.annotations().legend_document(size, &scene.transfer, scene.settings.blend, background, format, &encoding)
     }
 
     fn annotations(&self) -> Annotations {

@@ -1,6 +1,7 @@
 //! Text in an outline font, antialiased.
 
-use ab_glyph::{Font, FontRef, GlyphId, PxScale, ScaleFont, point};
+use ab_glyph::{Font, FontRef, GlyphId, OutlineCurve, Point, PxScale, ScaleFont, point};
+use glam::DVec2;
 use std::sync::OnceLock;
 
 /// DejaVu Sans, reduced to Latin, Greek and signs (`scripts/font`).
@@ -76,6 +77,46 @@ fn placed(line: &str, scale: f32) -> (Vec<(GlyphId, f32)>, f32) {
     };
     let glyphs = line.chars().map(glyph).collect();
     (glyphs, left)
+}
+
+/// A step along the outline of text, in pixels right of and below the place where [`draw_text`] has its `at`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Step {
+    /// Begins a contour, which closes where the next one begins.
+    Move(DVec2),
+    Line(DVec2),
+    /// A cubic Bézier curve: two control points and the end.
+    Curve([DVec2; 3]),
+}
+
+/// Outlines of the letters of a text. Overlapping contours are filled by the nonzero rule.
+pub(crate) fn outlines(text: &str, scale: f32) -> Vec<Step> {
+    let font = font();
+    let unit = EM * scale / font.units_per_em().expect("the font is scalable");
+    let mut steps = Vec::new();
+    for (line, letters) in text.lines().enumerate() {
+        let baseline = (line as f32 * LINE as f32 + CAPITALS as f32) * scale;
+        for (glyph, left) in placed(letters, scale).0 {
+            let at = |p: Point| DVec2::new((left + p.x * unit).into(), (baseline - p.y * unit).into());
+            let mut end = None;
+            for curve in font.outline(glyph).map(|outline| outline.curves).unwrap_or_default() {
+                let (from, step, to) = match curve {
+                    OutlineCurve::Line(a, b) => (a, Step::Line(at(b)), b),
+                    OutlineCurve::Quad(a, b, c) => {
+                        let (start, control, stop) = (at(a), at(b), at(c));
+                        (a, Step::Curve([start.lerp(control, 2.0 / 3.0), stop.lerp(control, 2.0 / 3.0), stop]), c)
+                    }
+                    OutlineCurve::Cubic(a, b, c, d) => (a, Step::Curve([b, c, d].map(at)), d),
+                };
+                if end != Some(from) {
+                    steps.push(Step::Move(at(from)));
+                }
+                steps.push(step);
+                end = Some(to);
+            }
+        }
+    }
+    steps
 }
 
 /// Draws a glyph whose origin is `left` pixels right of `origin`, a column and a row.

@@ -1,6 +1,7 @@
 //! Volumes: grids, voxels and file formats. This module does not depend on rendering.
 
 mod builtin;
+mod contents;
 mod description;
 mod format;
 mod grid;
@@ -20,6 +21,7 @@ mod write;
 #[cfg(feature = "viewer")]
 pub(crate) use builtin::BUILTIN;
 pub use builtin::builtin_volume;
+pub use contents::{Contents, FrameSpacing};
 pub use description::Description;
 pub(crate) use description::Stored;
 pub use format::{Level, OpenOptions};
@@ -64,6 +66,7 @@ pub struct Volume<'a> {
     voxels: Placed<'a>,
     invalid: usize,
     shared: Option<Shared>,
+    contents: Contents,
 }
 
 impl Volume<'static> {
@@ -131,7 +134,7 @@ impl<'a> Volume<'a> {
         let description = Description::new(name, grid, voxel_type, range.unwrap_or((0.0, 0.0)))?;
         description.warn_of_values(invalid as u64);
         let description = if invalid > 0 { description.with_invalid_voxels() } else { description };
-        Ok(Self { description, voxels, invalid, shared: None })
+        Ok(Self { description, voxels, invalid, shared: None, contents: Contents::default() })
     }
 
     /// See [`Description::with_background`].
@@ -142,6 +145,18 @@ impl<'a> Volume<'a> {
     /// See [`Description::with_rescale`].
     pub fn with_rescale(self, rescale: Rescale) -> Self {
         Self { description: self.description.with_rescale(rescale), ..self }
+    }
+
+    /// Declares what else the file of the volume holds.
+    pub(in crate::volume) fn with_contents(self, contents: Contents) -> Self {
+        // Headers state a spacing of times even where there is one time.
+        let frame_spacing = contents.frame_spacing.filter(|_| contents.frames > 1);
+        Self { contents: Contents { frame_spacing, ..contents }, ..self }
+    }
+
+    /// What the file holds beside this volume: frames, channels and resolutions.
+    pub fn contents(&self) -> &Contents {
+        &self.contents
     }
 
     /// Metadata of the volume.

@@ -3,7 +3,7 @@
 use super::placed::Placed;
 use super::shared::{Shared, Together, VoxelBox, within};
 use super::wide::{self, Numbers};
-use super::{Description, Endian, Grid, OpenOptions, Rescale, ScalarType, Storage, Volume, builtin, format};
+use super::{Contents, Description, Endian, Grid, OpenOptions, Rescale, ScalarType, Storage, Volume, builtin, format};
 use crate::error::Error;
 use crate::progress::Task;
 use std::ops::Range;
@@ -156,7 +156,8 @@ impl<'a> Unseen<'a> {
         description.warn_of_values(invalid);
         let description = if invalid > 0 { description.with_invalid_voxels() } else { description };
         let shared = Some(Shared { held, own, read_bytes, together });
-        let volume = Volume { description, voxels, invalid: invalid as usize, shared }.with_rescale(rescale);
+        let volume = Volume { description, voxels, invalid: invalid as usize, shared, contents: Contents::default() }
+            .with_rescale(rescale);
         match background {
             Some(value) => volume.with_background(value),
             None => Ok(volume),

@@ -75,11 +75,16 @@ impl VolumeOptions {
     /// The volume of a command that names none.
     pub const DEFAULT: &str = "builtin:hydrogen";
 
-    /// Whether the spacing is neither given nor stated by the file: raw files state none.
+    /// Whether the volume is a raw file, which states no spacing, and none is given.
     pub fn assumes_spacing(&self) -> bool {
         let name = self.volume.to_string_lossy().to_lowercase();
         let is_raw = name.ends_with(".raw") || name.ends_with(".raw.gz") || self.file.dims.is_some();
         is_raw && self.file.spacing.is_none()
+    }
+
+    /// Whether the spacing is given.
+    pub fn has_spacing(&self) -> bool {
+        self.file.spacing.is_some()
     }
 
     pub fn is_default(&self) -> bool {

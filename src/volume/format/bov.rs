@@ -3,9 +3,9 @@
 use super::bytes::{Bytes, Gzip, Packed, Plain};
 use super::keyed::Keyed;
 use super::load::{self, Header, Opened, upright};
-use super::{Format, Found, OpenOptions, choice, numbered};
+use super::{Format, Found, OpenOptions, numbered};
 use crate::error::Error;
-use crate::volume::{Endian, ScalarType};
+use crate::volume::{Contents, Endian, ScalarType};
 use glam::DVec3;
 use std::fs::File;
 
@@ -30,7 +30,8 @@ impl Format for Bov {
         let scalar = scalar(&fields)?;
         let channels = fields.number("DATA_COMPONENTS")?.unwrap_or(1usize);
         let grid = load::grid(path, dims, place(&fields, dims)?, options)?;
-        let channel = choice::chosen(path, "channel", options.channel, channels)?;
+        let mut contents = Contents { states_spacing: fields.get(&["BRICK_SIZE"]).is_some(), ..Contents::default() };
+        let channel = contents.choose_channel(path, options, channels)?;
         let big = fields.get(&["DATA_ENDIAN"]).is_some_and(|order| order.eq_ignore_ascii_case("big"));
         let endian = if big { Endian::Big } else { Endian::Little };
         let name = fields.need("DATA_FILE")?;
@@ -45,7 +46,8 @@ impl Format for Bov {
         } else {
             Box::new(Plain::new(File::open(&voxels).map_err(failed)?, first).map_err(failed)?)
         };
-        let header = Header { endian, ..Header::new(grid, scalar) }.with_channels_inside(channel, channels);
+        let header =
+            Header { endian, ..Header::new(grid, scalar) }.with_channels_inside(channel, channels).with_contents(contents);
         Ok(Opened { header, bytes, exact: false })
     }
 }

@@ -1,7 +1,25 @@
 //! Selection of one of several volumes in a file.
 
+use super::OpenOptions;
 use crate::error::Error;
+use crate::volume::Contents;
 use std::path::Path;
+
+impl Contents {
+    /// Selects one of several frames.
+    pub(super) fn choose_frame(&mut self, path: &Path, options: &OpenOptions, several: usize) -> Result<usize, Error> {
+        self.frames = several;
+        self.frame = chosen(path, "frame", options.frame, several)?;
+        Ok(self.frame)
+    }
+
+    /// Selects one of several channels.
+    pub(super) fn choose_channel(&mut self, path: &Path, options: &OpenOptions, several: usize) -> Result<usize, Error> {
+        self.channels = several;
+        self.channel = chosen(path, "channel", options.channel, several)?;
+        Ok(self.channel)
+    }
+}
 
 /// Index of the selected one of `several` volumes. Without a selection it is the first, with a warning if there are more. `field` is
 /// `frame` or `channel`.

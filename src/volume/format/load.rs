@@ -7,7 +7,7 @@ use crate::files::temporary_failed;
 use crate::memory;
 use crate::progress::Task;
 use crate::volume::spool::Spool;
-use crate::volume::{Endian, Grid, Rescale, ScalarType, Storage, Volume, VoxelType, wide};
+use crate::volume::{Contents, Endian, Grid, Rescale, ScalarType, Storage, Volume, VoxelType, wide};
 #[cfg(feature = "mpi")]
 use crate::volume::{Layers, Unseen};
 use glam::{DAffine3, DMat3, DVec3};
@@ -26,13 +26,27 @@ pub(in crate::volume) struct Header {
     /// First byte of the first voxel, and strides in bytes along x, y, z, of the selected frame and channel.
     pub first: u64,
     pub strides: [u64; 3],
+    /// What else the file holds.
+    pub contents: Contents,
 }
 
 impl Header {
     /// Consecutive little-endian voxels, x fastest.
     pub fn new(grid: Grid, scalar: ScalarType) -> Self {
         let strides = dense(&grid, scalar);
-        Self { grid, scalar, endian: Endian::Little, rescale: Rescale::default(), first: 0, strides }
+        Self {
+            grid,
+            scalar,
+            endian: Endian::Little,
+            rescale: Rescale::default(),
+            first: 0,
+            strides,
+            contents: Contents::default(),
+        }
+    }
+
+    pub fn with_contents(self, contents: Contents) -> Self {
+        Self { contents, ..self }
     }
 
     /// Selects channel `at` of `channels` interleaved ones.
@@ -122,17 +136,18 @@ pub(super) fn volume(path: &Path, opened: Opened, most: Option<u64>) -> Result<V
         file.spool(&name)?;
     }
     let Header { ref grid, scalar, endian, rescale, .. } = file.opened.header;
-    let grid = grid.clone();
-    match scalar.voxel_type() {
+    let (grid, contents) = (grid.clone(), file.opened.header.contents.clone());
+    let volume = match scalar.voxel_type() {
         Some(voxel_type) => {
             let storage = file.storage(voxel_type, &name, Reading::gathered)?;
-            Ok(Volume::new(name, grid, storage)?.with_rescale(rescale))
+            Volume::new(name, grid, storage)?.with_rescale(rescale)
         }
         None => {
             let bytes = file.dense(&name, Reading::gathered)?;
-            wide::volume(name, grid, wide::Numbers { bytes: (*bytes).as_ref(), scalar, endian }, rescale, most)
+            wide::volume(name, grid, wide::Numbers { bytes: (*bytes).as_ref(), scalar, endian }, rescale, most)?
         }
-    }
+    };
+    Ok(volume.with_contents(contents))
 }
 
 /// Reads a range of z layers of a file and no other voxels.

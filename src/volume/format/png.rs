@@ -2,10 +2,10 @@
 
 use super::bytes::{Bytes, Held};
 use super::load::{self, Header, Opened, upright};
-use super::{Format, Found, OpenOptions, choice};
+use super::{Format, Found, OpenOptions};
 use crate::error::Error;
 use crate::memory;
-use crate::volume::{Endian, ScalarType};
+use crate::volume::{Contents, Endian, ScalarType};
 use glam::DVec3;
 use image::codecs::png::PngDecoder;
 use image::{ImageDecoder, Limits};
@@ -31,8 +31,11 @@ impl Format for Png {
         let channels = usize::from(color.channel_count());
         let scalar = if usize::from(color.bytes_per_pixel()) == channels { ScalarType::Uint8 } else { ScalarType::Uint16 };
         let grid = load::grid(path, [x as usize, y as usize, 1], upright(DVec3::ONE, DVec3::ZERO), options)?;
-        let channel = choice::chosen(path, "channel", options.channel, channels)?;
-        let header = Header { endian: Endian::NATIVE, ..Header::new(grid, scalar) }.with_channels_inside(channel, channels);
+        let mut contents = Contents { states_spacing: false, ..Contents::default() };
+        let channel = contents.choose_channel(path, options, channels)?;
+        let header = Header { endian: Endian::NATIVE, ..Header::new(grid, scalar) }
+            .with_channels_inside(channel, channels)
+            .with_contents(contents);
         let packed = std::fs::metadata(path).map_err(|e| Error::read(path, e))?.len();
         let bytes = Picture { path: path.into(), most: all.min(packed.saturating_mul(LIMIT)), decoded: None };
         Ok(Opened { header, bytes: Box::new(bytes), exact: false })

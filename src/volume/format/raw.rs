@@ -4,7 +4,7 @@ use super::bytes::{Bytes, Gzip, Packed, Plain};
 use super::load::{Header, Opened};
 use super::{Format, Found, OpenOptions, choice};
 use crate::error::Error;
-use crate::volume::ScalarType;
+use crate::volume::{Contents, ScalarType};
 use std::fs::File;
 use std::path::Path;
 
@@ -38,7 +38,8 @@ impl Format for Raw {
         choice::chosen(path, "channel", options.channel, 1)?;
         // `first` is part of the header, so that the exact size check includes it.
         let first = options.header_bytes.unwrap_or(0);
-        let header = Header { endian: options.endian.unwrap_or_default(), first, ..Header::new(grid, scalar) };
+        let contents = Contents { states_spacing: false, ..Contents::default() };
+        let header = Header { endian: options.endian.unwrap_or_default(), first, contents, ..Header::new(grid, scalar) };
         let failed = |e| Error::read(path, e);
         let bytes: Box<dyn Bytes> = if zipped {
             Box::new(Packed::<Gzip>::new(path, 0, 0).map_err(failed)?)

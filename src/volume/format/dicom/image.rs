@@ -3,7 +3,7 @@
 use super::dataset::{Dataset, Found, PixelData, Source};
 use super::packed::{Packing, Shape};
 use crate::error::Error;
-use crate::volume::ScalarType;
+use crate::volume::{FrameSpacing, ScalarType};
 use dicom_core::Tag;
 use dicom_dictionary_std::tags;
 use dicom_encoding::TransferSyntaxIndex;
@@ -51,6 +51,8 @@ pub(super) struct Image {
     pub shape: Shape,
     pub kind: Kind,
     pub frames: Vec<Frame>,
+    /// Distance between times of a series.
+    pub frame_spacing: Option<FrameSpacing>,
     pub source: Source,
     pub pixels: PixelData,
 }
@@ -76,6 +78,7 @@ impl Image {
             shape: Shape { columns, rows, channels, bytes: kind.scalar.bytes() },
             kind,
             frames: frames(&dataset, count),
+            frame_spacing: dataset.number(tags::TEMPORAL_RESOLUTION).and_then(|ms| FrameSpacing::new(ms, Some("ms"))),
             source,
             pixels,
         })

@@ -8,7 +8,7 @@ mod place;
 
 use super::load::{self, Header, Opened};
 use super::parts::Kept;
-use super::{Format, Found, OpenOptions, choice, listed};
+use super::{Format, Found, OpenOptions, listed};
 use crate::error::Error;
 use crate::volume::{Rescale, ScalarType};
 use dicom_dictionary_std::tags;
@@ -34,7 +34,8 @@ impl Format for Dicom {
         check_alike(&images)?;
         let (shape, kind) = (images[0].shape, images[0].kind);
         let stack = place::stack(path, &images, options)?;
-        let channel = choice::chosen(path, "channel", options.channel, shape.channels)?;
+        let mut contents = stack.contents;
+        let channel = contents.choose_channel(path, options, shape.channels)?;
         let dims = [shape.columns, shape.rows, stack.slices.len()];
         let grid = load::grid_of_patient(path, dims, stack.index_to_world, stack.is_anatomical, options)?;
         let scales: BTreeSet<[u64; 2]> = stack.slices.iter().map(|&(image, frame)| scale(&images[image], frame)).collect();
@@ -50,7 +51,7 @@ impl Format for Dicom {
             Header::new(grid, ScalarType::Float32)
         };
         let bytes = pixels::Pixels::new(images, stack.slices, channel, !one).map(Kept::new).map_err(|e| unreadable(path, e))?;
-        Ok(Opened { header, bytes: Box::new(bytes), exact: false })
+        Ok(Opened { header: header.with_contents(contents), bytes: Box::new(bytes), exact: false })
     }
 }
 

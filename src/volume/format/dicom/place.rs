@@ -2,6 +2,7 @@
 
 use super::image::{Frame, Image};
 use crate::error::Error;
+use crate::volume::Contents;
 use crate::volume::format::load::upright;
 use crate::volume::format::{OpenOptions, choice};
 use glam::{DAffine3, DMat3, DVec3};
@@ -25,6 +26,7 @@ pub(super) struct Stack {
     pub index_to_world: DAffine3,
     /// Whether the slices have positions, so that the world is RAS.
     pub is_anatomical: bool,
+    pub contents: Contents,
 }
 
 /// The slices of one point in time.
@@ -36,7 +38,12 @@ pub(super) fn stack(path: &Path, images: &[Image], options: &OpenOptions) -> Res
     let first = frame(slices[0]);
     let spacing = first.spacing.unwrap_or([1.0; 2]);
     let times = times(path, located.heights, SAME_PLACE * spacing[0].min(spacing[1]))?;
-    let time = choice::chosen(path, "frame", options.frame, times[0].len())?;
+    let mut contents = Contents {
+        states_spacing: first.spacing.is_some(),
+        frame_spacing: images[0].frame_spacing.clone(),
+        ..Contents::default()
+    };
+    let time = contents.choose_frame(path, options, times[0].len())?;
     let chosen: Vec<(f64, Slice)> = times.into_iter().map(|mut slices_at_place| slices_at_place.swap_remove(time)).collect();
     let places: Vec<DVec3> = chosen.iter().filter_map(|&(_, slice)| frame(slice).position).collect();
     let heights: Vec<f64> = chosen.iter().map(|&(height, _)| height).collect();
@@ -54,7 +61,7 @@ pub(super) fn stack(path: &Path, images: &[Image], options: &OpenOptions) -> Res
     let right_front_top = DMat3::from_diagonal(DVec3::new(-1.0, -1.0, 1.0));
     let index_to_world = DAffine3 { matrix3: right_front_top * axes, translation: right_front_top * origin };
     let slices = chosen.into_iter().map(|(_, slice)| slice).collect();
-    Ok(Stack { slices, index_to_world, is_anatomical: true })
+    Ok(Stack { slices, index_to_world, is_anatomical: true, contents })
 }
 
 /// Parallel slices.
@@ -161,5 +168,6 @@ fn unlocated<'a>(
     let first = frame(slices[0]);
     let [x, y] = first.spacing.unwrap_or([1.0; 2]);
     let spacing = DVec3::new(x, y, first.thickness.unwrap_or(x));
-    Ok(Stack { slices, index_to_world: upright(spacing, DVec3::ZERO), is_anatomical: false })
+    let contents = Contents { states_spacing: first.spacing.is_some(), ..Contents::default() };
+    Ok(Stack { slices, index_to_world: upright(spacing, DVec3::ZERO), is_anatomical: false, contents })
 }

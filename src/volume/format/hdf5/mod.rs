@@ -4,10 +4,10 @@ mod layers;
 
 use super::load::{self, Header, Opened, upright};
 use super::parts::Kept;
-use super::{COMPLEX, Format, Found, OpenOptions, choice};
+use super::{COMPLEX, Format, Found, OpenOptions};
 use crate::error::Error;
 use crate::memory;
-use crate::volume::{Endian, Rescale, ScalarType};
+use crate::volume::{Contents, Endian, Rescale, ScalarType};
 use glam::DVec3;
 use hdf5_reader::group::Group;
 use hdf5_reader::{Dataset, Datatype, Hdf5File, OpenOptions as Limits};
@@ -19,6 +19,8 @@ use std::path::Path;
 pub(super) struct Hdf5;
 
 const MARK: &[u8] = b"\x89HDF\r\n\x1a\n";
+/// Attribute with the distances between voxels along z, y, x.
+const SPACING: &str = "element_size_um";
 /// Largest object header in bytes.
 const LONGEST_HEADER: usize = 16 << 20;
 /// Largest compression ratio, that of deflate. Chunks that are not stored, because they hold the fill value only, count as compressed.
@@ -61,14 +63,15 @@ impl Format for Hdf5 {
         let shape = shape.ok_or_else(|| Error::volume(path, format!("'{}' holds no voxels", dataset.name())))?;
         let (before, space) = shape.split_at(shape.len().saturating_sub(3));
         let frames = before.iter().fold(1usize, |n, &size| n.saturating_mul(size));
-        let frame = choice::chosen(path, "frame", options.frame, frames)?;
-        choice::chosen(path, "channel", options.channel, 1)?;
+        let mut contents = Contents { states_spacing: dataset.attribute(SPACING).is_ok(), ..Contents::default() };
+        let frame = contents.choose_frame(path, options, frames)?;
+        contents.choose_channel(path, options, 1)?;
         let dims = [0, 1, 2].map(|i| space.len().checked_sub(i + 1).map_or(1, |axis| space[axis]));
         let grid = load::grid(path, dims, upright(spacing(&dataset), DVec3::ZERO), options)?;
         // Only chunked datasets can be compressed, or have missing chunks.
         let is_packed = dataset.chunks().is_some();
         let rescale = rescale(&dataset).map_err(|e| Error::volume(path, e.to_string()))?;
-        let header = Header { endian: Endian::NATIVE, rescale, ..Header::new(grid, scalar) };
+        let header = Header { endian: Endian::NATIVE, rescale, contents, ..Header::new(grid, scalar) };
         let bytes = Layers::new(dataset, scalar, before, frame, dims, if is_packed { most } else { size });
         Ok(Opened { header, bytes: Box::new(Kept::new(bytes)), exact: false })
     }
@@ -148,7 +151,7 @@ fn last(name: &str) -> &str {
 
 /// Spacing from the attribute `element_size_um`, which microscopy software writes; 1 by default.
 fn spacing(dataset: &Dataset) -> DVec3 {
-    let sizes = dataset.attribute("element_size_um").and_then(|attribute| attribute.read_1d::<f64>()).unwrap_or_default();
+    let sizes = dataset.attribute(SPACING).and_then(|attribute| attribute.read_1d::<f64>()).unwrap_or_default();
     match sizes[..] {
         [z, y, x] if sizes.iter().all(|h| h.is_finite() && *h > 0.0) => DVec3::new(x, y, z),
         _ => DVec3::ONE,

@@ -4,9 +4,9 @@ mod data;
 
 use super::keyed::Keyed;
 use super::load::{self, Header, Opened};
-use super::{Format, Found, OpenOptions, choice};
+use super::{Format, Found, OpenOptions};
 use crate::error::Error;
-use crate::volume::{Endian, ScalarType};
+use crate::volume::{Contents, Endian, FrameSpacing, ScalarType};
 use glam::{DAffine3, DMat3, DVec3};
 
 /// MetaImage.
@@ -37,8 +37,11 @@ impl Format for MetaImage {
         let dims = [size(0), size(1), size(2)];
         let to_world = index_to_world(&fields, sizes.len())?;
         let grid = load::grid_of_patient(path, dims, to_world, is_anatomical(&fields), options)?;
-        let frame = choice::chosen(path, "frame", options.frame, sizes.iter().skip(3).product())?;
-        let channel = choice::chosen(path, "channel", options.channel, channels)?;
+        let states_spacing = fields.get(&["ElementSpacing", "ElementSize"]).is_some();
+        let mut contents = Contents { states_spacing, ..Contents::default() };
+        let frame = contents.choose_frame(path, options, sizes.iter().skip(3).product())?;
+        let channel = contents.choose_channel(path, options, channels)?;
+        contents.frame_spacing = time_spacing(&fields, &sizes)?;
         let is_text = data::is_text(&fields);
         let endian = match fields.is_true(&["ElementByteOrderMSB", "BinaryDataByteOrderMSB"]) {
             _ if is_text => Endian::NATIVE,
@@ -46,6 +49,7 @@ impl Format for MetaImage {
             false => Endian::Little,
         };
         let header = Header { endian, ..Header::new(grid, scalar) }.with_channels_inside(channel, channels).with_frame(frame);
+        let header = header.with_contents(contents);
         Ok(Opened { header, bytes: data::bytes(path, &fields, &sizes, channels, scalar)?, exact: false })
     }
 }
@@ -78,6 +82,15 @@ fn sizes(fields: &Keyed, scalar: ScalarType, channels: usize) -> Result<Vec<usiz
     let problem = || fields.wrong(format!("its sizes {sizes:?} with {channels} channels are empty or too large"));
     all.ok_or_else(problem)?;
     Ok(sizes)
+}
+
+/// Spacing of the fourth axis, whose unit is not stated.
+fn time_spacing(fields: &Keyed, sizes: &[usize]) -> Result<Option<FrameSpacing>, Error> {
+    if sizes.len() != 4 {
+        return Ok(None);
+    }
+    let spacing: Option<Vec<f64>> = fields.numbers(&["ElementSpacing"], 3)?;
+    Ok(spacing.and_then(|spacing| FrameSpacing::new(*spacing.get(3)?, None)))
 }
 
 /// Whether the axes are named after a patient: `RAI` or other letters, one of each pair; `???` where they are unknown. As in ITK, the

@@ -1,6 +1,6 @@
 //! Header fields of both NIfTI versions.
 
-use crate::volume::Endian;
+use crate::volume::{Endian, FrameSpacing};
 
 /// Size of the larger header in bytes.
 pub(super) const LARGEST: usize = 540;
@@ -77,6 +77,22 @@ impl Fields {
     /// Sign of the third axis (qfac), and spacings.
     pub fn spacings(&self) -> [f64; 4] {
         self.floats(76, 104)
+    }
+
+    /// Distance between volumes of a sequence. The unit is that of `xyzt_units`.
+    pub fn time_spacing(&self) -> Option<FrameSpacing> {
+        let [distance] = self.floats(76 + 4 * 4, 104 + 4 * 8);
+        let units = if self.second { self.int32(500) } else { i32::from(self.bytes[123]) };
+        let unit = match units & 0x38 {
+            8 => Some("s"),
+            16 => Some("ms"),
+            24 => Some("µs"),
+            32 => Some("Hz"),
+            40 => Some("ppm"),
+            48 => Some("rad/s"),
+            _ => None,
+        };
+        FrameSpacing::new(distance, unit)
     }
 
     /// Whether the voxels are in a separate file.

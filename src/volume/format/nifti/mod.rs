@@ -5,9 +5,9 @@ mod place;
 
 use super::bytes::{self, Bytes, Gzip, Packed, Plain};
 use super::load::{self, Header, Opened};
-use super::{COMPLEX, Format, Found, OpenOptions, choice};
+use super::{COMPLEX, Format, Found, OpenOptions};
 use crate::error::Error;
-use crate::volume::{Rescale, ScalarType};
+use crate::volume::{Contents, Rescale, ScalarType};
 use flate2::read::MultiGzDecoder;
 use header::Fields;
 use std::fs::File;
@@ -37,15 +37,18 @@ impl Format for Nifti {
         let (to_world, is_anatomical) = (place::index_to_world(&fields, dims), place::is_anatomical(&fields));
         let grid = load::grid_of_patient(path, dims, to_world, is_anatomical, options)?;
         let frames = sizes[3];
-        let frame = choice::chosen(path, "frame", options.frame, frames)?;
+        let mut contents = Contents::default();
+        let frame = contents.choose_frame(path, options, frames)?;
+        contents.frame_spacing = fields.time_spacing();
         let outside: usize = sizes[4..].iter().product();
-        let channel = choice::chosen(path, "channel", options.channel, inside * outside)?;
+        let channel = contents.choose_channel(path, options, inside * outside)?;
         let rescale = match fields.rescale() {
             Some((slope, intercept)) => Rescale::new(slope, intercept).map_err(|e| wrong(e.to_string()))?,
             None => Rescale::default(),
         };
         let header = Header { endian: fields.endian(), rescale, ..Header::new(grid, scalar) };
         let header = header.with_channels_inside(channel % inside, inside).with_frame(frame + frames * (channel / inside));
+        let header = header.with_contents(contents);
         Ok(Opened { header, bytes: voxels(path, &fields)?, exact: false })
     }
 }

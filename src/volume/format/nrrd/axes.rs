@@ -3,7 +3,7 @@
 use super::fields::Fields;
 use crate::error::Error;
 use crate::volume::format::{OpenOptions, choice};
-use crate::volume::{Grid, ScalarType};
+use crate::volume::{Contents, FrameSpacing, Grid, ScalarType};
 use glam::{DAffine3, DMat3, DVec3};
 use std::path::Path;
 
@@ -18,6 +18,14 @@ pub(super) struct Axes {
     /// Indices of the spatial axes.
     space: Vec<usize>,
     roles: Vec<Role>,
+}
+
+/// Place of a frame and a channel in the array.
+pub(super) struct Place {
+    pub first: u64,
+    /// Strides in bytes along x, y, z.
+    pub strides: [u64; 3],
+    pub contents: Contents,
 }
 
 /// What an axis is, as far as its kind, its unit or its direction tells.
@@ -119,9 +127,10 @@ impl Axes {
         }
     }
 
-    /// The first byte and the strides of the frame and the channel that are wanted.
-    pub fn place(&self, path: &Path, scalar: ScalarType, options: &OpenOptions) -> Result<(u64, [u64; 3]), Error> {
-        let mut first = 0;
+    /// The first byte and the strides of the frame and the channel that are wanted, and what there is to choose from.
+    pub fn place(&self, fields: &Fields, path: &Path, scalar: ScalarType, options: &OpenOptions) -> Result<Place, Error> {
+        let states_spacing = !self.directions.iter().all(Option::is_none) || fields.get("spacings").is_some();
+        let (mut first, mut contents) = (0, Contents { states_spacing, ..Contents::default() });
         let others = || (0..self.sizes.len()).filter(|axis| !self.space.contains(axis) && self.sizes[*axis] > 1);
         for (field, wanted) in [("frame", options.frame), ("channel", options.channel)] {
             let mut axes = others().filter(|&axis| self.chosen_by(axis) == field).peekable();
@@ -129,8 +138,14 @@ impl Axes {
                 choice::chosen(path, field, wanted, 1)?;
             }
             for axis in axes {
-                let chosen = choice::chosen(path, field, wanted, self.sizes[axis])? as u64;
-                first += chosen * self.stride(axis, scalar);
+                let several = self.sizes[axis];
+                let chosen = if field == "frame" {
+                    contents.frame_spacing = frame_spacing(fields, axis, self.sizes.len());
+                    contents.choose_frame(path, options, several)?
+                } else {
+                    contents.choose_channel(path, options, several)?
+                };
+                first += chosen as u64 * self.stride(axis, scalar);
             }
         }
         let along = |i: usize| self.space.get(i).map_or(scalar.bytes() as u64, |&axis| self.stride(axis, scalar));
@@ -139,8 +154,19 @@ impl Axes {
         for i in self.space.len()..3 {
             strides[i] = strides[i - 1].saturating_mul(self.dims()[i - 1] as u64);
         }
-        Ok((first, strides))
+        Ok(Place { first, strides, contents })
     }
+}
+
+/// Spacing of an axis of frames, with its unit.
+fn frame_spacing(fields: &Fields, axis: usize, count: usize) -> Option<FrameSpacing> {
+    let spacings: Vec<f64> = fields.numbers("spacings", count).ok()??;
+    FrameSpacing::new(spacings[axis], units(fields).get(axis).copied())
+}
+
+/// Units of the axes, as far as they are stated.
+fn units(fields: &Fields) -> Vec<&str> {
+    fields.get("units").map(|text| text.split('"').skip(1).step_by(2).collect()).unwrap_or_default()
 }
 
 /// The direction of each axis in space, and its role as far as that tells it.
@@ -190,7 +216,7 @@ fn declared_roles(fields: &Fields, count: usize) -> Vec<Role> {
     let kinds: Vec<String> =
         fields.get("kinds").map(|text| text.split_whitespace().map(str::to_ascii_lowercase).collect()).unwrap_or_default();
     // `"mm" "mm" "mm" "s"`.
-    let units: Vec<&str> = fields.get("units").map(|text| text.split('"').skip(1).step_by(2).collect()).unwrap_or_default();
+    let units = units(fields);
     let is_time = |unit: &&str| ["s", "sec", "seconds", "ms", "us", "min", "h"].contains(unit);
     let role = |axis: usize| match kinds.get(axis).map_or("none", String::as_str) {
         "time" => Role::Time,

@@ -9,8 +9,9 @@ pub(super) use npz::Npz;
 
 use super::bytes::{Bytes, Plain};
 use super::load::{self, Header, Opened, upright};
-use super::{Format, Found, OpenOptions, choice};
+use super::{Format, Found, OpenOptions};
 use crate::error::Error;
+use crate::volume::Contents;
 use glam::DVec3;
 use std::fs::File;
 use std::path::Path;
@@ -49,14 +50,14 @@ fn array(path: &Path, mut bytes: Box<dyn Bytes>, options: &OpenOptions) -> Resul
     for i in 0..space {
         header.strides[i] = axis(i).map_or(0, |axis| strides[axis]);
     }
-    let mut first = found.end;
+    let (mut first, mut contents) = (found.end, Contents { states_spacing: false, ..Contents::default() });
     if behind > 0 {
-        first += strides[axes - 1] * choice::chosen(path, "channel", options.channel, found.shape[axes - 1])? as u64;
+        first += strides[axes - 1] * contents.choose_channel(path, options, found.shape[axes - 1])? as u64;
     }
-    let mut frame = choice::chosen(path, "frame", options.frame, found.shape[..frames].iter().product())?;
+    let mut frame = contents.choose_frame(path, options, found.shape[..frames].iter().product())?;
     for axis in (0..frames).rev() {
         first += strides[axis] * (frame % found.shape[axis]) as u64;
         frame /= found.shape[axis];
     }
-    Ok(Opened { header: Header { first, ..header }, bytes, exact: false })
+    Ok(Opened { header: Header { first, contents, ..header }, bytes, exact: false })
 }

@@ -1,5 +1,6 @@
 //! Assignment of pages to slices, channels and frames.
 
+use crate::volume::FrameSpacing;
 use glam::DVec3;
 
 /// Order of pages.
@@ -11,6 +12,8 @@ pub(super) struct Layout {
     /// Order of slices (Z), frames (T) and channels (C), fastest first.
     order: String,
     pub spacing: DVec3,
+    pub states_spacing: bool,
+    pub frame_spacing: Option<FrameSpacing>,
     /// Whether the file specifies this layout.
     declared: bool,
 }
@@ -18,8 +21,17 @@ pub(super) struct Layout {
 impl Layout {
     /// Parses the image description of pages with `samples` samples per pixel. `pixels_per_unit` is the resolution that ImageJ writes.
     pub fn new(description: &str, samples: usize, pixels_per_unit: Option<[f64; 2]>) -> Self {
-        let plain =
-            Self { imagej: false, slices: 1, frames: 1, channels: 1, order: "CZT".into(), spacing: DVec3::ONE, declared: false };
+        let plain = Self {
+            imagej: false,
+            slices: 1,
+            frames: 1,
+            channels: 1,
+            order: "CZT".into(),
+            spacing: DVec3::ONE,
+            states_spacing: false,
+            frame_spacing: None,
+            declared: false,
+        };
         if description.starts_with("ImageJ=") {
             imagej(description, pixels_per_unit, plain)
         } else {
@@ -64,8 +76,10 @@ fn imagej(description: &str, pixels_per_unit: Option<[f64; 2]>, plain: Layout) -
     let value = |key: &str| description.lines().find_map(|line| line.strip_prefix(key)?.strip_prefix('=')).map(str::trim);
     let count = |key: &str| value(key).and_then(|text| text.parse::<usize>().ok()).filter(|&n| n > 0);
     let along = |pixels: f64| Some(1.0 / pixels).filter(|h| h.is_finite() && *h > 0.0).unwrap_or(1.0);
-    let [x, y] = pixels_per_unit.filter(|_| value("unit").is_some()).map_or([1.0; 2], |pixels| pixels.map(along));
+    let pixels_per_unit = pixels_per_unit.filter(|_| value("unit").is_some());
+    let [x, y] = pixels_per_unit.map_or([1.0; 2], |pixels| pixels.map(along));
     let z = value("spacing").and_then(|text| text.parse().ok()).map_or(1.0, f64::abs);
+    let number = |key: &str| value(key).and_then(|text| text.parse::<f64>().ok());
     let images = count("images");
     let found = Layout {
         imagej: true,
@@ -73,6 +87,8 @@ fn imagej(description: &str, pixels_per_unit: Option<[f64; 2]>, plain: Layout) -
         frames: count("frames").unwrap_or(1),
         channels: count("channels").unwrap_or(1),
         spacing: DVec3::new(x, y, if z > 0.0 { z } else { 1.0 }),
+        states_spacing: pixels_per_unit.is_some(),
+        frame_spacing: number("finterval").and_then(|interval| FrameSpacing::new(interval, Some(value("tunit").unwrap_or("s")))),
         declared: images.is_some(),
         ..plain
     };
@@ -113,6 +129,9 @@ fn ome(description: &str, samples: usize, plain: Layout) -> Layout {
         channels: (count("SizeC") / samples).max(1),
         order: order.unwrap_or("CZT").into(),
         spacing: DVec3::new(x, size("Y").unwrap_or(x), size("Z").unwrap_or(x)),
+        states_spacing: size("X").is_some(),
+        frame_spacing: value("TimeIncrement")
+            .and_then(|interval| FrameSpacing::new(interval.parse().ok()?, Some(value("TimeIncrementUnit").unwrap_or("s")))),
         declared: true,
         ..plain
     }
@@ -133,6 +152,18 @@ mod tests {
         assert_eq!((ome("CZT").page(1, 0, 0), ome("ZCT").page(1, 2, 1), ome("TZC").page(2, 1, 1)), (2, 26, 22));
         assert_eq!((ome("CZT").pages(), ome("CZT").spacing), (30, DVec3::new(1.0, 1.0, 2.0)));
         assert!(ome("CZT").with_pages(29).is_err());
+        // Times are in seconds by default.
+        let every = |attributes: &str| {
+            let text = format!("<OME><Image><Pixels ID='a' SizeT='3' PhysicalSizeX='0.5' {attributes}>");
+            let layout = Layout::new(&text, 1, None);
+            assert!(layout.states_spacing && !ome("CZT").states_spacing);
+            layout.frame_spacing
+        };
+        assert_eq!(every("TimeIncrement='0.5'"), FrameSpacing::new(0.5, Some("s")));
+        assert_eq!(every("TimeIncrement='20' TimeIncrementUnit='ms'"), FrameSpacing::new(20.0, Some("ms")));
+        assert_eq!((every(""), every("TimeIncrement='x'")), (None, None));
+        let imagej = Layout::new("ImageJ=1.5\nimages=6\nslices=3\nframes=2\nfinterval=0.1\n", 1, None);
+        assert_eq!(imagej.frame_spacing, FrameSpacing::new(0.1, Some("s")));
         let layout = Layout::new("ImageJ=1.5\nimages=6\nslices=3\nframes=2\nunit=um\nspacing=0.5\n", 1, Some([4.0, 2.0]));
         assert_eq!((layout.page(2, 1, 0), layout.spacing), (5, DVec3::new(0.25, 0.5, 0.5)));
         assert_eq!(layout.with_pages(4).unwrap().slices, 4);

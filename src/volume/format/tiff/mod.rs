@@ -7,9 +7,9 @@ mod pages;
 use super::bytes::{Bytes, Plain};
 use super::load::{self, Header, Opened, upright};
 use super::parts::Kept;
-use super::{Format, Found, OpenOptions, choice};
+use super::{Format, Found, OpenOptions};
 use crate::error::Error;
-use crate::volume::Endian;
+use crate::volume::{Contents, Endian};
 use glam::DVec3;
 use layout::Layout;
 use pages::{Page, Pages};
@@ -37,8 +37,10 @@ impl Format for Tiff {
             if contiguous { layout } else { layout.with_pages(indices.len()).map_err(|problem| Error::volume(path, problem))? };
         let dims = [page.width, page.height, layout.slices];
         let grid = load::grid(path, dims, upright(layout.spacing, DVec3::ZERO), options)?;
-        let frame = choice::chosen(path, "frame", options.frame, layout.frames)?;
-        let channel = choice::chosen(path, "channel", options.channel, layout.channels.saturating_mul(page.samples))?;
+        let mut contents = Contents { states_spacing: layout.states_spacing, ..Contents::default() };
+        let frame = contents.choose_frame(path, options, layout.frames)?;
+        let channel = contents.choose_channel(path, options, layout.channels.saturating_mul(page.samples))?;
+        contents.frame_spacing = layout.frame_spacing.clone();
         let (channel, sample) = (channel / page.samples, channel % page.samples);
         let endian = if contiguous && big_endian { Endian::Big } else { Endian::NATIVE };
         let header = Header { endian, ..Header::new(grid, page.scalar) };
@@ -60,6 +62,6 @@ impl Format for Tiff {
             let wanted = (0..layout.slices).map(|slice| indices[layout.page(slice, frame, channel)]).collect();
             Box::new(Kept::new(Pages::new(path, wanted, page.bytes())?))
         };
-        Ok(Opened { header, bytes, exact: false })
+        Ok(Opened { header: header.with_contents(contents), bytes, exact: false })
     }
 }

@@ -3,7 +3,7 @@
 use crate::error::Error;
 use crate::volume::format::load::{self, Header};
 use crate::volume::format::{OpenOptions, choice};
-use crate::volume::{Endian, ScalarType};
+use crate::volume::{Contents, Endian, ScalarType};
 use glam::{DAffine3, DVec3};
 use std::path::Path;
 
@@ -56,8 +56,9 @@ impl<P> Array<P> {
             dims = dims.map(|n| (n - 1).max(1));
         }
         let grid = load::grid(path, dims, place, options)?;
-        let channel = choice::chosen(path, "channel", options.channel, self.components)?;
-        Ok(Header { endian, ..Header::new(grid, scalar) }.with_channels_inside(channel, self.components))
+        let mut contents = Contents::default();
+        let channel = contents.choose_channel(path, options, self.components)?;
+        Ok(Header { endian, contents, ..Header::new(grid, scalar) }.with_channels_inside(channel, self.components))
     }
 
     /// Bytes of all numbers.

@@ -12,7 +12,7 @@ use super::parts::Kept;
 use super::{Format, Found, OpenOptions, choice};
 use crate::error::Error;
 use crate::memory;
-use crate::volume::Level;
+use crate::volume::{Contents, FrameSpacing, Level};
 use array::Array;
 use glam::DVec3;
 use multiscales::{Axis, Multiscales};
@@ -36,28 +36,33 @@ impl Format for Zarr {
 
     fn open(&self, file: &Found, options: &OpenOptions) -> Result<Opened, Error> {
         let (path, node) = chosen(file.path, options)?;
-        let (array, axes, scale, translation) = match node {
-            Node::Image(image) => level(&path, image, options)?,
+        let mut contents = Contents::default();
+        let Placed { array, axes, scale, translation } = match node {
+            Node::Image(image) => level(&path, image, options, &mut contents)?,
             Node::Array(_) if options.level.is_some_and(Level::is_demanded) => {
                 let problem = format!("{} is an array with one resolution: omit it", path.display());
                 return Err(Error::Settings { field: "level", problem });
             }
             Node::Array(array) => {
+                contents.states_spacing = false;
                 let axes = named(&array);
                 let count = array.shape.len();
-                (*array, axes, vec![1.0; count], vec![0.0; count])
+                Placed { array: *array, axes, scale: vec![1.0; count], translation: vec![0.0; count] }
             }
             Node::Group => return Err(Error::volume(&path, "it is a group of arrays: select one of them")),
         };
         let roles = Roles::new(&axes, array.shape.len());
         let mut place = vec![0; array.shape.len()];
-        roles.choose(&path, "frame", options.frame, &roles.frames, &array, &mut place)?;
-        roles.choose(&path, "channel", options.channel, &roles.channels, &array, &mut place)?;
+        let frame = contents.choose_frame(&path, options, array.product(&roles.frames))?;
+        array.place(&roles.frames, frame, &mut place);
+        let channel = contents.choose_channel(&path, options, array.product(&roles.channels))?;
+        array.place(&roles.channels, channel, &mut place);
+        contents.frame_spacing = roles.frame_spacing(&axes, &scale);
         let along =
             |from: &[f64], missing: f64| DVec3::from_array(roles.space.map(|axis| axis.map_or(missing, |axis| from[axis])));
         let dims = roles.space.map(|axis| axis.map_or(1, |axis| array.shape[axis]));
         let grid = load::grid(&path, dims, upright(along(&scale, 1.0), along(&translation, 0.0)), options)?;
-        let header = Header { endian: array.endian, ..Header::new(grid, array.scalar) };
+        let header = Header { endian: array.endian, contents, ..Header::new(grid, array.scalar) };
         let bytes = pieces::Pieces::new(array, roles.space, place);
         Ok(Opened { header, bytes: Box::new(Kept::new(bytes)), exact: false })
     }
@@ -80,10 +85,15 @@ fn chosen(path: &Path, options: &OpenOptions) -> Result<(PathBuf, Node), Error> 
 }
 
 /// An array, its axes, and its scale and translation per axis.
-type Placed = (Array, Vec<Axis>, Vec<f64>, Vec<f64>);
+struct Placed {
+    array: Array,
+    axes: Vec<Axis>,
+    scale: Vec<f64>,
+    translation: Vec<f64>,
+}
 
-/// The array of the selected resolution.
-fn level(path: &Path, image: Multiscales, options: &OpenOptions) -> Result<Placed, Error> {
+/// The array of the selected resolution. Adds the resolutions to `contents`.
+fn level(path: &Path, image: Multiscales, options: &OpenOptions, contents: &mut Contents) -> Result<Placed, Error> {
     let mut arrays = Vec::new();
     for level in &image.levels {
         let folder = path.join(&level.path);
@@ -130,9 +140,11 @@ fn level(path: &Path, image: Multiscales, options: &OpenOptions) -> Result<Place
     } else {
         tracing::info!("{}: level {index} of {count}", path.display());
     }
+    contents.levels = arrays.iter().map(sizes).collect();
+    contents.level = index;
     let level = &image.levels[index];
     let array = arrays.swap_remove(index);
-    Ok((array, image.axes, level.scale.clone(), level.translation.clone()))
+    Ok(Placed { array, scale: level.scale.clone(), translation: level.translation.clone(), axes: image.axes })
 }
 
 /// Voxels along each axis that a picture of `pixels` along the longest side can show, at most those of the finest level.
@@ -144,7 +156,7 @@ fn wanted(finest: [usize; 3], scale: [f64; 3], pixels: usize) -> [usize; 3] {
 
 /// Axes named in the array metadata.
 fn named(array: &Array) -> Vec<Axis> {
-    array.names.iter().map(|name| Axis { name: name.clone(), kind: String::new() }).collect()
+    array.names.iter().map(|name| Axis { name: name.clone(), ..Axis::default() }).collect()
 }
 
 /// Roles of the axes of an array.
@@ -176,23 +188,26 @@ impl Roles {
         Self { space, frames, channels }
     }
 
-    /// Selects one position along `axes`, counted with the last axis fastest.
-    fn choose(
-        &self,
-        path: &Path,
-        field: &'static str,
-        wanted: Option<usize>,
-        axes: &[usize],
-        array: &Array,
-        place: &mut [usize],
-    ) -> Result<(), Error> {
-        let several = axes.iter().fold(1usize, |n, &axis| n.saturating_mul(array.shape[axis]));
-        let mut number = choice::chosen(path, field, wanted, several)?;
+    /// Distance between frames, if they have one axis that is called time and whose unit is stated.
+    fn frame_spacing(&self, axes: &[Axis], scale: &[f64]) -> Option<FrameSpacing> {
+        let [axis] = self.frames[..] else { return None };
+        let unit = axes.get(axis).map(|axis| axis.unit.as_str()).filter(|unit| !unit.is_empty())?;
+        FrameSpacing::new(scale[axis], Some(if unit == "second" { "s" } else { unit }))
+    }
+}
+
+impl Array {
+    /// Number of positions along `axes`.
+    fn product(&self, axes: &[usize]) -> usize {
+        axes.iter().fold(1usize, |n, &axis| n.saturating_mul(self.shape[axis]))
+    }
+
+    /// Sets position `number` along `axes`, counted with the last axis fastest.
+    fn place(&self, axes: &[usize], mut number: usize, place: &mut [usize]) {
         for &axis in axes.iter().rev() {
-            place[axis] = number % array.shape[axis];
-            number /= array.shape[axis];
+            place[axis] = number % self.shape[axis];
+            number /= self.shape[axis];
         }
-        Ok(())
     }
 }
 
@@ -235,7 +250,7 @@ mod tests {
     use super::*;
 
     fn roles(names: &[&str]) -> ([Option<usize>; 3], Vec<usize>, Vec<usize>) {
-        let axes: Vec<Axis> = names.iter().map(|name| Axis { name: (*name).into(), kind: String::new() }).collect();
+        let axes: Vec<Axis> = names.iter().map(|name| Axis { name: (*name).into(), ..Axis::default() }).collect();
         let found = Roles::new(&axes, names.len());
         (found.space, found.frames, found.channels)
     }
@@ -246,6 +261,18 @@ mod tests {
         assert_eq!(roles(&["x", "y", "z", "c"]), ([Some(0), Some(1), Some(2)], vec![], vec![3]));
         assert_eq!(roles(&["", "", "", ""]), ([Some(3), Some(2), Some(1)], vec![0], vec![]));
         assert_eq!(roles(&["lat", "lon"]), ([Some(1), Some(0), None], vec![], vec![]));
+    }
+
+    #[test]
+    fn times_are_apart_where_a_unit_says_so() {
+        let axis = |name: &str, unit: &str| Axis { name: name.into(), unit: unit.into(), ..Axis::default() };
+        let apart = |unit: &str| {
+            let axes = [axis("t", unit), axis("z", ""), axis("y", ""), axis("x", "")];
+            Roles::new(&axes, 4).frame_spacing(&axes, &[0.5, 1.0, 1.0, 1.0])
+        };
+        assert_eq!(apart("second"), FrameSpacing::new(0.5, Some("s")));
+        assert_eq!(apart("hour"), FrameSpacing::new(0.5, Some("hour")));
+        assert_eq!(apart(""), None);
     }
 
     #[test]

@@ -12,11 +12,13 @@ pub(super) struct Multiscales {
 }
 
 /// An axis shared by all levels.
-#[derive(Clone)]
+#[derive(Clone, Default)]
 pub(super) struct Axis {
     pub name: String,
     /// `space`, `time` or `channel`, or empty if not specified.
     pub kind: String,
+    /// Unit, or empty if not specified.
+    pub unit: String,
 }
 
 /// An array: its path in the group, and its scale and translation per axis.
@@ -43,9 +45,9 @@ impl Multiscales {
 fn axis(metadata: &Value) -> Axis {
     let text = |metadata: &Value| metadata.as_str().unwrap_or_default().to_owned();
     if metadata.is_string() {
-        Axis { name: text(metadata), kind: String::new() }
+        Axis { name: text(metadata), ..Axis::default() }
     } else {
-        Axis { name: text(&metadata["name"]), kind: text(&metadata["type"]) }
+        Axis { name: text(&metadata["name"]), kind: text(&metadata["type"]), unit: text(&metadata["unit"]) }
     }
 }
 

@@ -1,0 +1,78 @@
+//! What a file states and holds beside the volume that is read from it.
+
+/// What a file states about its volumes: their numbers, and which of them was read. Built-in volumes and volumes in memory hold one.
+///
+/// ```
+/// use layersplat::volume::{Contents, OpenOptions, Volume};
+///
+/// let volume = Volume::open("builtin:cube@8", &OpenOptions::default())?;
+/// assert_eq!(volume.contents(), &Contents::default());
+/// assert_eq!((volume.contents().frames, volume.contents().channels), (1, 1));
+/// # Ok::<(), layersplat::Error>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Contents {
+    /// Whether the file states distances between voxels. If not, they are 1, or as [`OpenOptions::spacing`](super::OpenOptions::spacing).
+    pub states_spacing: bool,
+    /// Volumes of a sequence, usually times.
+    pub frames: usize,
+    /// The frame that was read, from 0.
+    pub frame: usize,
+    /// Distance between frames, if the file states one.
+    pub frame_spacing: Option<FrameSpacing>,
+    /// Components of each voxel.
+    pub channels: usize,
+    /// The channel that was read, from 0.
+    pub channel: usize,
+    /// Dimensions of all resolutions, finest first. Empty if the format has one resolution.
+    pub levels: Vec<[usize; 3]>,
+    /// The resolution that was read, from 0.
+    pub level: usize,
+}
+
+/// Distance between consecutive frames.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct FrameSpacing {
+    /// A positive number.
+    pub distance: f64,
+    /// Unit, as the file states it: `s` for seconds.
+    pub unit: Option<String>,
+}
+
+impl Default for Contents {
+    fn default() -> Self {
+        Self {
+            states_spacing: true,
+            frames: 1,
+            frame: 0,
+            frame_spacing: None,
+            channels: 1,
+            channel: 0,
+            levels: Vec::new(),
+            level: 0,
+        }
+    }
+}
+
+impl FrameSpacing {
+    /// `None` unless the distance is finite and positive.
+    pub(super) fn new(distance: f64, unit: Option<&str>) -> Option<Self> {
+        let unit = unit.map(str::trim).filter(|unit| !unit.is_empty()).map(Into::into);
+        (distance.is_finite() && distance > 0.0).then_some(Self { distance, unit })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn distances_are_positive() {
+        for distance in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+            assert_eq!(FrameSpacing::new(distance, Some("s")), None);
+        }
+        assert_eq!(FrameSpacing::new(0.5, Some(" ")), Some(FrameSpacing { distance: 0.5, unit: None }));
+    }
+}
