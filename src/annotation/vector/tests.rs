@@ -72,7 +72,7 @@ fn svg_has_all_shapes_and_labels() {
     assert_eq!(clear.iter().filter(|(name, _)| name == "rect").count(), 11);
     assert_eq!(clear.iter().filter(|(name, _)| name == "path").count(), 14);
     // Damage is noticed.
-    assert!(self::elements(&svg.replace("&lt;HU", "<HU")).is_err() && self::elements(&svg.replace("</g>", "")).is_err());
+    assert!(self::elements(&svg.replace("&lt;HU", "\"HU")).is_err() && self::elements(&svg.replace("</g>", "")).is_err());
 }
 
 /// The objects that the cross-reference table names, checked against the bytes that they begin with.
