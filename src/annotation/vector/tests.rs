@@ -2,7 +2,7 @@ use super::*;
 use std::num::NonZeroU16;
 
 const SIZE: Viewport = Viewport { width: 400, height: 300 };
-const DESCRIPTION: &str = "layersplat render \"a <b> & c\"\n--units µm³";
+const DESCRIPTION: &str = "command \"a <b> & c\"\nin µm³";
 /// Numbers in the files have three places.
 const ROUNDING: f64 = 0.001;
 
@@ -23,9 +23,12 @@ fn pixels(font_size: Option<f64>) -> [f64; 2] {
     [frame.width().into(), frame.height().into()]
 }
 
-/// Elements with their attributes.
+/// Name of an element, and its attributes.
 #[cfg(feature = "vtk")]
-fn elements(svg: &str) -> Result<Vec<(String, Vec<(String, String)>)>, Box<dyn std::error::Error>> {
+type Element = (String, Vec<(String, String)>);
+
+#[cfg(feature = "vtk")]
+fn elements(svg: &str) -> Result<Vec<Element>, Box<dyn std::error::Error>> {
     use quick_xml::events::Event;
     let mut reader = quick_xml::Reader::from_str(svg);
     let (mut found, mut depth) = (Vec::new(), 0);
