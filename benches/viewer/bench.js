@@ -58,12 +58,16 @@ async function measure(page, name, move) {
   ].join(" | "));
 }
 
+/** Waits until the page says that programs are ready. */
+const prepared = (page) =>
+  page.waitForFunction(() => !document.getElementById("status").textContent.includes("preparing"), null, { timeout: 600_000 });
+
 async function inBrowser(url) {
   const browser = await launch();
   const context = await browser.newContext({ viewport: { width: 768, height: 768 } });
   await context.addInitScript(instrument);
   const page = await open({ newContext: () => context }, url);
-  await page.waitForFunction(() => !document.getElementById("status").textContent.includes("preparing"));
+  await prepared(page);
   await page.keyboard.press("p");
   await refined(page);
   console.log("part | frames/s | median ms | 99 % ms | longest gap ms | drawn | kB per picture\n--- | --- | --- | --- | --- | --- | ---");
@@ -75,6 +79,19 @@ async function inBrowser(url) {
     await page.mouse.move(384 + 200 * Math.sin(n / 40), 384 + 120 * Math.sin(n / 67));
   };
   await measure(page, "turning", drag);
+  await measure(page, "turning, quality changed every second", async (n) => {
+    await drag(n + 1);
+    if (n % 60 === 30) await page.evaluate((index) => {
+      const quality = document.getElementById("quality");
+      quality.selectedIndex = index;
+      quality.dispatchEvent(new Event("change", { bubbles: true }));
+    }, Math.floor(n / 60) % 5);
+  });
+  await page.evaluate(() => {
+    const quality = document.getElementById("quality");
+    quality.selectedIndex = 0;
+    quality.dispatchEvent(new Event("change", { bubbles: true }));
+  });
   await page.mouse.up();
   await refined(page);
   await measure(page, "zooming", (n) => page.mouse.wheel(0, n % 120 < 60 ? -20 : 20));
@@ -98,6 +115,7 @@ async function inBrowser(url) {
   await page.locator("#picture").focus();
   await page.keyboard.press("p");
   await refined(page);
+  await prepared(page);
   await drag(0);
   for (let n = 0; n < 60; n += 1) await drag(n);
   await measure(page, "turning with shadows, light fixed", drag);

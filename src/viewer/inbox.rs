@@ -335,7 +335,7 @@ mod tests {
         let news = inbox.wait(None).unwrap();
         assert!(news.ready == Some(false) && news.view.is_none());
         assert!(inbox.wait(None).unwrap().view.is_some());
-        inbox.giving_way(|| readiness.set());
+        inbox.giving_way(|| readiness.skip());
         assert!(!cancel.is_cancelled());
         assert_eq!(inbox.wait(None).unwrap().ready, Some(true));
     }

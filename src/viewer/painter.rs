@@ -9,6 +9,7 @@ use super::protocol::{FilmState, Picture, Reply, Step, View, shown_size};
 use super::scene::{First, Scene};
 use super::session::Outgoing;
 use super::sharpening::Sharpening;
+use super::warming;
 use crate::camera::Camera;
 use crate::device::{Bands, Cancel};
 use crate::error::Error;
@@ -98,7 +99,10 @@ impl Painter {
         }
         if let Some(look) = look {
             match self.scene.host.settings(&look, None) {
-                Ok(_) => self.look = look,
+                Ok(_) => {
+                    self.look = look;
+                    warming::begin(&self.scene.clone(), self);
+                }
                 // The view is drawn as it was.
                 Err(error) => self.outgoing.problem(&self.scene, &error),
             }

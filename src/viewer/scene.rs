@@ -191,8 +191,8 @@ pub struct Scene {
     /// The folder of a dropped file, removed with the scene. After the volume, which may be mapped.
     #[cfg(feature = "viewer")]
     _held: Option<Scratch>,
-    /// Whether programs are built, or being built, in the background.
-    pub(super) warming: AtomicBool,
+    /// Whether programs without and with a light volume are built, or being built, in the background.
+    pub(super) warming: [AtomicBool; 2],
     /// Whether these programs are ready.
     pub(super) ready: Readiness,
 }
@@ -209,7 +209,7 @@ impl Scene {
         let bytes = volume.grid().voxel_count() as u64 * volume.voxel_type().bytes() as u64;
         let is_streamed = device.memory_budget().is_some() || bytes > device.largest_buffer_bytes();
         let uploaded = if is_streamed { None } else { Some(UploadedVolume::new(device, volume)?) };
-        let (statistics, warming, ready) = (OnceLock::new(), AtomicBool::new(false), Readiness::default());
+        let (statistics, warming, ready) = (OnceLock::new(), Default::default(), Readiness::default());
         Ok(Self {
             number: 0,
             opening,

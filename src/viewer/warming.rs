@@ -3,7 +3,7 @@
 use super::painter::Painter;
 use super::scene::Scene;
 use crate::renderer::ExpectedFrames;
-use crate::settings::Quality;
+use crate::settings::{LightGrid, Quality, Settings};
 use crate::viewport::Viewport;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -11,28 +11,31 @@ use std::sync::atomic::Ordering;
 /// Size of the expected pictures. Programs hardly depend on it.
 const SIZE: Viewport = Viewport { width: 768, height: 768 };
 
-/// Begins the builds with the first page of a run.
+/// Begins the builds for the look of a page, unless they were begun before. Looks differ by the light volume; other programs are built when
+/// they are needed.
 pub(super) fn begin(scene: &Arc<Scene>, painter: &mut Painter) {
-    if scene.warming.swap(true, Ordering::SeqCst) {
-        return;
-    }
-    if !scene.host.builds_ahead() {
-        scene.ready.set();
-        return;
-    }
     let settings =
         [Quality::Standard, Quality::Draft, Quality::High].map(|quality| scene.host.settings(&painter.look, Some(quality)));
-    let settings: Vec<_> = settings.into_iter().flatten().collect();
-    let Some(renderer) = painter.renderer.whole() else {
-        scene.ready.set();
+    let mut settings: Vec<_> = settings.into_iter().flatten().collect();
+    let has_light = settings.iter().any(Settings::sweeps_light);
+    if scene.warming[usize::from(has_light)].swap(true, Ordering::SeqCst) {
+        return;
+    }
+    let Some(renderer) = painter.renderer.whole().filter(|_| scene.host.builds_ahead()) else {
+        scene.ready.skip();
         return;
     };
+    if has_light {
+        // Of pictures that follow the hand.
+        settings.extend(settings.clone().into_iter().map(|settings| Settings { light_grid: LightGrid::Half, ..settings }));
+    }
     let expected = ExpectedFrames::new(&settings, SIZE).with_parallel_views();
+    scene.ready.begin();
     let scene = scene.clone();
     renderer.warm_up(&expected, move |built| {
         if let Err(error) = built {
             tracing::info!("programs could not be built ahead: {error}");
         }
-        scene.ready.set();
+        scene.ready.end();
     });
 }

@@ -138,26 +138,32 @@ impl<D: Fn(usize, usize, usize) -> f64 + Send + Sync> Made for Sampled<D> {
     }
 }
 
+/// A function of the voxel's column (i, j), computed once per column where that saves time.
+fn kept_columns<T: Copy + Send + Sync>(
+    dims: [usize; 3],
+    column: impl Fn(usize, usize) -> T + Send + Sync,
+) -> impl Fn(usize, usize) -> T + Send + Sync {
+    /// Fewest slices for which columns are kept, and most columns: each takes up to 24 bytes.
+    const MANY: usize = 8;
+    const MOST_COLUMNS: usize = 1 << 24;
+    let columns = dims[0] * dims[1];
+    let kept: Option<Vec<T>> = (dims[2] >= MANY && columns <= MOST_COLUMNS)
+        .then(|| (0..columns).into_par_iter().map(|c| column(c % dims[0], c / dims[0])).collect());
+    move |i, j| kept.as_ref().map_or_else(|| column(i, j), |kept| kept[i + dims[0] * j])
+}
+
 /// ρ(x, y, z) = (1 − sin(πz/2) + α(1 + wave(x, y))) / (2(1 + α)).
 fn marschner_lobb(dims: [usize; 3]) -> Arc<dyn Made> {
     const FREQUENCY: f64 = 6.0;
     const AMPLITUDE: f64 = 0.25;
-    /// Fewest slices for which the wave is precomputed, and most columns: it takes eight bytes per column.
-    const MANY: usize = 8;
-    const MOST_COLUMNS: usize = 1 << 24;
     let [x, y, z] = coordinates(dims);
     let wave = move |i: usize, j: usize| {
         let cosine = (2.0 * PI * FREQUENCY * (PI * DVec2::new(x[i], y[j]).length() / 2.0).cos()).cos();
         AMPLITUDE * (1.0 + cosine)
     };
-    let columns = dims[0] * dims[1];
-    let kept: Option<Vec<f64>> = (dims[2] >= MANY && columns <= MOST_COLUMNS)
-        .then(|| (0..columns).into_par_iter().map(|c| wave(c % dims[0], c / dims[0])).collect());
+    let wave = kept_columns(dims, wave);
     let ramps: Vec<f64> = z.iter().map(|z| 1.0 - (PI * z / 2.0).sin()).collect();
-    made(dims, move |i, j, k| {
-        let wave = kept.as_ref().map_or_else(|| wave(i, j), |kept| kept[i + dims[0] * j]);
-        (ramps[k] + wave) / (2.0 * (1.0 + AMPLITUDE))
-    })
+    made(dims, move |i, j, k| (ramps[k] + wave(i, j)) / (2.0 * (1.0 + AMPLITUDE)))
 }
 
 /// ψ₃₂₀ ∝ r² e^{−r/3} (3cos²θ − 1) with r in Bohr radii over \[−22, 22\]. |ψ| is scaled by its maximum, which lies on the z axis at

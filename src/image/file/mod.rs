@@ -10,9 +10,9 @@ use crate::files::write_whole;
 use crate::memory;
 use crate::viewport::Viewport;
 use exr::prelude::{AnyChannel, AnyChannels, FlatSamples, Image, Text, WritableImage};
-use image::codecs::jpeg::{JpegEncoder, PixelDensity};
 use image::codecs::webp::WebPEncoder;
 use image::{ExtendedColorType, ImageEncoder};
+use jpeg_encoder::{ColorType, Encoder, PixelDensity, SamplingFactor};
 use npyz::WriterBuilder;
 use std::borrow::Cow;
 use std::io;
@@ -141,31 +141,36 @@ fn big_endian(values: &[u16]) -> Vec<u8> {
     values.iter().flat_map(|value| value.to_be_bytes()).collect()
 }
 
-/// JPEG quality, up to 100. At 85 and above, chroma is not subsampled and ringing is invisible.
+/// JPEG quality, up to 100. At 85 and above, without subsampled chroma, ringing is invisible.
 const JPEG_QUALITY: u8 = 92;
 
 fn write_jpeg(path: &Path, viewport: Viewport, samples: &Samples, dpi: Option<NonZeroU16>) -> Result<(), Error> {
+    // A viewport's sides fit.
+    let [width, height] = [viewport.width, viewport.height].map(|side| side as u16);
     write_whole(path, |out| {
-        let mut encoder = JpegEncoder::new_with_quality(out, JPEG_QUALITY);
-        if let Some(dpi) = dpi {
-            encoder.set_pixel_density(PixelDensity::dpi(dpi.get()));
+        let mut encoder = Encoder::new(out, JPEG_QUALITY);
+        encoder.set_sampling_factor(SamplingFactor::F_1_1);
+        if let Some(dpi) = dpi.map(NonZeroU16::get) {
+            encoder.set_density(PixelDensity::dpi(dpi));
         }
-        write_bytes(encoder, viewport, samples)
+        let (color, bytes) = match samples {
+            Samples::Rgb8(bytes) => (ColorType::Rgb, bytes),
+            Samples::Rgba8(bytes) => (ColorType::Rgba, bytes),
+            Samples::Rgb16(_) | Samples::Rgba16(_) => unreachable!("Encoding::check refuses them"),
+        };
+        encoder.encode(bytes, width, height, color).map_err(failed)
     })
 }
 
 fn write_webp(path: &Path, viewport: Viewport, samples: &Samples) -> Result<(), Error> {
-    write_whole(path, |out| write_bytes(WebPEncoder::new_lossless(out), viewport, samples))
-}
-
-/// Passes 8-bit pixels to an encoder.
-fn write_bytes(encoder: impl ImageEncoder, viewport: Viewport, samples: &Samples) -> io::Result<()> {
     let (color, bytes) = match samples {
         Samples::Rgb8(bytes) => (ExtendedColorType::Rgb8, bytes),
         Samples::Rgba8(bytes) => (ExtendedColorType::Rgba8, bytes),
         Samples::Rgb16(_) | Samples::Rgba16(_) => unreachable!("Encoding::check refuses them"),
     };
-    encoder.write_image(bytes, viewport.width, viewport.height, color).map_err(failed)
+    write_whole(path, |out| {
+        WebPEncoder::new_lossless(out).write_image(bytes, viewport.width, viewport.height, color).map_err(failed)
+    })
 }
 
 /// The text with question marks for characters beyond Latin-1.
