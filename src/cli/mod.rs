@@ -34,6 +34,7 @@ mod signals;
 mod slice;
 mod standard;
 mod studio;
+mod time;
 mod transfer;
 mod tune;
 mod view;

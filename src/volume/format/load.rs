@@ -26,13 +26,15 @@ pub(in crate::volume) struct Header {
     /// First byte of the first voxel, and strides in bytes along x, y, z, of the selected frame and channel.
     pub first: u64,
     pub strides: [u64; 3],
+    /// Number of frames in the file.
+    pub frames: usize,
 }
 
 impl Header {
     /// Consecutive little-endian voxels, x fastest.
     pub fn new(grid: Grid, scalar: ScalarType) -> Self {
         let strides = dense(&grid, scalar);
-        Self { grid, scalar, endian: Endian::Little, rescale: Rescale::default(), first: 0, strides }
+        Self { grid, scalar, endian: Endian::Little, rescale: Rescale::default(), first: 0, strides, frames: 1 }
     }
 
     /// Selects channel `at` of `channels` interleaved ones.
@@ -48,6 +50,11 @@ impl Header {
         let each = stride.saturating_mul(self.grid.dims()[2] as u64);
         self.first = self.first.saturating_add(each.saturating_mul(frame as u64));
         self
+    }
+
+    /// Sets the number of frames in the file.
+    pub fn of_frames(self, frames: usize) -> Self {
+        Self { frames, ..self }
     }
 
     /// Bytes from the start of the first voxel to the end of the last.
@@ -111,6 +118,13 @@ pub(super) struct Opened {
 
 /// Bytes read at a time.
 const PIECE: u64 = 1 << 24;
+
+/// The header of a file that is large enough for the voxels that it declares.
+pub(super) fn header(path: &Path, opened: Opened) -> Result<Header, Error> {
+    let file = Reading::new(path, opened);
+    file.check_size()?;
+    Ok(file.opened.header)
+}
 
 /// Creates the volume of a file. Uncompressed voxels of a device type are memory-mapped. If others take more than `most` bytes, they are
 /// decompressed into a temporary file.

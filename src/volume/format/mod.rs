@@ -169,6 +169,11 @@ pub(super) fn layers(
     load::layers(path, open(path, options)?, choose)
 }
 
+/// The header of a file of any format that is large enough for its voxels.
+pub(super) fn header(path: &Path, options: &OpenOptions) -> Result<load::Header, Error> {
+    load::header(path, open(path, options)?)
+}
+
 /// All numbers of a file of any format as stored, and its header.
 pub(super) fn numbers(path: &Path, options: &OpenOptions) -> Result<load::Numbers, Error> {
     load::numbers(path, open(path, options)?)

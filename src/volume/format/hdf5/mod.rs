@@ -68,7 +68,7 @@ impl Format for Hdf5 {
         // Only chunked datasets can be compressed, or have missing chunks.
         let is_packed = dataset.chunks().is_some();
         let rescale = rescale(&dataset).map_err(|e| Error::volume(path, e.to_string()))?;
-        let header = Header { endian: Endian::NATIVE, rescale, ..Header::new(grid, scalar) };
+        let header = Header { endian: Endian::NATIVE, rescale, ..Header::new(grid, scalar) }.of_frames(frames);
         let bytes = Layers::new(dataset, scalar, before, frame, dims, if is_packed { most } else { size });
         Ok(Opened { header, bytes: Box::new(Kept::new(bytes)), exact: false })
     }

@@ -37,7 +37,8 @@ impl Format for MetaImage {
         let dims = [size(0), size(1), size(2)];
         let to_world = index_to_world(&fields, sizes.len())?;
         let grid = load::grid_of_patient(path, dims, to_world, is_anatomical(&fields), options)?;
-        let frame = choice::chosen(path, "frame", options.frame, sizes.iter().skip(3).product())?;
+        let frames = sizes.iter().skip(3).product();
+        let frame = choice::chosen(path, "frame", options.frame, frames)?;
         let channel = choice::chosen(path, "channel", options.channel, channels)?;
         let is_text = data::is_text(&fields);
         let endian = match fields.is_true(&["ElementByteOrderMSB", "BinaryDataByteOrderMSB"]) {
@@ -45,7 +46,8 @@ impl Format for MetaImage {
             true => Endian::Big,
             false => Endian::Little,
         };
-        let header = Header { endian, ..Header::new(grid, scalar) }.with_channels_inside(channel, channels).with_frame(frame);
+        let header = Header { endian, ..Header::new(grid, scalar) }.with_channels_inside(channel, channels);
+        let header = header.with_frame(frame).of_frames(frames);
         Ok(Opened { header, bytes: data::bytes(path, &fields, &sizes, channels, scalar)?, exact: false })
     }
 }

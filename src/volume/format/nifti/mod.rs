@@ -45,7 +45,10 @@ impl Format for Nifti {
             None => Rescale::default(),
         };
         let header = Header { endian: fields.endian(), rescale, ..Header::new(grid, scalar) };
-        let header = header.with_channels_inside(channel % inside, inside).with_frame(frame + frames * (channel / inside));
+        let header = header
+            .with_channels_inside(channel % inside, inside)
+            .with_frame(frame + frames * (channel / inside))
+            .of_frames(frames);
         Ok(Opened { header, bytes: voxels(path, &fields)?, exact: false })
     }
 }

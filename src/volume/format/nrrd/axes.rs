@@ -119,12 +119,22 @@ impl Axes {
         }
     }
 
+    /// The axes along which an option selects an index.
+    fn along(&self, field: &'static str) -> impl Iterator<Item = usize> + '_ {
+        let others = (0..self.sizes.len()).filter(|axis| !self.space.contains(axis) && self.sizes[*axis] > 1);
+        others.filter(move |&axis| self.chosen_by(axis) == field)
+    }
+
+    /// Number of frames: the index of a frame is the same along all axes of frames.
+    pub fn frames(&self) -> usize {
+        self.along("frame").map(|axis| self.sizes[axis]).min().unwrap_or(1)
+    }
+
     /// The first byte and the strides of the frame and the channel that are wanted.
     pub fn place(&self, path: &Path, scalar: ScalarType, options: &OpenOptions) -> Result<(u64, [u64; 3]), Error> {
         let mut first = 0;
-        let others = || (0..self.sizes.len()).filter(|axis| !self.space.contains(axis) && self.sizes[*axis] > 1);
         for (field, wanted) in [("frame", options.frame), ("channel", options.channel)] {
-            let mut axes = others().filter(|&axis| self.chosen_by(axis) == field).peekable();
+            let mut axes = self.along(field).peekable();
             if axes.peek().is_none() {
                 choice::chosen(path, field, wanted, 1)?;
             }

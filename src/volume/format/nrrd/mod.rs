@@ -40,7 +40,8 @@ impl Format for Nrrd {
         };
         let endian = if fields.is_text() { Endian::NATIVE } else { endian };
         let bytes = data::bytes(path, &fields, &axes, scalar)?;
-        Ok(Opened { header: Header { endian, first, strides, ..Header::new(grid, scalar) }, bytes, exact: false })
+        let header = Header { endian, first, strides, ..Header::new(grid, scalar) }.of_frames(axes.frames());
+        Ok(Opened { header, bytes, exact: false })
     }
 }
 

@@ -53,10 +53,11 @@ fn array(path: &Path, mut bytes: Box<dyn Bytes>, options: &OpenOptions) -> Resul
     if behind > 0 {
         first += strides[axes - 1] * choice::chosen(path, "channel", options.channel, found.shape[axes - 1])? as u64;
     }
-    let mut frame = choice::chosen(path, "frame", options.frame, found.shape[..frames].iter().product())?;
+    let several = found.shape[..frames].iter().product();
+    let mut frame = choice::chosen(path, "frame", options.frame, several)?;
     for axis in (0..frames).rev() {
         first += strides[axis] * (frame % found.shape[axis]) as u64;
         frame /= found.shape[axis];
     }
-    Ok(Opened { header: Header { first, ..header }, bytes, exact: false })
+    Ok(Opened { header: Header { first, ..header }.of_frames(several), bytes, exact: false })
 }

@@ -41,7 +41,7 @@ impl Format for Tiff {
         let channel = choice::chosen(path, "channel", options.channel, layout.channels.saturating_mul(page.samples))?;
         let (channel, sample) = (channel / page.samples, channel % page.samples);
         let endian = if contiguous && big_endian { Endian::Big } else { Endian::NATIVE };
-        let header = Header { endian, ..Header::new(grid, page.scalar) };
+        let header = Header { endian, ..Header::new(grid, page.scalar) }.of_frames(layout.frames);
         let mut header = if page.planar { header } else { header.with_channels_inside(sample, page.samples) };
         // Each page holds all samples, interleaved or planar.
         header.strides[2] = page.bytes();

@@ -51,13 +51,13 @@ impl Format for Zarr {
         };
         let roles = Roles::new(&axes, array.shape.len());
         let mut place = vec![0; array.shape.len()];
-        roles.choose(&path, "frame", options.frame, &roles.frames, &array, &mut place)?;
+        let frames = roles.choose(&path, "frame", options.frame, &roles.frames, &array, &mut place)?;
         roles.choose(&path, "channel", options.channel, &roles.channels, &array, &mut place)?;
         let along =
             |from: &[f64], missing: f64| DVec3::from_array(roles.space.map(|axis| axis.map_or(missing, |axis| from[axis])));
         let dims = roles.space.map(|axis| axis.map_or(1, |axis| array.shape[axis]));
         let grid = load::grid(&path, dims, upright(along(&scale, 1.0), along(&translation, 0.0)), options)?;
-        let header = Header { endian: array.endian, ..Header::new(grid, array.scalar) };
+        let header = Header { endian: array.endian, ..Header::new(grid, array.scalar) }.of_frames(frames);
         let bytes = pieces::Pieces::new(array, roles.space, place);
         Ok(Opened { header, bytes: Box::new(Kept::new(bytes)), exact: false })
     }
@@ -185,14 +185,14 @@ impl Roles {
         axes: &[usize],
         array: &Array,
         place: &mut [usize],
-    ) -> Result<(), Error> {
+    ) -> Result<usize, Error> {
         let several = axes.iter().fold(1usize, |n, &axis| n.saturating_mul(array.shape[axis]));
         let mut number = choice::chosen(path, field, wanted, several)?;
         for &axis in axes.iter().rev() {
             place[axis] = number % array.shape[axis];
             number /= array.shape[axis];
         }
-        Ok(())
+        Ok(several)
     }
 }
 
