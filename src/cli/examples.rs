@@ -94,7 +94,8 @@ Key cameras (--keys FILE): a JSON list, for example
   [{\"time\": 0, \"azimuth\": 0}, {\"time\": 2.5, \"azimuth\": 180, \"elevation\": 40}]
   Times are in seconds. The other fields are those of `layersplat render --cameras`.
 
-Time (--time): the steps are the frames of a file, as --frame counts them, or several files, one after the other.
+Time (--time): the steps are the frames of a file, as --frame counts them, or several files, one after the other,
+  or those that a .pvd names.
   By default a picture is drawn per step. With --frames or --keys, picture n shows the step nearest to its place between the first and the
   last, so steps repeat or are left out. Instead of --time, keys may have a \"frame\": it is interpolated between keys and rounded.
   All steps must have one size and voxel type. Percentiles, the range of values, the automatic transfer function and the fit are those of

@@ -182,3 +182,43 @@ fn sequences_that_cannot_be_played_are_refused() {
         }
     }
 }
+
+/// The files of a `.pvd` in a folder of its own, in the order of time.
+#[cfg(feature = "vtk")]
+#[test]
+fn collections_are_sequences() {
+    let folder = folder();
+    let f = folder.path();
+    std::fs::create_dir(f.join("run")).unwrap();
+    for step in 0..STEPS {
+        done(f, &format!("convert s{step}.nrrd run/{step}.vti"));
+    }
+    let collection = |name: &str, entries: &[(&str, &str)]| {
+        let entry = |(time, file): &(&str, &str)| format!(r#"<DataSet timestep="{time}" group="" part="0" file="{file}"/>"#);
+        let entries: String = entries.iter().map(entry).collect();
+        let text = format!(r#"<?xml version="1.0"?><VTKFile type="Collection"><Collection>{entries}</Collection></VTKFile>"#);
+        write(f.join(name), text).unwrap();
+    };
+    collection("run.pvd", &[("10", "run/2.vti"), ("0", "run/0.vti"), ("2.5", "run/1.vti"), ("1e2", "run/3.vti")]);
+    let look = "--time --turn 0 --transfer fire";
+    let found = film(f, &format!("run.pvd {look}"));
+    assert!(found == film(f, &format!("s0.nrrd s1.nrrd s2.nrrd s3.nrrd {look}")));
+    assert!(found != film(f, &format!("s0.nrrd s2.nrrd s1.nrrd s3.nrrd {look}")));
+    collection("twice.pvd", &[("1", "run/0.vti"), ("1", "run/1.vti")]);
+    collection("none.pvd", &[]);
+    collection("when.pvd", &[("soon", "run/0.vti")]);
+    collection("lost.pvd", &[("0", "run/0.vti"), ("1", "run/9.vti")]);
+    write(f.join("damaged.pvd"), "<VTKFile><Collection></VTKFile>").unwrap();
+    let text = std::fs::read_to_string(f.join("run.pvd")).unwrap();
+    write(f.join("cut.pvd"), &text[..text.find("<DataSet timestep=\"1e2").unwrap()]).unwrap();
+    for (name, words) in [
+        ("cut.pvd", ["cut.pvd", "truncated"]),
+        ("twice.pvd", ["time 1", "0.vti"]),
+        ("none.pvd", ["no files", "DataSet"]),
+        ("when.pvd", ["'soon'", "number"]),
+        ("lost.pvd", ["9.vti", "cannot read"]),
+        ("damaged.pvd", ["damaged.pvd", "damaged"]),
+    ] {
+        refused(f, &["rotate", name, "--time", "-o", "no.gif"], 1, &words);
+    }
+}

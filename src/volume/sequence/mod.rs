@@ -9,7 +9,8 @@ use crate::error::Error;
 use ahead::Ahead;
 use std::path::{Path, PathBuf};
 
-/// Volumes of one size and type in the order of time: the frames of a file with a time axis, or of several files, one after the other.
+/// Volumes of one size and type in the order of time: the frames of a file with a time axis, of several files, one after the other, or of the
+/// files that ParaView's `.pvd` names (feature `vtk`).
 /// Opening a sequence reads headers only; a step is read when it is asked for.
 ///
 /// ```
@@ -54,19 +55,20 @@ impl Sequence {
         }
         let mut steps: Vec<Step> = Vec::new();
         let mut first: Option<Layout> = None;
-        for source in sources.iter().map(AsRef::as_ref) {
-            let (layout, frames) = layout(source, options)?;
+        let sources: Result<Vec<_>, Error> = sources.iter().map(|source| format::collected(source.as_ref(), options)).collect();
+        for source in sources?.concat() {
+            let (layout, frames) = layout(&source, options)?;
             let first = *first.get_or_insert(layout);
             if layout != first {
                 let ([this, that], n, start) = ([layout, first].map(describe), steps.len(), steps[0].path.display());
                 let problem = format!(
                     "step {n} of the sequence has {this}, but step 0, {start}, has {that}: convert the file, or leave it out"
                 );
-                return Err(Error::volume(source, problem));
+                return Err(Error::volume(&source, problem));
             }
             match frames {
-                None => steps.push(Step { path: source.into(), frame: None }),
-                Some(frames) => steps.extend((0..frames).map(|frame| Step { path: source.into(), frame: Some(frame) })),
+                None => steps.push(Step { path: source, frame: None }),
+                Some(frames) => steps.extend((0..frames).map(|frame| Step { path: source.clone(), frame: Some(frame) })),
             }
         }
         if steps.is_empty() {
