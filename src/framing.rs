@@ -85,6 +85,12 @@ impl Framing {
         Self::from_voxels(volume.grid(), corners([0; 3], volume.grid().dims().map(|n| n as i64 - 1)))
     }
 
+    /// Bounds of both, such as two steps of a sequence.
+    pub fn joined(mut self, other: Self) -> Self {
+        self.points.extend(other.points);
+        self
+    }
+
     /// Clips the bounds to a box in voxel coordinates. Where the two have nothing in common, the bounds stay, so that a camera exists.
     pub fn cropped(self, grid: &Grid, lowest: DVec3, highest: DVec3) -> Self {
         let voxels: Vec<DVec3> = self.points.iter().map(|&p| grid.world_to_voxel(p)).collect();

@@ -87,10 +87,19 @@ Examples:
   layersplat rotate --frames 90 --output turn                # turn/frame_0000.png and so on
   layersplat rotate foot_256x256x256_uint8.raw --quality high --perspective 30 -o foot.mp4
   layersplat rotate --keys path.json --output path.gif
+  layersplat rotate bold.nii.gz --time --turn 0 -o beats.gif # a picture per step; the camera stands
+  layersplat rotate step_*.vti --time --frames 200 -o run.mp4
 
 Key cameras (--keys FILE): a JSON list, for example
   [{\"time\": 0, \"azimuth\": 0}, {\"time\": 2.5, \"azimuth\": 180, \"elevation\": 40}]
-  Times are in seconds. The other fields are those of `layersplat render --cameras`.",
+  Times are in seconds. The other fields are those of `layersplat render --cameras`.
+
+Time (--time): the steps are the frames of a file, as --frame counts them, or several files, one after the other,
+  or those that a .pvd names.
+  By default a picture is drawn per step. With --frames or --keys, picture n shows the step nearest to its place between the first and the
+  last, so steps repeat or are left out. Instead of --time, keys may have a \"frame\": it is interpolated between keys and rounded.
+  All steps must have one size and voxel type. Percentiles, the range of values, the automatic transfer function and the fit are those of
+  all steps, or of 16 from the first to the last; --transfer-range and --fit volume depend on no sample.",
     volumes!(),
     transfer_functions!()
 );

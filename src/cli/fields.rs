@@ -3,7 +3,7 @@
 use crate::error::Error;
 
 /// Field names as in [`Error::fields`], and the options that set them; sorted by field.
-const OPTIONS: [(&str, &str); 62] = [
+const OPTIONS: [(&str, &str); 63] = [
     ("algorithm", "--algorithm"),
     ("ambient_occlusion", "--ambient-occlusion on|off"),
     ("ao_reach", "--ao-reach inf|LENGTH"),
@@ -59,6 +59,7 @@ const OPTIONS: [(&str, &str); 62] = [
     ("step", "--step D"),
     ("tent", "--tent V,WIDTH"),
     ("thickness", "--thickness T"),
+    ("time", "--time"),
     ("transfer function", "--transfer"),
     ("transfer range", "--transfer-range LO,HI"),
     ("unit_distance", "--unit-distance D"),
@@ -83,7 +84,7 @@ mod tests {
     #[test]
     fn options_exist() {
         let command = super::super::Cli::command();
-        let commands = ["render", "slice"].map(|name| command.find_subcommand(name).unwrap());
+        let commands = ["render", "slice", "rotate"].map(|name| command.find_subcommand(name).unwrap());
         for (field, option) in OPTIONS {
             let name = option.split(' ').next().unwrap().strip_prefix("--").unwrap();
             let mut arguments = commands.iter().flat_map(|command| command.get_arguments());

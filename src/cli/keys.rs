@@ -13,10 +13,12 @@ const MAX_BYTES: u64 = 1 << 24;
 /// Orbits sampled between two keys to fit the pictures.
 const FIT_SAMPLES: u32 = 24;
 
-/// Key cameras from a file: a JSON list of views, each with a time in seconds.
+/// Key cameras from a file: a JSON list of views, each with a time in seconds, and possibly a frame of a sequence.
 pub(super) struct Keys {
     path: PathBuf,
     keys: Vec<(f64, View)>,
+    /// Number of the key, time and frame of each key that has a frame.
+    frames: Vec<(usize, f64, f64)>,
 }
 
 impl Keys {
@@ -34,10 +36,15 @@ impl Keys {
         }
         let list: Vec<Map<String, Value>> =
             serde_json::from_slice(&text).map_err(|e| wrong(format!("it is not a JSON list of key cameras: {e}")))?;
+        let mut frames = Vec::new();
         let key = |(n, mut fields): (usize, Map<String, Value>)| {
             let wrong = |problem| wrong(format!("key {}: {problem}", n + 1));
             let time = fields.remove("time").and_then(|time| time.as_f64());
             let time = time.ok_or_else(|| wrong(r#"it has no time: add "time": SECONDS"#.into()))?;
+            if let Some(frame) = fields.remove("frame") {
+                let not_one = || wrong(format!("its frame is {frame}: expected a number from 0"));
+                frames.push((n, time, frame.as_f64().filter(|frame| *frame >= 0.0).ok_or_else(not_one)?));
+            }
             Ok((time, View::from_fields(fields).map_err(wrong)?))
         };
         let keys: Vec<(f64, View)> = list.into_iter().enumerate().map(key).collect::<Result<_, Error>>()?;
@@ -47,12 +54,41 @@ impl Keys {
         if let Some(n) = (1..keys.len()).find(|&n| keys[n].0 <= keys[n - 1].0) {
             return Err(wrong(format!("key {}: its time, {}, is not after {}", n + 1, keys[n].0, keys[n - 1].0)));
         }
-        Ok(Self { path: path.into(), keys })
+        Ok(Self { path: path.into(), keys, frames })
     }
 
     /// Time from the first to the last key in seconds.
     pub fn duration(&self) -> f64 {
         self.keys[self.keys.len() - 1].0 - self.keys[0].0
+    }
+
+    /// Whether keys have frames of a sequence.
+    pub fn have_frames(&self) -> bool {
+        !self.frames.is_empty()
+    }
+
+    /// The step of a sequence of `steps` that each of `count` pictures shows: linear in time between the frames of keys, rounded to the
+    /// nearest step, and constant before the first and after the last key that has a frame.
+    ///
+    /// # Errors
+    /// [`Error::Keys`] for a frame that the sequence does not have.
+    pub fn steps(&self, count: u32, steps: usize) -> Result<Vec<usize>, Error> {
+        let last = steps - 1;
+        if let Some((n, _, frame)) = self.frames.iter().find(|(_, _, frame)| *frame > last as f64) {
+            let problem = format!("key {}: its frame, {frame}, is not in the sequence, whose frames are 0 to {last}", n + 1);
+            return Err(Error::Keys { path: self.path.clone(), problem });
+        }
+        let each = self.duration() / f64::from(count.max(2) - 1);
+        Ok((0..count).map(|n| self.frame_at(self.keys[0].0 + each * f64::from(n)).round() as usize).collect())
+    }
+
+    /// The frame at a time in seconds, if any key has one.
+    fn frame_at(&self, time: f64) -> f64 {
+        let after = self.frames.partition_point(|(_, t, _)| *t <= time);
+        let (Some((_, to, end)), Some((_, from, start))) = (self.frames.get(after), self.frames[..after].last()) else {
+            return self.frames[after.saturating_sub(1)].2;
+        };
+        start + (end - start) * (time - from) / (to - from)
     }
 
     /// Cameras along the path, evenly spaced in time from the first key to the last.

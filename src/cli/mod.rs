@@ -35,6 +35,7 @@ mod signals;
 mod slice;
 mod standard;
 mod studio;
+mod time;
 mod transfer;
 mod tune;
 mod view;

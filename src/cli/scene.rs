@@ -16,7 +16,7 @@ use crate::renderer::SeenVolume;
 use crate::settings::{Blend, CropBox, Settings};
 use crate::transfer::{TransferFunction, Value};
 use crate::viewport::Viewport;
-use crate::volume::{Grid, Volume};
+use crate::volume::{Grid, Sequence, Volume};
 use clap::Args;
 use glam::DVec3;
 use std::rc::Rc;
@@ -45,6 +45,7 @@ pub(super) struct SceneOptions {
 
 /// A volume with its transfer function, settings and device.
 pub(super) struct Scene {
+    /// The volume, or the first step of a sequence.
     pub volume: Volume<'static>,
     pub transfer: TransferFunction,
     pub settings: Settings,
@@ -57,11 +58,32 @@ pub(super) struct Scene {
     pub opened_at: Instant,
     /// Duration of opening the volume, which is a pass over all voxels for their range.
     pub first_pass: Duration,
+    /// Bounds of what the steps of a sequence show, if views are fitted to them.
+    pub shown_by_steps: Option<Framing>,
 }
 
 impl Scene {
     /// Checks the options, opens the device and reads the volume, or this process's part of it.
     pub fn open(options: &SceneOptions, processes: &Processes) -> Result<Self, Error> {
+        Self::open_first(options, processes, None)
+    }
+
+    /// As [`open`](Self::open), for a sequence. Values, transfer function and fit are those of its sampled steps.
+    pub fn open_sequence(options: &SceneOptions, processes: &Processes, sequence: &Sequence) -> Result<Self, Error> {
+        let mut scene = Self::open_first(options, processes, Some(sequence))?;
+        if options.camera.fit.is_none_or(|fit| fit == Fit::Visible) {
+            for step in sequence.play(sequence.sampled_steps()) {
+                let shown = scene.framing_of(&step?);
+                scene.shown_by_steps = Some(match scene.shown_by_steps.take() {
+                    Some(framing) => framing.joined(shown),
+                    None => shown,
+                });
+            }
+        }
+        Ok(scene)
+    }
+
+    fn open_first(options: &SceneOptions, processes: &Processes, sequence: Option<&Sequence>) -> Result<Self, Error> {
         let settings = options.quality.settings(options.camera.background)?;
         // Conflicting options fail before the volume is read.
         options.blend.check()?;
@@ -76,12 +98,17 @@ impl Scene {
             eprintln!("volume: {}, which is built in; name a file to render your own", VolumeOptions::DEFAULT);
         }
         let opened_at = Instant::now();
-        let volume = processes.open(&options.volume, Some(options.camera.size), memory)?;
+        let volume = match sequence {
+            None => processes.open(&options.volume, Some(options.camera.size), memory)?,
+            Some(sequence) => sequence.step(0)?,
+        };
+        let overview = sequence.map(Sequence::overview).transpose()?;
+        let values = overview.as_ref().unwrap_or(&volume);
         let first_pass = opened_at.elapsed();
         if processes.leads() {
             remark_on_volume(&options.volume, &volume);
         }
-        let settings = options.blend.apply(settings, Value::finder(&volume));
+        let settings = options.blend.apply(settings, Value::finder(values));
         if settings.blend.gathers_values() && volume.grid().voxel_count() == 1 {
             let problem =
                 "maximum, minimum and average are taken between voxels, but the volume has a single one: omit the option";
@@ -89,7 +116,7 @@ impl Scene {
         }
         let transfer = match surface_color {
             Some(color) => TransferFunction::new("surface", vec![(0.0, color)], vec![(0.0, 1.0)])?,
-            None => open_transfer(&options.transfer, &volume, settings.blend)?,
+            None => open_transfer(&options.transfer, values, settings.blend)?,
         };
         // A function that options have changed is the user's own.
         if processes.leads() && !options.transfer.changes_opacity() {
@@ -99,7 +126,8 @@ impl Scene {
         let device = processes.agree(Device::open(&choice))?;
         let device = memory.map_or(device.clone(), |bytes| device.with_memory(bytes));
         let time_limit = options.bounds.time_limit;
-        Ok(Self { volume, transfer, settings, device, processes: processes.clone(), time_limit, opened_at, first_pass })
+        let (processes, shown_by_steps) = (processes.clone(), None);
+        Ok(Self { volume, transfer, settings, device, processes, time_limit, opened_at, first_pass, shown_by_steps })
     }
 
     /// The settings with other options of light.
@@ -120,13 +148,18 @@ impl Scene {
 
     /// Bounds of the visible part.
     fn framing(&self) -> Framing {
+        self.shown_by_steps.clone().unwrap_or_else(|| self.framing_of(&self.volume))
+    }
+
+    /// Bounds of the visible part of the volume, or of another step.
+    fn framing_of(&self, volume: &Volume) -> Framing {
         let framing = match self.settings.blend {
-            Blend::Composite => Framing::visible(&self.volume, &self.transfer, self.settings.unit_distance),
-            Blend::Iso(value) => Framing::iso(&self.volume, value),
-            _ => Framing::whole(&self.volume),
+            Blend::Composite => Framing::visible(volume, &self.transfer, self.settings.unit_distance),
+            Blend::Iso(value) => Framing::iso(volume, value),
+            _ => Framing::whole(volume),
         };
         match self.settings.clipping.crop {
-            Some(CropBox { lowest, highest }) => framing.cropped(self.volume.grid(), lowest, highest),
+            Some(CropBox { lowest, highest }) => framing.cropped(volume.grid(), lowest, highest),
             None => framing,
         }
     }

@@ -15,6 +15,7 @@ use crate::image::{Background, Depths, Frame};
 use crate::renderer::{FrameReport, StreamPlan};
 use crate::settings::Settings;
 use crate::viewport::Viewport;
+use crate::volume::{Grid, Volume};
 use clap::{Args, ValueEnum};
 
 /// Typographic points.
@@ -66,6 +67,8 @@ pub(super) struct Studio<'a> {
     background: Background,
     annotations: Annotations,
     viewer: Viewer,
+    /// Grid of the volume that is drawn.
+    grid: Grid,
     /// Whether the first picture was checked for being empty or of one colour.
     first_checked: bool,
     has_empty_picture: bool,
@@ -82,6 +85,7 @@ impl<'a> Studio<'a> {
             background,
             annotations,
             viewer: Viewer::new(scene)?,
+            grid: scene.volume.grid().clone(),
             first_checked: false,
             has_empty_picture: false,
         })
@@ -90,6 +94,12 @@ impl<'a> Studio<'a> {
     /// Enables or disables the legend of the following pictures.
     pub fn set_legend(&mut self, legend: bool) {
         self.annotations.legend = legend;
+    }
+
+    /// Draws another step of a sequence in the following pictures.
+    pub fn set_volume(&mut self, volume: &Volume<'static>) -> Result<(), Error> {
+        self.grid = volume.grid().clone();
+        self.viewer.renderer().set_volume(volume)
     }
 
     /// Stream plan of a view, also printed to standard error. `None` if the view is not streamed.
@@ -144,8 +154,13 @@ impl<'a> Studio<'a> {
             eprintln!("layersplat: {notice}");
         }
         let frame = if self.options.samples > 1 { frame.averaged(self.options.samples)? } else { frame };
-        let Scene { volume, transfer, .. } = self.scene;
-        let shown = Shown { camera, grid: volume.grid(), transfer, blend: settings.blend, background: self.background };
+        let shown = Shown {
+            camera,
+            grid: &self.grid,
+            transfer: &self.scene.transfer,
+            blend: settings.blend,
+            background: self.background,
+        };
         Ok((Some(self.annotations.drawn_beside(frame, size, shown)?), report))
     }
 

@@ -7,7 +7,7 @@ use crate::device::DeviceChoice;
 use crate::device::launch::VoxelBuffer;
 use crate::layers::Kernel;
 use crate::settings::{Algorithm, Blend, Evaluation, Layered, Quality};
-use crate::volume::OpenOptions;
+use crate::volume::{OpenOptions, Sequence};
 use glam::DVec3;
 
 fn device() -> Device {
@@ -124,6 +124,36 @@ fn a_new_volume_replaces_the_previous_one() {
     renderer.set_volume(&smaller).unwrap();
     let shared = Renderer::from_uploaded(&uploaded, &transfer).unwrap().render(&camera, viewport, &settings).unwrap().0;
     assert!(shared == expected, "voxels that others use are not overwritten");
+}
+
+/// The steps of a sequence share the programs and the buffers of the first, along both layer axes.
+#[test]
+fn steps_of_a_sequence_need_no_program_and_no_memory() {
+    let sources = ["hydrogen", "gyroid", "torus-knot", "shepp-logan"].map(|name| format!("builtin:{name}@40"));
+    let sequence = Sequence::open(&sources, &OpenOptions::default()).unwrap();
+    let device = device().with_memory(u64::MAX - 1);
+    let viewport = Viewport::new(40, 32).unwrap();
+    let first = sequence.step(0).unwrap();
+    let transfer = TransferFunction::builtin("fire", &sequence.overview().unwrap()).unwrap();
+    let cameras = [20.0, 80.0].map(|azimuth| camera(&first, viewport, azimuth));
+    let settings = Settings::default();
+    let before = device.taken_bytes();
+    let mut renderer = Renderer::new(&device, &first, &transfer).unwrap();
+    let draw = |renderer: &mut Renderer| cameras.map(|camera| renderer.render(&camera, viewport, &settings).unwrap().0);
+    let mut pictures = vec![draw(&mut renderer)];
+    let (programs, taken) = (device.programs(), device.taken_bytes() - before);
+    for step in sequence.play(vec![1, 2, 3]) {
+        renderer.set_volume(&step.unwrap()).unwrap();
+        pictures.push(draw(&mut renderer));
+        assert_eq!(device.programs(), programs, "no program is built for a step");
+        let now = device.taken_bytes() - before;
+        assert!(now <= taken, "a step takes no further memory: {now} bytes after {taken}");
+    }
+    assert!(pictures.windows(2).all(|pair| pair[0] != pair[1]));
+    // A second copy of a step would be noticed.
+    let one = UploadedVolume::new(&device, &first).unwrap();
+    assert!(device.taken_bytes() - before > taken);
+    drop(one);
 }
 
 /// A different range needs different tables.

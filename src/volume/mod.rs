@@ -8,6 +8,7 @@ mod grid;
 mod part;
 mod placed;
 mod rescale;
+mod sequence;
 mod shared;
 mod spool;
 mod statistics;
@@ -29,6 +30,7 @@ pub use grid::Grid;
 pub(crate) use part::Held;
 pub use part::VolumePart;
 pub use rescale::Rescale;
+pub use sequence::{Playback, Sequence};
 #[cfg(feature = "mpi")]
 pub(crate) use shared::Together;
 pub use shared::VoxelBox;

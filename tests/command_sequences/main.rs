@@ -3,6 +3,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 mod many;
+mod time;
 
 use common::command::*;
 use common::random_bytes;

@@ -2,7 +2,7 @@
 
 use crate::cli::{parse, standard};
 use crate::viewport::Viewport;
-use crate::volume::{Endian, Level, OpenOptions, ScalarType, Volume};
+use crate::volume::{Endian, Level, OpenOptions, ScalarType, Sequence, Volume};
 use clap::{Args, ValueEnum};
 use glam::DVec3;
 use std::path::{Path, PathBuf};
@@ -96,6 +96,21 @@ impl VolumeOptions {
     pub fn open(&self, size: Option<Viewport>, memory: Option<u64>) -> Result<Volume<'static>, crate::Error> {
         let options = OpenOptions { memory, alone: self.alone, ..self.file.raw(size)? };
         self.with_background(standard::open_input(&self.volume, |path| Volume::open(path, &options))?)
+    }
+
+    /// Opens the volume and `more` of them as a sequence in time; otherwise as [`open`](Self::open).
+    pub fn sequence(&self, more: &[PathBuf], size: Option<Viewport>, memory: Option<u64>) -> Result<Sequence, crate::Error> {
+        let sources: Vec<&Path> = std::iter::once(&self.volume).chain(more).map(PathBuf::as_path).collect();
+        if sources.iter().any(|source| standard::is_input(source)) {
+            let problem = "reads steps more than once, and standard input can be read once: name a file".into();
+            return Err(crate::Error::Settings { field: "time", problem });
+        }
+        let options = OpenOptions { memory, alone: self.alone, ..self.file.raw(size)? };
+        let sequence = Sequence::open(&sources, &options)?;
+        Ok(match self.background_value {
+            Some(value) => sequence.with_background(value),
+            None => sequence,
+        })
     }
 
     /// The library's options for opening the file.

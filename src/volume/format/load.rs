@@ -126,6 +126,13 @@ pub(super) struct Opened {
 /// Bytes read at a time.
 const PIECE: u64 = 1 << 24;
 
+/// The header of a file that is large enough for the voxels that it declares.
+pub(super) fn header(path: &Path, opened: Opened) -> Result<Header, Error> {
+    let file = Reading::new(path, opened);
+    file.check_size()?;
+    Ok(file.opened.header)
+}
+
 /// Creates the volume of a file. Uncompressed voxels of a device type are memory-mapped. If others take more than `most` bytes, they are
 /// decompressed into a temporary file.
 pub(super) fn volume(path: &Path, opened: Opened, most: Option<u64>) -> Result<Volume<'static>, Error> {

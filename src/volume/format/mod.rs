@@ -169,6 +169,25 @@ pub(super) fn layers(
     load::layers(path, open(path, options)?, choose)
 }
 
+/// The header of a file of any format that is large enough for its voxels.
+pub(super) fn header(path: &Path, options: &OpenOptions) -> Result<load::Header, Error> {
+    load::header(path, open(path, options)?)
+}
+
+/// The files that a collection of steps (`.pvd`, with the feature `vtk`) names, in order; any other source itself.
+pub(super) fn collected(path: &Path, options: &OpenOptions) -> Result<Vec<PathBuf>, Error> {
+    #[cfg(feature = "vtk")]
+    if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("pvd")) {
+        if options.alone {
+            return Err(Error::volume(path, "its steps are in other files, which it names: use a file that has them all"));
+        }
+        return vtk::collected(path);
+    }
+    #[cfg(not(feature = "vtk"))]
+    let _ = options;
+    Ok(vec![path.into()])
+}
+
 /// All numbers of a file of any format as stored, and its header.
 pub(super) fn numbers(path: &Path, options: &OpenOptions) -> Result<load::Numbers, Error> {
     load::numbers(path, open(path, options)?)

@@ -148,6 +148,9 @@ impl Axes {
                 first += chosen as u64 * self.stride(axis, scalar);
             }
         }
+        // The index of a frame is the same along all axes of frames.
+        let of_frames = others().filter(|&axis| self.chosen_by(axis) == "frame").map(|axis| self.sizes[axis]);
+        contents.frames = of_frames.min().unwrap_or(1);
         let along = |i: usize| self.space.get(i).map_or(scalar.bytes() as u64, |&axis| self.stride(axis, scalar));
         let mut strides = [0, 1, 2].map(along);
         // Missing axes have one voxel: use dense strides.

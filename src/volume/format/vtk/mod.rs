@@ -4,6 +4,8 @@ mod arrays;
 #[cfg(feature = "vtk")]
 mod blocks;
 #[cfg(feature = "vtk")]
+mod collection;
+#[cfg(feature = "vtk")]
 mod encoded;
 mod legacy;
 #[cfg(feature = "vtk")]
@@ -11,6 +13,8 @@ mod pieces;
 #[cfg(feature = "vtk")]
 mod xml;
 
+#[cfg(feature = "vtk")]
+pub(super) use collection::files as collected;
 pub(super) use legacy::Legacy;
 #[cfg(feature = "vtk")]
 pub(super) use xml::Xml;

@@ -323,7 +323,7 @@ struct Scope {
     text_length: u64,
 }
 
-fn attribute(tag: &BytesStart, name: &str) -> Option<String> {
+pub(super) fn attribute(tag: &BytesStart, name: &str) -> Option<String> {
     let found = tag.try_get_attribute(name).ok()??;
     let value = found.unescape_value().ok()?;
     Some(value.into_owned())

@@ -1,0 +1,114 @@
+//! Sequences in time: `rotate --time`.
+
+use super::keys::Keys;
+use super::processes::Processes;
+use super::scene::SceneOptions;
+use crate::error::Error;
+use crate::volume::{Playback, Sequence, Volume};
+use clap::Args;
+use std::path::PathBuf;
+
+/// Selection of a sequence.
+#[derive(Args)]
+pub(super) struct TimeOptions {
+    /// Further volumes of a sequence in time, in its order
+    #[arg(value_name = "VOLUME", help_heading = "Volume")]
+    more: Vec<PathBuf>,
+    /// Let time run, over the frames of a file or several files; see below
+    #[arg(long, help_heading = "Volume")]
+    time: bool,
+}
+
+impl TimeOptions {
+    /// Opens the sequence, if `--time` or the frames of keys ask for one.
+    ///
+    /// # Errors
+    /// [`Error::Settings`] for options that conflict, [`Error::Volume`] if there is a single step, and those of [`Sequence::open`].
+    pub fn sequence(&self, scene: &SceneOptions, keys: Option<&Keys>, processes: &Processes) -> Result<Option<Sequence>, Error> {
+        let wrong = |problem: &str| Err(Error::Settings { field: "time", problem: problem.into() });
+        match (self.time, keys.is_some_and(Keys::have_frames)) {
+            (false, false) if self.more.is_empty() => return Ok(None),
+            (false, false) => return wrong("is needed for several volumes, which are the steps of a sequence: add it"),
+            (true, true) => return wrong("and the frames of key cameras conflict: omit one of them"),
+            _ if processes.counts().is_some() => {
+                return wrong("plays a sequence in one process only: start layersplat without mpirun");
+            }
+            _ => {}
+        }
+        let sequence = scene.volume.sequence(&self.more, Some(scene.camera.size), scene.bounds.memory)?;
+        if sequence.len() == 1 {
+            let problem = "it has one volume, and a sequence has several: name a file with a time axis, or several files";
+            return Err(Error::volume(&scene.volume.volume, problem));
+        }
+        Ok(Some(sequence))
+    }
+}
+
+/// A sequence, and the step that each picture shows.
+pub(super) struct Moments {
+    sequence: Sequence,
+    steps: Vec<usize>,
+}
+
+impl Moments {
+    /// Takes the steps from the frames of keys, or spreads them evenly over `count` pictures.
+    pub fn new(sequence: Sequence, keys: Option<&Keys>, count: u32) -> Result<Self, Error> {
+        let steps = match keys.filter(|keys| keys.have_frames()) {
+            Some(keys) => keys.steps(count, sequence.len())?,
+            None => spread(count, sequence.len()),
+        };
+        Ok(Self { sequence, steps })
+    }
+
+    pub fn sequence(&self) -> &Sequence {
+        &self.sequence
+    }
+
+    /// Starts to read the steps. Step 0 is that of the scene.
+    pub fn play(&self) -> Played<'_> {
+        let mut order = self.steps.clone();
+        order.dedup();
+        let first = usize::from(order[0] == 0);
+        Played { steps: &self.steps, shown: 0, playback: self.sequence.play(order.split_off(first)) }
+    }
+}
+
+/// The steps of a film while it is made.
+pub(super) struct Played<'a> {
+    steps: &'a [usize],
+    shown: usize,
+    playback: Playback,
+}
+
+impl Played<'_> {
+    /// The step that picture `n` shows, unless it is that of the picture before. To be called for each picture in order.
+    pub fn change(&mut self, n: usize) -> Option<Result<Volume<'static>, Error>> {
+        if std::mem::replace(&mut self.shown, self.steps[n]) == self.steps[n] {
+            return None;
+        }
+        Some(self.playback.next().expect("a step is read for every change"))
+    }
+}
+
+/// The step of each of `count` pictures: the nearest to its place between the first step and the last.
+fn spread(count: u32, steps: usize) -> Vec<usize> {
+    let (last, intervals) = (steps as u64 - 1, u64::from(count.max(2)) - 1);
+    (0..u64::from(count)).map(|n| ((2 * n * last + intervals) / (2 * intervals)) as usize).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn steps_are_spread_from_the_first_to_the_last() {
+        assert_eq!(spread(4, 4), [0, 1, 2, 3]);
+        assert_eq!(spread(5, 3), [0, 1, 1, 2, 2]);
+        assert_eq!(spread(3, 9), [0, 4, 8]);
+        assert_eq!((spread(1, 9), spread(2, 9)), (vec![0], vec![0, 8]));
+        for (count, steps) in [(100_000, 7), (7, 100_000)] {
+            let spread = spread(count, steps);
+            assert!(spread.is_sorted() && spread[0] == 0 && spread[count as usize - 1] == steps - 1);
+        }
+    }
+}

@@ -1,0 +1,224 @@
+//! `rotate --time`: pictures are those of `render --frame`, and refused sequences.
+
+use super::*;
+use std::fs::write;
+
+const DIMS: [usize; 3] = [14, 12, 10];
+const STEPS: usize = 4;
+/// Camera that no transfer function and no other view changes.
+const CAMERA: &str = "--fit volume --elevation 15 --size 30x24";
+
+/// Voxels of a step: noise from 0 on, brighter with time.
+fn voxels(step: usize) -> Vec<u8> {
+    let scale = |byte: u8| (usize::from(byte) * (step + 1) / STEPS) as u8;
+    let mut voxels: Vec<u8> = random_bytes(DIMS, step as u64 + 1).into_iter().map(scale).collect();
+    voxels[0] = 0;
+    voxels
+}
+
+/// A NIfTI file of int16 with a time axis, its values scaled by 0.5.
+fn nifti(path: &Path, steps: usize) {
+    let mut header = [0u8; 352];
+    header[0..4].copy_from_slice(&348i32.to_le_bytes());
+    let sizes = [4, DIMS[0], DIMS[1], DIMS[2], steps, 1, 1, 1];
+    for (n, size) in sizes.into_iter().enumerate() {
+        header[40 + 2 * n..42 + 2 * n].copy_from_slice(&(size as i16).to_le_bytes());
+    }
+    header[70..72].copy_from_slice(&4i16.to_le_bytes());
+    header[72..74].copy_from_slice(&16i16.to_le_bytes());
+    for n in 0..5 {
+        header[76 + 4 * n..80 + 4 * n].copy_from_slice(&1f32.to_le_bytes());
+    }
+    header[108..112].copy_from_slice(&352f32.to_le_bytes());
+    header[112..116].copy_from_slice(&0.5f32.to_le_bytes());
+    header[344..348].copy_from_slice(b"n+1\0");
+    let numbers = (0..steps).flat_map(voxels).flat_map(|n| i16::from(n).to_le_bytes());
+    write(path, header.into_iter().chain(numbers).collect::<Vec<u8>>()).unwrap();
+}
+
+fn nrrd(path: &Path, [x, y, z]: [usize; 3], voxels: &[u8]) {
+    let header = format!("NRRD0004\ntype: uint8\ndimension: 3\nsizes: {x} {y} {z}\nencoding: raw\n\n");
+    write(path, [header.as_bytes(), voxels].concat()).unwrap();
+}
+
+fn folder() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    nifti(&folder.path().join("beat.nii"), STEPS);
+    for step in 0..STEPS {
+        nrrd(&folder.path().join(format!("s{step}.nrrd")), DIMS, &voxels(step));
+    }
+    folder
+}
+
+fn film(folder: &Path, arguments: &str) -> Vec<Frame> {
+    let output = folder.join("film");
+    let _ = std::fs::remove_dir_all(&output);
+    done(folder, &format!("rotate {arguments} {CAMERA} --bits 16 -o film"));
+    names(&output).iter().map(|name| read_image(&output.join(name)).unwrap()).collect()
+}
+
+fn still(folder: &Path, arguments: &str) -> Frame {
+    done(folder, &format!("render {arguments} {CAMERA} --bits 16 -o still.png"));
+    read_image(&folder.join("still.png")).unwrap()
+}
+
+/// Standing and turning, from one file and from several, in the range of values of all steps.
+#[test]
+fn pictures_of_a_sequence_are_those_of_its_frames() {
+    let folder = folder();
+    let f = folder.path();
+    let largest = |step: usize| f64::from(*voxels(step).iter().max().unwrap());
+    let most = largest(STEPS - 1);
+    assert!(most > 1.2 * largest(STEPS - 2));
+    let files: Vec<String> = (0..STEPS).map(|n| format!("s{n}.nrrd")).collect();
+    for turn in [0, 360, 90] {
+        let frames = film(f, &format!("beat.nii --time --turn {turn} --azimuth 30 --transfer fire"));
+        let from_files = film(f, &format!("{} --time --turn {turn} --azimuth 30 --transfer fire", files.join(" ")));
+        assert_eq!((frames.len(), from_files.len()), (STEPS, STEPS));
+        let view = |n: usize| {
+            let azimuth = 30.0 + f64::from(turn) * n as f64 / if turn == 90 { STEPS - 1 } else { STEPS } as f64;
+            format!("--azimuth {azimuth} --transfer fire")
+        };
+        for n in 0..STEPS {
+            let range = |most: f64| format!("--transfer-range 0,{most}");
+            assert!(frames[n] == still(f, &format!("beat.nii --frame {n} {} {}", view(n), range(most / 2.0))), "{turn}: {n}");
+            assert!(from_files[n] == still(f, &format!("s{n}.nrrd {} {}", view(n), range(most))), "{turn}: {n}");
+        }
+        // Another step, another view and the range of one step are noticed.
+        let range = format!("--transfer-range 0,{}", most / 2.0);
+        assert!(frames[1] != still(f, &format!("beat.nii --frame 2 {} {range}", view(1))));
+        assert!(frames[1] != still(f, &format!("beat.nii --frame 1 {}", view(1))));
+        assert!(turn == 0 || frames[1] != still(f, &format!("beat.nii --frame 1 {} {range}", view(2))));
+    }
+}
+
+/// Built-in volumes of different ranges; more and fewer pictures than steps; the film of the automatic transfer function.
+#[test]
+fn steps_repeat_or_are_left_out() {
+    let folder = folder();
+    let f = folder.path();
+    let options = "--turn 0 --transfer fire --transfer-range 0,128";
+    let all = film(f, &format!("beat.nii --time {options}"));
+    for (frames, steps) in [(6, vec![0, 1, 1, 2, 2, 3]), (2, vec![0, 3]), (1, vec![0])] {
+        let found = film(f, &format!("beat.nii --time {options} --frames {frames}"));
+        let expected: Vec<&Frame> = steps.iter().map(|&step| &all[step]).collect();
+        assert!(found.iter().eq(expected), "{frames}");
+    }
+    let report =
+        json(f, &["rotate", "builtin:cube@8", "builtin:gyroid@8", "--time", "--turn", "0", "--size", "20", "-o", "g.gif"]);
+    assert_eq!((&report["frames"], &report["steps"]), (&2.into(), &2.into()));
+    let decoder = GifDecoder::new(BufReader::new(std::fs::File::open(f.join("g.gif")).unwrap())).unwrap();
+    assert_eq!(decoder.into_frames().count(), 2);
+    let said = done(f, "rotate beat.nii --time --mip --size 20x20 -o mip.gif").stderr;
+    let one = done(f, "render beat.nii --frame 0 --mip --size 20x20 -o mip.png").stderr;
+    let upper = |said: Vec<u8>| {
+        let said = String::from_utf8(said).unwrap();
+        let line = said.lines().find(|line| line.starts_with("transfer function: grey")).unwrap().to_owned();
+        line.split(" to ").nth(1).unwrap().split(' ').next().unwrap().parse::<f64>().unwrap()
+    };
+    assert!(upper(said) > 2.0 * upper(one), "the ramp is that of the sequence");
+}
+
+/// The frames of keys: between keys, before the first and after the last; and time over a path whose keys have none.
+#[test]
+fn keys_choose_frames() {
+    let folder = folder();
+    let f = folder.path();
+    let look = "--transfer fire --transfer-range 0,128 --rate 4";
+    let key = |time: f64, azimuth: f64, frame: &str| format!(r#"{{"time": {time}, "azimuth": {azimuth}{frame}}}"#);
+    let keys = |frames: [&str; 3]| {
+        let [a, b, c] = frames;
+        format!("[{}, {}, {}]", key(0.0, 0.0, a), key(1.0, 90.0, b), key(1.5, 90.0, c))
+    };
+    write(f.join("plain.json"), keys(["", "", ""])).unwrap();
+    write(f.join("frames.json"), keys([r#", "frame": 3"#, r#", "frame": 0.4"#, ""])).unwrap();
+    let plain: Vec<Vec<Frame>> = (0..STEPS).map(|n| film(f, &format!("beat.nii --frame {n} --keys plain.json {look}"))).collect();
+    // 3, 2.35, 1.7, 1.05, 0.4, 0.4, 0.4.
+    let found = film(f, &format!("beat.nii --keys frames.json {look}"));
+    assert!(found.iter().enumerate().all(|(n, frame)| *frame == plain[[3, 2, 2, 1, 0, 0, 0][n]][n]) && found.len() == 7);
+    assert!(found[1] != plain[3][1]);
+    // 0, 0.5, 1, 1.5, 2, 2.5, 3.
+    let spread = film(f, &format!("beat.nii --keys plain.json --time {look}"));
+    assert!(spread.iter().enumerate().all(|(n, frame)| *frame == plain[[0, 1, 1, 2, 2, 3, 3][n]][n]) && spread.len() == 7);
+    write(f.join("beyond.json"), keys([r#", "frame": 0"#, r#", "frame": 4"#, ""])).unwrap();
+    write(f.join("wrong.json"), keys([r#", "frame": -1"#, "", ""])).unwrap();
+    for (arguments, code, words) in [
+        ("beat.nii --keys beyond.json", 1, ["key 2", "0 to 3"]),
+        ("beat.nii --keys wrong.json", 1, ["key 1", "from 0"]),
+        ("beat.nii --time --keys frames.json", 2, ["conflict", "--time"]),
+        ("beat.nii --frame 1 --keys frames.json", 2, ["frame", "omit"]),
+        ("beat.nii --turn 20 --keys plain.json", 2, ["--turn", "--keys"]),
+    ] {
+        let arguments: Vec<&str> = ["rotate"].into_iter().chain(arguments.split(' ')).chain(["-o", "no.gif"]).collect();
+        refused(f, &arguments, code, &words);
+    }
+}
+
+#[test]
+fn sequences_that_cannot_be_played_are_refused() {
+    let folder = folder();
+    let f = folder.path();
+    nrrd(&f.join("small.nrrd"), [14, 12, 9], &voxels(0)[..14 * 12 * 9]);
+    let bytes = std::fs::read(f.join("beat.nii")).unwrap();
+    write(f.join("cut.nii"), &bytes[..bytes.len() - 1]).unwrap();
+    for (arguments, code, words) in [
+        (
+            "s0.nrrd small.nrrd --time",
+            1,
+            vec!["small.nrrd", "step 1", "14x12x9 voxels of uint8", "s0.nrrd", "14x12x10", "convert"],
+        ),
+        ("beat.nii s0.nrrd --time", 1, vec!["s0.nrrd", "step 4", "uint8", "int16"]),
+        ("cut.nii --time", 1, vec!["cut.nii", "truncated"]),
+        ("s0.nrrd --time", 1, vec!["s0.nrrd", "one volume", "time axis"]),
+        ("s0.nrrd s1.nrrd", 2, vec!["--time", "add it"]),
+        ("s0.nrrd missing.nrrd --time", 1, vec!["missing.nrrd"]),
+        ("beat.nii --time --frame 1", 2, vec!["--frame", "omit"]),
+        ("- --time", 2, vec!["standard input", "name a file"]),
+        ("beat.nii --turn x", 2, vec!["--turn"]),
+    ] {
+        for output in ["no.gif", "no"] {
+            let arguments: Vec<&str> = ["rotate"].into_iter().chain(arguments.split(' ')).chain(["-o", output]).collect();
+            refused(f, &arguments, code, &words);
+        }
+    }
+}
+
+/// The files of a `.pvd` in a folder of its own, in the order of time.
+#[cfg(feature = "vtk")]
+#[test]
+fn collections_are_sequences() {
+    let folder = folder();
+    let f = folder.path();
+    std::fs::create_dir(f.join("run")).unwrap();
+    for step in 0..STEPS {
+        done(f, &format!("convert s{step}.nrrd run/{step}.vti"));
+    }
+    let collection = |name: &str, entries: &[(&str, &str)]| {
+        let entry = |(time, file): &(&str, &str)| format!(r#"<DataSet timestep="{time}" group="" part="0" file="{file}"/>"#);
+        let entries: String = entries.iter().map(entry).collect();
+        let text = format!(r#"<?xml version="1.0"?><VTKFile type="Collection"><Collection>{entries}</Collection></VTKFile>"#);
+        write(f.join(name), text).unwrap();
+    };
+    collection("run.pvd", &[("10", "run/2.vti"), ("0", "run/0.vti"), ("2.5", "run/1.vti"), ("1e2", "run/3.vti")]);
+    let look = "--time --turn 0 --transfer fire";
+    let found = film(f, &format!("run.pvd {look}"));
+    assert!(found == film(f, &format!("s0.nrrd s1.nrrd s2.nrrd s3.nrrd {look}")));
+    assert!(found != film(f, &format!("s0.nrrd s2.nrrd s1.nrrd s3.nrrd {look}")));
+    collection("twice.pvd", &[("1", "run/0.vti"), ("1", "run/1.vti")]);
+    collection("none.pvd", &[]);
+    collection("when.pvd", &[("soon", "run/0.vti")]);
+    collection("lost.pvd", &[("0", "run/0.vti"), ("1", "run/9.vti")]);
+    write(f.join("damaged.pvd"), "<VTKFile><Collection></VTKFile>").unwrap();
+    let text = std::fs::read_to_string(f.join("run.pvd")).unwrap();
+    write(f.join("cut.pvd"), &text[..text.find("<DataSet timestep=\"1e2").unwrap()]).unwrap();
+    for (name, words) in [
+        ("cut.pvd", ["cut.pvd", "truncated"]),
+        ("twice.pvd", ["time 1", "0.vti"]),
+        ("none.pvd", ["no files", "DataSet"]),
+        ("when.pvd", ["'soon'", "number"]),
+        ("lost.pvd", ["9.vti", "cannot read"]),
+        ("damaged.pvd", ["damaged.pvd", "damaged"]),
+    ] {
+        refused(f, &["rotate", name, "--time", "-o", "no.gif"], 1, &words);
+    }
+}
