@@ -26,8 +26,9 @@ pub(super) fn begin(scene: &Arc<Scene>, painter: &mut Painter) {
         return;
     };
     if has_light {
-        // Of pictures that follow the hand.
-        settings.extend(settings.clone().into_iter().map(|settings| Settings { light_grid: LightGrid::Half, ..settings }));
+        // Pictures that follow the hand. They come first: beside a finer light volume, none of half the resolution is made.
+        let moving = |settings: &Settings| Settings { light_grid: LightGrid::Half, ..settings.clone() };
+        settings = settings.iter().map(moving).chain(settings.clone()).collect();
     }
     let expected = ExpectedFrames::new(&settings, SIZE).with_parallel_views();
     scene.ready.begin();
