@@ -41,7 +41,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "FILE")]
     keys: Option<PathBuf>,
     /// Degrees that the camera turns; 0: it stands
-    #[arg(long, default_value_t = 360.0, value_parser = parse::finite, value_name = "DEGREES", allow_hyphen_values = true, conflicts_with = "keys")]
+    #[arg(long, default_value_t = FULL_TURN, value_parser = parse::finite, value_name = "DEGREES", allow_hyphen_values = true, conflicts_with = "keys")]
     turn: f64,
     /// Frames per second, 1 to 120; GIF up to 50
     #[arg(long, default_value_t = 25, value_parser = clap::value_parser!(u32).range(1..=120), value_name = "N")]

@@ -101,7 +101,7 @@ impl Painter {
             match self.scene.host.settings(&look, None) {
                 Ok(_) => {
                     self.look = look;
-                    warming::begin(&self.scene.clone(), self);
+                    warming::begin(self);
                 }
                 // The view is drawn as it was.
                 Err(error) => self.outgoing.problem(&self.scene, &error),

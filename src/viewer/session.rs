@@ -90,7 +90,7 @@ impl Session {
         let maker = Maker { scene: scene.clone(), keeper: keeper.clone(), outgoing: outgoing.clone() };
         let mut painter = Painter::new(scene.clone(), (inbox.clone(), keeper.clone()), outgoing, first, cancel)?;
         scene.ready.watch(&inbox);
-        warming::begin(&scene, &mut painter);
+        warming::begin(&mut painter);
         let thread = std::thread::Builder::new().name("painter".into()).spawn(move || {
             painter.run();
             memory::return_freed();
