@@ -12,6 +12,8 @@ macro_rules! kernel_files {
 
 kernel_files!(
     "layered/beam.cl",
+    "layered/channel_lattice.cl",
+    "layered/channels.cl",
     "layered/footprint.cl",
     "layered/footprint_set.cl",
     "layered/footprints.cl",
@@ -22,6 +24,7 @@ kernel_files!(
     "layered/point_layer.cl",
     "layered/point_sample.cl",
     "layered/point_samples.cl",
+    "layered/point_tile.cl",
     "layered/ray_lattice.cl",
     "layered/sample_tile.cl",
     "layered/splat_direct.cl",

@@ -201,6 +201,15 @@ kernel_struct! {
 }
 
 kernel_struct! {
+    /// One of several fields that are drawn together.
+    ChannelParams {
+        view: VolumeView,
+        gradient_view: VolumeView,
+        sample: SampleParams,
+    }
+}
+
+kernel_struct! {
     /// Where rays count: in a box, and on the positive side of planes. In voxels, along the kernel's axes.
     Clipping {
         lowest: [f32; 3],
@@ -435,6 +444,7 @@ pub(in crate::device) fn typedefs() -> String {
         LightParams::typedef(),
         SegmentParams::typedef(),
         SampleParams::typedef(),
+        ChannelParams::typedef(),
         Clipping::typedef(),
         LayerOffset::typedef(),
         SplatLatticeParams::typedef(),
