@@ -47,7 +47,7 @@ pub(super) fn declare_casting(declaring: &Declaring, kernel: Kernel, resources: 
 /// Declares the resources of [`MarchedRays::slice`].
 pub(super) fn declare_slicing(declaring: &Declaring, resources: &mut Resources) {
     declare_segments(declaring, Kernel::Linear, resources);
-    resources.kept(("the table of slicing", None, None), [TableSizes::slicing()]);
+    resources.kept(("the table of slicing", None, None, 0), [TableSizes::slicing()]);
 }
 
 /// Declares the resources of [`MarchedRays::cast_segments`].

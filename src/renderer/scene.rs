@@ -39,6 +39,16 @@ pub(super) struct Scene<'a> {
     pub rays: &'a Rays,
     pub viewport: Viewport,
     pub settings: &'a Settings,
+    /// Fields that are drawn together with this one.
+    others: Vec<OtherField<'a>>,
+}
+
+/// A field that a scene draws together with its own.
+pub(super) struct OtherField<'a> {
+    pub field: &'a Field,
+    pub classification: &'a mut Classification,
+    /// In normalised world units.
+    pub settings: Settings,
 }
 
 impl<'a> Scene<'a> {
@@ -49,7 +59,28 @@ impl<'a> Scene<'a> {
         kernels: &'a mut PreparationKernels,
         light: &'a mut LightVolumes,
     ) -> Self {
-        Self { device, field, classification, kernels, light, rays, viewport, settings }
+        Self { device, field, classification, kernels, light, rays, viewport, settings, others: Vec::new() }
+    }
+
+    /// Adds fields that are drawn together with this one.
+    pub fn with_others(self, others: Vec<OtherField<'a>>) -> Self {
+        Self { others, ..self }
+    }
+
+    /// Number of fields.
+    pub fn channels(&self) -> usize {
+        1 + self.others.len()
+    }
+
+    /// Results of `work` for the scene of each field alone, beginning with this one.
+    pub fn for_each_channel<T>(&mut self, mut work: impl FnMut(&mut Scene) -> Result<T, Error>) -> Result<Vec<T>, Error> {
+        let mut results = vec![work(self)?];
+        let Self { device, kernels, light, rays, viewport, .. } = self;
+        for OtherField { field, classification, settings } in &mut self.others {
+            let view = View { device, rays, viewport: *viewport, settings };
+            results.push(work(&mut Scene::new(view, field, classification, kernels, light))?);
+        }
+        Ok(results)
     }
 }
 

@@ -67,6 +67,8 @@ pub(in crate::renderer) struct Integrals {
     pub visible_values: [f32; 2],
     /// Extinction of one unit.
     pub unit: f32,
+    /// Largest extinction in the table, per unit distance.
+    pub deepest: f64,
     /// Whether values can lie outside the nodes.
     pub cut: bool,
     /// Whether absorption within a layer can change its colour noticeably. Programs are built for it.
@@ -130,7 +132,7 @@ impl Classification {
             return Ok(kept);
         }
         let stored = field.stored();
-        let on_host = TransferTable::new(&self.transfer, field_range(&stored, kernel), extinction);
+        let on_host = TransferTable::new(&self.transfer, field_range(&stored, kernel), extinction).scaled(self.factor);
         let entries: Vec<Float4> = on_host.entries.iter().map(|&e| Float4(e)).collect();
         let table = Table {
             entries: Buffer::from_slice(device, &entries, TABLE)?,
@@ -166,6 +168,7 @@ impl Classification {
             scale: Scale::new(field, on_host.first, on_host.per_value, on_host.nodes.len()),
             visible_values: on_host.visible_values().map(|v| (v - field.offset()) as f32),
             unit: on_host.unit as f32,
+            deepest: table.on_host.entries.iter().map(|entry| f64::from(entry[3])).fold(0.0, f64::max),
             cut: field.range_is_declared() || !on_host.spans(field_range(&field.stored(), kernel)),
             dimmed: self.dimmed.unwrap_or_else(|| table.on_host.dimming(thinnest * f64::from(per_layer)) > DIMMING),
         };

@@ -1,5 +1,6 @@
 //! Layered rendering: on a lattice, or per screen pixel.
 
+mod channels;
 mod footprint_set;
 mod pixels;
 pub(super) mod points;

@@ -1,12 +1,14 @@
 //! Point-sampled layers with pre-integrated segments.
 
-use super::super::classification::{Integrals, Table};
+use super::super::classification::{Integrals, Table, VisibleBlocks};
+use super::super::field::Layout;
 use super::super::frame::{Declaring, Resources};
 use super::super::range::LayerRange;
 use super::super::region::Region;
 use super::super::sampling::Steps;
-use super::super::scene::Scene;
+use super::super::scene::{GradientVoxels, Scene};
 use super::super::tiles::{Drawn, Target, Tiles, declare_target};
+use super::channels::{ChannelLayers, declare_channels};
 use super::pixels::{direct_params, layer_axes};
 use crate::device::LatticeSchedule;
 use crate::device::launch::Launcher;
@@ -18,6 +20,7 @@ use crate::error::Error;
 use crate::layers::{Axis, AxisFrame, Density, Kernel, Lattice, Stagger};
 use crate::settings::Blend;
 use crate::settings::{Classification, Evaluation};
+use std::sync::Arc;
 
 /// Renders point-sampled layers.
 #[derive(Default)]
@@ -25,6 +28,7 @@ pub(in crate::renderer) struct PointLayers {
     lattice: Launcher<PointLattice>,
     samples: Launcher<PointSamples>,
     direct: Launcher<PointDirect>,
+    channels: ChannelLayers,
 }
 
 /// Layer thicknesses in pixels from which a layer gets one and two additional samples.
@@ -61,12 +65,15 @@ pub(in crate::renderer) fn declare_lattice(
     resources: &mut Resources,
 ) {
     declare_target(lattice.samples(), Tiles::for_points(lattice, declaring.tuning), resources);
-    declaring.visibility(lattice.frame.layer_axis(), kernel, resources);
-    declaring.gradients(lattice.frame.layer_axis(), kernel, resources);
+    declare_channels(declaring, resources);
     // Lattices that share a frame have tables of their own if they differ in samples per layer.
     let axis = lattice.frame.layer_axis();
     let own = evaluation == Evaluation::Lattice(Density::Screen) || for_thickness(declaring.shape.thickness(axis)) > 0;
-    declaring.integrals(Some(axis).filter(|_| own), kernel, resources);
+    declaring.for_each_channel(|declaring| {
+        declaring.visibility(axis, kernel, resources);
+        declaring.gradients(axis, kernel, resources);
+        declaring.integrals(Some(axis).filter(|_| own), kernel, resources);
+    });
 }
 
 /// Declares the resources of [`PointLayers::draw_pixels`].
@@ -93,39 +100,34 @@ impl PointLayers {
         let axis = frame.layer_axis();
         let thickness = scene.field.shape().thickness(axis);
         let per_layer = adapted(samples_per_layer, evaluation, scene.rays.pixels_along(frame.a), thickness);
-        let steps = scene.steps(per_layer);
         let tiles = Tiles::for_points(lattice, device.tuning());
         let Drawn { samples, active_samples, .. } = &target.prepare(tiles);
         if lattice.samples() == 0 {
             return Ok(());
         }
-        let visible = scene.visible_blocks(axis, kernel)?;
-        let integrals = scene.integrals(kernel, steps.shortest(), per_layer)?;
-        let layout = scene.weighted(axis, kernel)?;
-        let gradients = scene.gradient_voxels(axis, kernel, &layout)?;
+        let view = LatticeView { lattice, range, tiles, axis, kernel, per_layer };
+        if scene.channels() > 1 {
+            return self.channels.draw(scene, &view, samples, active_samples);
+        }
+        let inputs = PointInputs::new(scene, &view)?;
         let region = Region::new(scene, kernel, per_layer);
-        let segments = segments(scene, &integrals, per_layer);
-        let table = scene.table(kernel)?;
+        let segments = segments(scene, &inputs.integrals, per_layer);
         let illumination = scene.illumination()?;
-        let [light, sky] = illumination.arguments(&visible.flags);
-        let sample = point_params(scene, (&integrals, &table), steps, frame, (kernel, per_layer));
-        let variant = (layout.voxels.kind(), kernel, segments, region.rendering_from(&gradients));
+        let [light, sky] = illumination.arguments(&inputs.visible.flags);
+        let variant = (inputs.layout.voxels.kind(), kernel, segments, region.rendering_from(&inputs.gradients));
         let arguments = PointLatticeArguments {
-            voxels: &layout.voxels,
-            view: layout.view,
-            gradient_voxels: &gradients.layout.voxels,
-            gradient_view: gradients.layout.view,
+            voxels: &inputs.layout.voxels,
+            view: inputs.layout.view,
+            gradient_voxels: &inputs.gradients.layout.voxels,
+            gradient_view: inputs.gradients.layout.view,
             light,
             sky,
-            visible: &visible.flags,
-            shown_slabs: &visible.shown,
-            integrals: &integrals.nodes,
-            table: &table.entries,
-            p: RayLatticeParams {
-                layers: range.slabs(lattice, kernel.radius()),
-                ..lattice_params(lattice, range, tiles, visible.blocks, settings.culling)
-            },
-            sample,
+            visible: &inputs.visible.flags,
+            shown_slabs: &inputs.visible.shown,
+            integrals: &inputs.integrals.nodes,
+            table: &inputs.table.entries,
+            p: view.params(inputs.visible.blocks, settings.culling),
+            sample: inputs.sample,
             clip: region.for_layers(frame),
             lattice: samples,
             active_samples,
@@ -187,8 +189,60 @@ impl PointLayers {
     }
 }
 
+/// A lattice of point-sampled layers, and the samples that its layers have.
+pub(super) struct LatticeView<'a> {
+    lattice: &'a Lattice,
+    range: &'a LayerRange,
+    tiles: Tiles,
+    axis: Axis,
+    pub kernel: Kernel,
+    pub per_layer: u32,
+}
+
+impl LatticeView<'_> {
+    pub fn frame(&self) -> AxisFrame {
+        self.lattice.frame
+    }
+
+    /// Kernel argument, for min-max blocks in these numbers.
+    pub fn params(&self, blocks: [i32; 2], culling: bool) -> RayLatticeParams {
+        let Self { lattice, range, tiles, kernel, .. } = *self;
+        RayLatticeParams {
+            layers: range.slabs(lattice, kernel.radius()),
+            ..lattice_params(lattice, range, tiles, blocks, culling)
+        }
+    }
+}
+
+/// What layers of a field are sampled from and classified by.
+pub(super) struct PointInputs {
+    pub layout: Layout,
+    pub gradients: GradientVoxels,
+    pub visible: Arc<VisibleBlocks>,
+    pub integrals: Arc<Integrals>,
+    pub table: Arc<Table>,
+    pub sample: SampleParams,
+    /// Length of a layer along its axis, in unit distances.
+    pub layer: f64,
+}
+
+impl PointInputs {
+    pub fn new(scene: &mut Scene, view: &LatticeView) -> Result<Self, Error> {
+        let &LatticeView { axis, kernel, per_layer, .. } = view;
+        let steps = scene.steps(per_layer);
+        let visible = scene.visible_blocks(axis, kernel)?;
+        let integrals = scene.integrals(kernel, steps.shortest(), per_layer)?;
+        let layout = scene.weighted(axis, kernel)?;
+        let gradients = scene.gradient_voxels(axis, kernel, &layout)?;
+        let table = scene.table(kernel)?;
+        let sample = point_params(scene, (&integrals, &table), steps, view.frame(), (kernel, per_layer));
+        let layer = steps.shortest() * f64::from(per_layer);
+        Ok(Self { layout, gradients, visible, integrals, table, sample, layer })
+    }
+}
+
 /// Segment permutation; integrals are needed only for compositing.
-fn segments(scene: &Scene, integrals: &Integrals, per_layer: u32) -> Segments {
+pub(super) fn segments(scene: &Scene, integrals: &Integrals, per_layer: u32) -> Segments {
     match scene.settings.blend {
         Blend::Composite => integrals.segments(scene.settings.extinction, per_layer),
         _ => Segments::default(),

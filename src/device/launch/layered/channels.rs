@@ -1,7 +1,7 @@
 //! Kernels that draw several fields together.
 
 use super::super::structs::{ChannelParams, Clipping, Float4, RayLatticeParams};
-use super::super::{Declared, Defines, Items, Launch, PerChannel, Rendering, VoxelBuffer, VoxelKind, kernel, tiles};
+use super::super::{Defines, Items, Launch, PerChannel, Rendering, VoxelBuffer, VoxelKind, kernel, tiles};
 use super::{PointLattice, Segments};
 use crate::device::{Buffer, Tuning};
 use crate::layers::Kernel;
