@@ -7,7 +7,7 @@ mod tables;
 mod visibility;
 
 pub(super) use splat_list::{SplatList, Splatted, read_total};
-pub(super) use tables::{Integrals, SLAB_VALUES, Table, TableSizes};
+pub(super) use tables::{DIMMING, Integrals, SLAB_VALUES, Table, TableSizes};
 pub(super) use visibility::VisibleBlocks;
 
 use super::field::{Field, FieldKernels};

@@ -23,7 +23,7 @@ pub(in crate::renderer) const SLAB_VALUES: usize = 256;
 
 /// Threshold of the colour error of a segment at which correcting it is worth three times the time: 20 dB locally. Transfer
 /// functions that exceed it are opaque and of several hues; that of aneurism has 0.07.
-const DIMMING: f64 = 0.1;
+pub(in crate::renderer) const DIMMING: f64 = 0.1;
 
 /// Mapping from values to table indices.
 #[derive(Clone, Copy, Debug)]
@@ -44,7 +44,7 @@ impl Scale {
 
 /// A transfer table.
 pub(in crate::renderer) struct Table {
-    on_host: TransferTable,
+    pub on_host: TransferTable,
     /// (r, g, b, τ), or with linear extinction (r, g, b, α), per value.
     pub entries: Buffer<Float4>,
     /// Number of entries with opacity before each entry.
@@ -67,8 +67,6 @@ pub(in crate::renderer) struct Integrals {
     pub visible_values: [f32; 2],
     /// Extinction of one unit.
     pub unit: f32,
-    /// Largest extinction in the table, per unit distance.
-    pub deepest: f64,
     /// Whether values can lie outside the nodes.
     pub cut: bool,
     /// Whether absorption within a layer can change its colour noticeably. Programs are built for it.
@@ -168,7 +166,6 @@ impl Classification {
             scale: Scale::new(field, on_host.first, on_host.per_value, on_host.nodes.len()),
             visible_values: on_host.visible_values().map(|v| (v - field.offset()) as f32),
             unit: on_host.unit as f32,
-            deepest: table.on_host.entries.iter().map(|entry| f64::from(entry[3])).fold(0.0, f64::max),
             cut: field.range_is_declared() || !on_host.spans(field_range(&field.stored(), kernel)),
             dimmed: self.dimmed.unwrap_or_else(|| table.on_host.dimming(thinnest * f64::from(per_layer)) > DIMMING),
         };

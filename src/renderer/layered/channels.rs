@@ -1,5 +1,6 @@
 //! Point-sampled layers of several fields.
 
+use super::super::classification::{DIMMING, Table};
 use super::super::frame::{Declaring, Resources, Slot};
 use super::super::region::Region;
 use super::super::scene::Scene;
@@ -10,16 +11,40 @@ use crate::device::launch::structs::{ChannelParams, Float4};
 use crate::device::launch::{BlendMode, Launcher, PerChannel, Rendering};
 use crate::error::Error;
 use crate::transfer::Extinction;
+use std::sync::Arc;
 
 const CHANNELS: Slot<ChannelParams> = Slot::new("the parameters of channels");
-
-/// Sum of the optical depths of a layer above which the fields dim each other: SUBDIVISION_DEPTH in kernels/shared/dimmed_segment.cl.
-const DIMMING_DEPTH: f64 = 0.3;
 
 /// Renders point-sampled layers of several fields.
 #[derive(Default)]
 pub(super) struct ChannelLayers {
     lattice: Launcher<ChannelLattice>,
+    dimming: Option<MutualDimming>,
+}
+
+/// Whether some fields dim each other.
+struct MutualDimming {
+    tables: Vec<Arc<Table>>,
+    /// Length of a layer in unit distances of each.
+    layers: Vec<f64>,
+    is_noticeable: bool,
+}
+
+impl MutualDimming {
+    fn new(tables: Vec<Arc<Table>>, layers: Vec<f64>) -> Self {
+        let length = layers.iter().fold(0.0, |longest: f64, &layer| longest.max(layer));
+        let pairs = tables.iter().enumerate().flat_map(|(n, one)| {
+            let others = tables.iter().enumerate().filter(move |(m, _)| *m != n);
+            others.map(move |(_, other)| one.on_host.dimming_with(&other.on_host, length))
+        });
+        let is_noticeable = pairs.fold(0.0, f64::max) > DIMMING;
+        Self { tables, layers, is_noticeable }
+    }
+
+    fn is_of(&self, tables: &[Arc<Table>], layers: &[f64]) -> bool {
+        let same = self.tables.iter().zip(tables).all(|(one, other)| Arc::ptr_eq(one, other));
+        same && self.tables.len() == tables.len() && self.layers == layers
+    }
 }
 
 /// The layers of a field, and the programs that they need.
@@ -83,8 +108,21 @@ impl ChannelLayers {
             lattice: samples,
             active_samples,
         };
-        let variant = (kind, kernel, merged(&channels, scene.settings.extinction), rendering, Channels::new(params.len()));
+        let variant = (kind, kernel, self.merged(&channels, scene.settings.extinction), rendering, Channels::new(params.len()));
         self.lattice.launch(device, variant, &arguments)
+    }
+
+    /// Segment permutation for all fields together.
+    fn merged(&mut self, channels: &[ClassifiedLayers], extinction: Extinction) -> Segments {
+        let base = channels[0].segments;
+        if channels[0].rendering.blend != BlendMode::Composite || extinction == Extinction::Linear {
+            return base;
+        }
+        let tables: Vec<_> = channels.iter().map(|channel| channel.inputs.table.clone()).collect();
+        let layers: Vec<_> = channels.iter().map(|channel| channel.inputs.layer).collect();
+        let known = self.dimming.take().filter(|known| known.is_of(&tables, &layers));
+        let dimming = self.dimming.insert(known.unwrap_or_else(|| MutualDimming::new(tables, layers)));
+        Segments { dimmed: dimming.is_noticeable || channels.iter().any(|channel| channel.segments.dimmed), ..base }
     }
 }
 
@@ -100,15 +138,6 @@ impl ClassifiedLayers {
 
 fn each<'a, T: Copy>(channels: &'a [ClassifiedLayers], argument: impl Fn(&'a PointInputs) -> T) -> PerChannel<T> {
     PerChannel::new(&channels.iter().map(|channel| argument(&channel.inputs)).collect::<Vec<_>>())
-}
-
-/// Segment permutation for all fields together.
-fn merged(channels: &[ClassifiedLayers], extinction: Extinction) -> Segments {
-    let depth: f64 = channels.iter().map(|channel| channel.inputs.integrals.deepest * channel.inputs.layer).sum();
-    let composites = channels.iter().all(|channel| channel.rendering.blend == BlendMode::Composite);
-    let together = composites && extinction == Extinction::Exponential && depth > DIMMING_DEPTH;
-    let base = channels[0].segments;
-    Segments { dimmed: together || channels.iter().any(|channel| channel.segments.dimmed), ..base }
 }
 
 /// Rejects fields that one program cannot draw together.
