@@ -72,8 +72,23 @@ impl<'a> Scene<'a> {
         1 + self.others.len()
     }
 
+    /// Rejects several fields, which `what` does not draw.
+    pub fn require_one_channel(&self, what: &str) -> Result<(), Error> {
+        if self.others.is_empty() {
+            return Ok(());
+        }
+        let problem = format!("{what} show one channel: show one alone, or choose pre-integrated layers or ray casting");
+        Err(Error::Settings { field: "channels", problem })
+    }
+
     /// Results of `work` for the scene of each field alone, beginning with this one.
+    ///
+    /// # Errors
+    /// Those of `work`, and for light volumes, which are of one field.
     pub fn for_each_channel<T>(&mut self, mut work: impl FnMut(&mut Scene) -> Result<T, Error>) -> Result<Vec<T>, Error> {
+        if self.settings.sweeps_light() {
+            self.require_one_channel("shadows and ambient occlusion")?;
+        }
         let mut results = vec![work(self)?];
         let Self { device, kernels, light, rays, viewport, .. } = self;
         for OtherField { field, classification, settings } in &mut self.others {

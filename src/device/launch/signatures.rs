@@ -61,6 +61,7 @@ fn launchers_match_their_kernels() {
     let depths = Rendering { depths: true, ..rendering };
     compare::<rays::Raycast>(d, (voxels, Kernel::Cubic, depths));
     compare::<rays::CastValues>(d, (voxels, Kernel::Cubic, Rendering { blend: BlendMode::Iso { refined: false }, ..depths }));
+    compare::<rays::ChannelRaycast>(d, (voxels, Kernel::Gaussian, depths, layered::Channels::new(8)));
     let compared = [
         compare_and_idle::<volume::Transpose>(d, voxels),
         compare_and_idle::<volume::PrefilterRows>(d, (voxels, volume::Outside::Mirrored)),
@@ -85,6 +86,7 @@ fn launchers_match_their_kernels() {
         compare_and_idle::<layered::FootprintSet>(d, ()),
         compare_and_idle::<layered::OpacityTable>(d, ()),
         compare_and_idle::<rays::Raycast>(d, (voxels, Kernel::Gaussian, rendering)),
+        compare_and_idle::<rays::ChannelRaycast>(d, (voxels, Kernel::Cubic, separate, layered::Channels::new(2))),
         compare_and_idle::<rays::Slicing>(d, (far, rendering)),
         compare_and_idle::<rays::CastSegments>(d, (voxels, Kernel::Cubic, segments, rendering)),
         compare_and_idle::<rays::CastValues>(

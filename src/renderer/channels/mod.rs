@@ -1,14 +1,18 @@
 //! Several fields that are drawn together: extinctions add, and colours are weighted by them (docs/guide/channels.md).
 
 mod fields;
+mod inputs;
 #[cfg(test)]
 mod tests;
 
 pub(super) use fields::Fields;
+pub(super) use inputs::{FieldInputs, Together};
 
 use super::field::UploadedVolume;
+use super::frame::{Declaring, Resources, Slot};
 use super::world::World;
 use crate::device::launch::MAX_CHANNELS;
+use crate::device::launch::structs::ChannelParams;
 use crate::error::Error;
 use crate::settings::{Blend, GradientOpacity, Settings};
 use crate::transfer::TransferFunction;
@@ -23,6 +27,16 @@ pub struct Channel {
     pub(super) volume: UploadedVolume,
     pub(super) transfer: TransferFunction,
     pub(super) look: Look,
+}
+
+/// Their kernel arguments.
+pub(super) const CHANNELS: Slot<ChannelParams> = Slot::new("the parameters of channels");
+
+/// Declares what several fields need besides the resources of each.
+pub(super) fn declare_channels(declaring: &Declaring, resources: &mut Resources) {
+    if !declaring.others.is_empty() {
+        resources.host(&CHANNELS, 1 + declaring.others.len());
+    }
 }
 
 /// How a field is shown, besides its transfer function.

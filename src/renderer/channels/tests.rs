@@ -41,12 +41,13 @@ fn scene(device: &Device) -> (Volume<'static>, [Channel; 2]) {
     (one.0, channels)
 }
 
-fn kernels() -> [Settings; 3] {
+fn kernels() -> [Settings; 4] {
     let layered = |kernel, samples_per_layer| {
         let classification = Classification::Preintegrated { kernel, samples_per_layer };
         Settings { algorithm: Algorithm::Layered(Layered { classification, ..Layered::default() }), ..Settings::default() }
     };
-    [layered(Kernel::CatmullRom, 1), layered(Kernel::Cubic, 2), Quality::High.settings()]
+    let raycast = Settings { algorithm: Algorithm::Raycast { kernel: Kernel::Cubic, step: 0.5 }, ..Settings::default() };
+    [layered(Kernel::CatmullRom, 1), layered(Kernel::Cubic, 2), Quality::High.settings(), raycast]
 }
 
 fn pictures(renderer: &mut Renderer, cameras: &[Camera], settings: &Settings) -> Vec<Frame> {

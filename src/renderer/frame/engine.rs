@@ -304,7 +304,10 @@ impl Engine {
             }
             Step::Slice(plan) => {
                 let Self { fields, kernels, light, passes, target, .. } = self;
-                fields.with_scene(view, kernels, light, |scene| passes.slices.draw(scene, plan, target))?;
+                fields.with_scene(view, kernels, light, |scene| {
+                    scene.require_one_channel("slices")?;
+                    passes.slices.draw(scene, plan, target)
+                })?;
                 done.finished = Finished::Floats(target.drawn().samples);
             }
             Step::Warp { lattice, share } => {
@@ -339,7 +342,10 @@ impl Engine {
     fn draw_layers(&mut self, view: View, lattice: &Lattice, layered: Layered, range: &LayerRange) -> Result<(), Error> {
         let Self { fields, kernels, light, passes, target, .. } = self;
         fields.with_scene(view, kernels, light, |scene| match layered.classification {
-            settings::Classification::Post(correction) => passes.splats.draw_lattice(scene, lattice, correction, range, target),
+            settings::Classification::Post(correction) => {
+                scene.require_one_channel("post-classified layers")?;
+                passes.splats.draw_lattice(scene, lattice, correction, range, target)
+            }
             settings::Classification::Preintegrated { kernel, samples_per_layer } => {
                 passes.points.draw_lattice(scene, lattice, (kernel, samples_per_layer), layered.evaluation, range, target)
             }
@@ -349,6 +355,10 @@ impl Engine {
     fn draw_screen(&mut self, view: View, plan: &Plan, gathers: RayOutput) -> Result<(), Error> {
         let Self { fields, kernels, light, passes, target, .. } = self;
         fields.with_scene(view, kernels, light, |scene| match *plan {
+            Plan::Raycast(kernel, step) => passes.rays.cast(scene, kernel, step, gathers, target),
+            // Several fields are classified at each sample of a ray, not between them.
+            Plan::CastSegments(kernel, step) if scene.channels() > 1 => passes.rays.cast(scene, kernel, step, gathers, target),
+            _ if scene.channels() > 1 => scene.require_one_channel(&plan.to_string()),
             Plan::Direct(axis, layered) => match layered.classification {
                 settings::Classification::Post(correction) => {
                     passes.splats.draw_pixels(scene, axis, correction, layered.footprints, target)
@@ -357,7 +367,6 @@ impl Engine {
                     passes.points.draw_pixels(scene, axis, (kernel, samples_per_layer), target)
                 }
             },
-            Plan::Raycast(kernel, step) => passes.rays.cast(scene, kernel, step, gathers, target),
             Plan::CastValues(kernel, step) => passes.rays.cast_values(scene, kernel, step, gathers, target),
             Plan::CastSegments(kernel, step) => passes.rays.cast_segments(scene, kernel, step, target),
             Plan::Slicing(step) => passes.rays.slice(scene, step, target),

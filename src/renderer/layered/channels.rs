@@ -1,19 +1,16 @@
 //! Point-sampled layers of several fields.
 
+use super::super::channels::{CHANNELS, Together};
 use super::super::classification::{DIMMING, Table};
-use super::super::frame::{Declaring, Resources, Slot};
-use super::super::region::Region;
 use super::super::scene::Scene;
-use super::points::{LatticeView, PointInputs, segments};
+use super::points::{LatticeView, PointInputs};
 use crate::device::Buffer;
 use crate::device::launch::layered::{ChannelLattice, ChannelLatticeArguments, Channels, Segments};
-use crate::device::launch::structs::{ChannelParams, Float4};
-use crate::device::launch::{BlendMode, Launcher, PerChannel, Rendering};
+use crate::device::launch::structs::Float4;
+use crate::device::launch::{BlendMode, Launcher, PerChannel};
 use crate::error::Error;
 use crate::transfer::Extinction;
 use std::sync::Arc;
-
-const CHANNELS: Slot<ChannelParams> = Slot::new("the parameters of channels");
 
 /// Renders point-sampled layers of several fields.
 #[derive(Default)]
@@ -47,21 +44,6 @@ impl MutualDimming {
     }
 }
 
-/// The layers of a field, and the programs that they need.
-struct ClassifiedLayers {
-    inputs: PointInputs,
-    region: Region,
-    rendering: Rendering,
-    segments: Segments,
-}
-
-/// Declares what several fields need besides the resources of each.
-pub(super) fn declare_channels(declaring: &Declaring, resources: &mut Resources) {
-    if !declaring.others.is_empty() {
-        resources.host(&CHANNELS, 1 + declaring.others.len());
-    }
-}
-
 impl ChannelLayers {
     pub fn draw(
         &mut self,
@@ -71,80 +53,41 @@ impl ChannelLayers {
         active_samples: &Buffer<u32>,
     ) -> Result<(), Error> {
         let device = scene.device;
-        let (kernel, per_layer) = (view.kernel, view.per_layer);
-        let channels = scene.for_each_channel(|scene| {
-            let inputs = PointInputs::new(scene, view)?;
-            let region = Region::new(scene, kernel, per_layer);
-            let rendering = region.rendering_from(&inputs.gradients);
-            let segments = segments(scene, &inputs.integrals, per_layer);
-            Ok(ClassifiedLayers { inputs, region, rendering, segments })
-        })?;
-        let (base, others) = channels.split_first().expect("the scene's own field");
-        let kind = base.inputs.layout.voxels.kind();
-        let mut rendering = base.rendering;
-        for other in others {
-            require_alike(base, other)?;
-            rendering = Rendering {
-                clipped: rendering.clipped || other.rendering.clipped,
-                gradient_opacity: rendering.gradient_opacity || other.rendering.gradient_opacity,
-                ..rendering
-            };
-        }
-        let region = Region::intersection(channels.iter().map(|channel| &channel.region));
-        let params: Vec<ChannelParams> = channels.iter().map(|channel| channel.params(base.inputs.layer)).collect();
+        let inputs = scene.for_each_channel(|scene| PointInputs::new(scene, view))?;
+        let together = Together::new(inputs.iter().map(|inputs| &inputs.field).collect())?;
+        let segments = self.merged(&inputs, together.rendering.blend, scene.settings.extinction);
+        let integrals: Vec<_> = inputs.iter().map(|inputs| &inputs.integrals.nodes).collect();
+        let tables: Vec<_> = inputs.iter().map(|inputs| &inputs.table.entries).collect();
         let arguments = ChannelLatticeArguments {
-            voxels: each(&channels, |inputs| &*inputs.layout.voxels),
-            gradient_voxels: each(&channels, |inputs| &*inputs.gradients.layout.voxels),
-            visible: each(&channels, |inputs| &inputs.visible.flags),
-            shown_slabs: each(&channels, |inputs| &inputs.visible.shown),
-            integrals: each(&channels, |inputs| &inputs.integrals.nodes),
-            tables: each(&channels, |inputs| &inputs.table.entries),
-            channel_params: &Buffer::from_slice(device, &params, CHANNELS.name)?,
-            count: params.len() as i32,
-            light: &base.inputs.visible.flags,
-            sky: &base.inputs.visible.flags,
-            p: view.params(base.inputs.visible.blocks, scene.settings.culling),
-            clip: region.for_layers(view.frame()),
+            voxels: together.voxels(),
+            gradient_voxels: together.gradient_voxels(),
+            visible: together.visible(),
+            shown_slabs: together.shown_slabs(),
+            integrals: PerChannel::new(&integrals),
+            tables: PerChannel::new(&tables),
+            channel_params: &together.params(device, CHANNELS.name)?,
+            count: together.count() as i32,
+            light: together.unused(),
+            sky: together.unused(),
+            p: view.params(together.blocks(), scene.settings.culling),
+            clip: together.region.for_layers(view.frame()),
             lattice: samples,
             active_samples,
         };
-        let variant = (kind, kernel, self.merged(&channels, scene.settings.extinction), rendering, Channels::new(params.len()));
+        let variant = (together.kind, view.kernel, segments, together.rendering, Channels::new(together.count()));
         self.lattice.launch(device, variant, &arguments)
     }
 
     /// Segment permutation for all fields together.
-    fn merged(&mut self, channels: &[ClassifiedLayers], extinction: Extinction) -> Segments {
+    fn merged(&mut self, channels: &[PointInputs], blend: BlendMode, extinction: Extinction) -> Segments {
         let base = channels[0].segments;
-        if channels[0].rendering.blend != BlendMode::Composite || extinction == Extinction::Linear {
+        if blend != BlendMode::Composite || extinction == Extinction::Linear {
             return base;
         }
-        let tables: Vec<_> = channels.iter().map(|channel| channel.inputs.table.clone()).collect();
-        let layers: Vec<_> = channels.iter().map(|channel| channel.inputs.layer).collect();
+        let tables: Vec<_> = channels.iter().map(|channel| channel.table.clone()).collect();
+        let layers: Vec<_> = channels.iter().map(|channel| channel.field.length).collect();
         let known = self.dimming.take().filter(|known| known.is_of(&tables, &layers));
         let dimming = self.dimming.insert(known.unwrap_or_else(|| MutualDimming::new(tables, layers)));
         Segments { dimmed: dimming.is_noticeable || channels.iter().any(|channel| channel.segments.dimmed), ..base }
     }
-}
-
-impl ClassifiedLayers {
-    /// Kernel argument, with lengths in unit distances of the field whose layers have the length `layer`.
-    fn params(&self, layer: f64) -> ChannelParams {
-        let PointInputs { layout, gradients, sample, layer: own, .. } = &self.inputs;
-        let mut sample = *sample;
-        sample.classification.table_unit *= (own / layer) as f32;
-        ChannelParams { view: layout.view, gradient_view: gradients.layout.view, sample }
-    }
-}
-
-fn each<'a, T: Copy>(channels: &'a [ClassifiedLayers], argument: impl Fn(&'a PointInputs) -> T) -> PerChannel<T> {
-    PerChannel::new(&channels.iter().map(|channel| argument(&channel.inputs)).collect::<Vec<_>>())
-}
-
-/// Rejects fields that one program cannot draw together.
-fn require_alike(base: &ClassifiedLayers, other: &ClassifiedLayers) -> Result<(), Error> {
-    if other.rendering.blend != base.rendering.blend {
-        let problem = "the values of one channel fall where its stored numbers rise, and those of another do not: convert one of them";
-        return Err(Error::Settings { field: "channels", problem: problem.into() });
-    }
-    Ok(())
 }

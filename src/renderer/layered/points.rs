@@ -1,14 +1,14 @@
 //! Point-sampled layers with pre-integrated segments.
 
-use super::super::classification::{Integrals, Table, VisibleBlocks};
-use super::super::field::Layout;
+use super::super::channels::{FieldInputs, declare_channels};
+use super::super::classification::{Integrals, Table};
 use super::super::frame::{Declaring, Resources};
 use super::super::range::LayerRange;
 use super::super::region::Region;
 use super::super::sampling::Steps;
-use super::super::scene::{GradientVoxels, Scene};
+use super::super::scene::Scene;
 use super::super::tiles::{Drawn, Target, Tiles, declare_target};
-use super::channels::{ChannelLayers, declare_channels};
+use super::channels::ChannelLayers;
 use super::pixels::{direct_params, layer_axes};
 use crate::device::LatticeSchedule;
 use crate::device::launch::Launcher;
@@ -109,25 +109,24 @@ impl PointLayers {
         if scene.channels() > 1 {
             return self.channels.draw(scene, &view, samples, active_samples);
         }
-        let inputs = PointInputs::new(scene, &view)?;
-        let region = Region::new(scene, kernel, per_layer);
-        let segments = segments(scene, &inputs.integrals, per_layer);
+        let PointInputs { field: inputs, integrals, table, segments } = PointInputs::new(scene, &view)?;
+        let FieldInputs { layout, gradients, visible, sample, region, .. } = &inputs;
         let illumination = scene.illumination()?;
-        let [light, sky] = illumination.arguments(&inputs.visible.flags);
-        let variant = (inputs.layout.voxels.kind(), kernel, segments, region.rendering_from(&inputs.gradients));
+        let [light, sky] = illumination.arguments(&visible.flags);
+        let variant = (layout.voxels.kind(), kernel, segments, region.rendering_from(gradients));
         let arguments = PointLatticeArguments {
-            voxels: &inputs.layout.voxels,
-            view: inputs.layout.view,
-            gradient_voxels: &inputs.gradients.layout.voxels,
-            gradient_view: inputs.gradients.layout.view,
+            voxels: &layout.voxels,
+            view: layout.view,
+            gradient_voxels: &gradients.layout.voxels,
+            gradient_view: gradients.layout.view,
             light,
             sky,
-            visible: &inputs.visible.flags,
-            shown_slabs: &inputs.visible.shown,
-            integrals: &inputs.integrals.nodes,
-            table: &inputs.table.entries,
-            p: view.params(inputs.visible.blocks, settings.culling),
-            sample: inputs.sample,
+            visible: &visible.flags,
+            shown_slabs: &visible.shown,
+            integrals: &integrals.nodes,
+            table: &table.entries,
+            p: view.params(visible.blocks, settings.culling),
+            sample: *sample,
             clip: region.for_layers(frame),
             lattice: samples,
             active_samples,
@@ -216,14 +215,10 @@ impl LatticeView<'_> {
 
 /// What layers of a field are sampled from and classified by.
 pub(super) struct PointInputs {
-    pub layout: Layout,
-    pub gradients: GradientVoxels,
-    pub visible: Arc<VisibleBlocks>,
+    pub field: FieldInputs,
     pub integrals: Arc<Integrals>,
     pub table: Arc<Table>,
-    pub sample: SampleParams,
-    /// Length of a layer along its axis, in unit distances.
-    pub layer: f64,
+    pub segments: Segments,
 }
 
 impl PointInputs {
@@ -236,13 +231,14 @@ impl PointInputs {
         let gradients = scene.gradient_voxels(axis, kernel, &layout)?;
         let table = scene.table(kernel)?;
         let sample = point_params(scene, (&integrals, &table), steps, view.frame(), (kernel, per_layer));
-        let layer = steps.shortest() * f64::from(per_layer);
-        Ok(Self { layout, gradients, visible, integrals, table, sample, layer })
+        let (region, segments) = (Region::new(scene, kernel, per_layer), segments(scene, &integrals, per_layer));
+        let length = steps.shortest() * f64::from(per_layer);
+        Ok(Self { field: FieldInputs { layout, gradients, visible, sample, region, length }, integrals, table, segments })
     }
 }
 
 /// Segment permutation; integrals are needed only for compositing.
-pub(super) fn segments(scene: &Scene, integrals: &Integrals, per_layer: u32) -> Segments {
+fn segments(scene: &Scene, integrals: &Integrals, per_layer: u32) -> Segments {
     match scene.settings.blend {
         Blend::Composite => integrals.segments(scene.settings.extinction, per_layer),
         _ => Segments::default(),

@@ -42,6 +42,11 @@ impl Channels {
     pub fn new(count: usize) -> Self {
         Self(count.next_power_of_two().max(2) as u8)
     }
+
+    /// Number of fields for which there is room.
+    pub fn size(self) -> u8 {
+        self.0
+    }
 }
 
 impl Launch for ChannelLattice {
@@ -50,7 +55,7 @@ impl Launch for ChannelLattice {
 
     fn defines(tuning: &Tuning, (voxels, kernel, segments, rendering, channels): Self::Variant) -> String {
         let defines = PointLattice::defines(tuning, (voxels, kernel, segments, rendering));
-        Defines(defines).with("CHANNELS", channels.0).0
+        Defines(defines).with("CHANNELS", channels.size()).0
     }
 
     fn items(a: &ChannelLatticeArguments, _: &Tuning) -> usize {
