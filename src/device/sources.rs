@@ -106,6 +106,7 @@ kernel_files!(
     "volume/prefilter_columns.cl",
     "volume/prefilter_rows.cl",
     "volume/prepare.cl",
+    "volume/resample.cl",
     "volume/shown_slabs.cl",
     "volume/slab_visibility.cl",
     "volume/transpose.cl",

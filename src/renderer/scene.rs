@@ -178,7 +178,7 @@ impl Scene<'_> {
     /// Step lengths with this number of samples per layer.
     pub fn steps(&self, samples_per_layer: u32) -> Steps {
         let spacing = self.field.grid().spacing();
-        let unit = self.settings.unit_distance.unwrap_or(spacing.min_element()) * f64::from(samples_per_layer);
+        let unit = self.settings.unit_distance.unwrap_or(self.field.unit_distance()) * f64::from(samples_per_layer);
         Steps(spacing / unit)
     }
 

@@ -70,6 +70,7 @@ fn launchers_match_their_kernels() {
         compare_and_idle::<volume::SlabVisibility>(d, voxels),
         compare_and_idle::<volume::ShownChunks>(d, voxels),
         compare_and_idle::<volume::ShownSlabs>(d, voxels),
+        compare_and_idle::<volume::Resample>(d, (voxels, Kernel::CatmullRom)),
         compare_and_idle::<volume::ValueRange>(d, kind),
         compare_and_idle::<layered::PointLattice>(d, (voxels, Kernel::CatmullRom, segments, rendering)),
         compare_and_idle::<layered::PointSamples>(d, (voxels, Kernel::CatmullRom, segments, rendering)),

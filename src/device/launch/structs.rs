@@ -210,6 +210,17 @@ kernel_struct! {
 }
 
 kernel_struct! {
+    /// Voxels of one grid in another.
+    ResampleParams {
+        /// Voxels to those of the source, row by row: (x, y, z, 1).
+        to_source: [[f32; 4]; 3],
+        dims as [dims_x, dims_y, dims_z]: i32,
+        /// Range of the values, less the offset.
+        range as [least, largest]: f32,
+    }
+}
+
+kernel_struct! {
     /// Where rays count: in a box, and on the positive side of planes. In voxels, along the kernel's axes.
     Clipping {
         lowest: [f32; 3],
@@ -445,6 +456,7 @@ pub(in crate::device) fn typedefs() -> String {
         SegmentParams::typedef(),
         SampleParams::typedef(),
         ChannelParams::typedef(),
+        ResampleParams::typedef(),
         Clipping::typedef(),
         LayerOffset::typedef(),
         SplatLatticeParams::typedef(),

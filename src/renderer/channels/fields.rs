@@ -4,14 +4,15 @@ use super::super::classification::{Classification, PreparationKernels, TableSize
 use super::super::field::{Field, FieldShape, UploadedVolume};
 use super::super::light::LightVolumes;
 use super::super::scene::{OtherField, Scene, View};
+use super::super::store::Version;
+use super::common_grid::common_grid;
 use super::{Channel, Look};
 use crate::device::Device;
 use crate::error::Error;
 use crate::settings::{CropBox, Settings};
 use crate::transfer::TransferFunction;
-use crate::volume::{Held, Rescale, Stored as StoredNumbers};
+use crate::volume::{Grid, Held, Rescale, Stored as StoredNumbers};
 use glam::DVec3;
-use std::path::Path;
 
 /// A field on the device with its classification.
 pub(in crate::renderer) struct ClassifiedField {
@@ -24,7 +25,19 @@ pub(in crate::renderer) struct ClassifiedField {
 pub(in crate::renderer) struct Fields {
     pub first: ClassifiedField,
     others: Vec<ClassifiedField>,
+    /// Grid of the first field's own voxels.
+    first_grid: Grid,
+    resampled: Vec<Resampled>,
 }
+
+/// A field at the voxels of a common grid.
+struct Resampled {
+    source: Version,
+    field: Field,
+}
+
+/// Farther away than any voxel of a grid.
+const FAR: DVec3 = DVec3::splat(1e12);
 
 /// Properties of a field on which tables depend.
 #[derive(PartialEq)]
@@ -74,8 +87,8 @@ impl ClassifiedField {
         self.classification.set_transfer_function(transfer, self.field.description().rescale());
     }
 
-    fn set(&mut self, channel: &Channel) {
-        self.set_field(channel.volume.field.for_renderer());
+    fn set(&mut self, channel: &Channel, field: Field) {
+        self.set_field(field);
         self.set_transfer_function(&channel.transfer);
         self.classification.set_factor(channel.look.factor);
         self.look = channel.look;
@@ -106,35 +119,101 @@ impl ClassifiedField {
 impl Fields {
     /// The field of an uploaded volume. Others may share its voxels.
     pub fn new(volume: &UploadedVolume, transfer: &TransferFunction) -> Self {
-        Self { first: ClassifiedField::new(volume, transfer), others: Vec::new() }
+        let first_grid = volume.description().grid().clone();
+        Self { first: ClassifiedField::new(volume, transfer), others: Vec::new(), first_grid, resampled: Vec::new() }
     }
 
     /// Copies for rehearsals, with empty caches.
     pub fn for_rehearsal(&self, dimmed: Option<bool>) -> Self {
         let others = self.others.iter().map(|other| other.for_rehearsal(dimmed)).collect();
-        Self { first: self.first.for_rehearsal(dimmed), others }
+        Self { first: self.first.for_rehearsal(dimmed), others, first_grid: self.first_grid.clone(), resampled: Vec::new() }
     }
 
-    /// Replaces all fields.
+    /// Replaces the field of the renderer's volume.
     ///
     /// # Errors
-    /// For other numbers of channels than 1 to [`Channel::MOST`], and channels that are not on one grid. All fields are unchanged then.
-    pub fn set(&mut self, channels: &[Channel]) -> Result<(), Error> {
+    /// If others are drawn together with it.
+    pub fn set_first(&mut self, volume: &UploadedVolume) -> Result<(), Error> {
+        self.require_one()?;
+        self.first_grid = volume.description().grid().clone();
+        self.first.set_field(volume.field.for_renderer());
+        Ok(())
+    }
+
+    /// Uploads other voxels to replace those of the renderer's volume.
+    ///
+    /// # Errors
+    /// If others are drawn together with it, and errors of the device.
+    pub fn replace_first(&mut self, device: &Device, held: &Held) -> Result<(), Error> {
+        self.require_one()?;
+        self.first_grid = held.description.grid().clone();
+        self.first.replace(device, held)
+    }
+
+    fn require_one(&self) -> Result<(), Error> {
+        if self.others.is_empty() {
+            return Ok(());
+        }
+        let problem = "the renderer draws several: replace one of them by set_channels".into();
+        Err(Error::Settings { field: "channels", problem })
+    }
+
+    /// Replaces all fields. Fields with grids or voxel types of their own are resampled onto a common grid.
+    ///
+    /// # Errors
+    /// For other numbers of channels than 1 to [`Channel::MOST`], and if there is not enough memory for resampled fields. All fields are
+    /// unchanged then.
+    pub fn set(&mut self, channels: &[Channel], kernels: &mut PreparationKernels, device: &Device) -> Result<(), Error> {
         let Some((first, others)) = channels.split_first().filter(|_| channels.len() <= Channel::MOST) else {
             let problem = format!("there are {}, and a renderer draws 1 to {}", channels.len(), Channel::MOST);
             return Err(Error::Settings { field: "channels", problem });
         };
-        others.iter().try_for_each(|other| require_one_grid(&first.volume.field, &other.volume.field))?;
-        self.first.set(first);
+        let sources: Vec<&Field> = channels.iter().map(|channel| &channel.volume.field).collect();
+        let mut fields = self.on_one_grid(&sources, kernels, device)?.into_iter();
+        self.first_grid = first.volume.description().grid().clone();
+        self.first.set(first, fields.next().expect("as many fields as channels"));
         self.others.truncate(others.len());
-        let known = self.others.len();
-        self.others.iter_mut().zip(others).for_each(|(field, channel)| field.set(channel));
-        for channel in &others[known..] {
-            let mut field = ClassifiedField::new(&channel.volume, &channel.transfer);
-            field.set(channel);
-            self.others.push(field);
+        for (n, (channel, field)) in others.iter().zip(fields).enumerate() {
+            if n == self.others.len() {
+                self.others.push(ClassifiedField::new(&channel.volume, &channel.transfer));
+            }
+            self.others[n].set(channel, field);
         }
         Ok(())
+    }
+
+    /// Fields of one grid and one type of voxels.
+    fn on_one_grid(
+        &mut self,
+        sources: &[&Field],
+        kernels: &mut PreparationKernels,
+        device: &Device,
+    ) -> Result<Vec<Field>, Error> {
+        let grids: Vec<&Grid> = sources.iter().map(|field| field.description().grid()).collect();
+        let grid = common_grid(&grids)?;
+        let kind = sources[0].voxel_kind();
+        if sources.iter().all(|field| *field.description().grid() == grid && field.voxel_kind() == kind) {
+            self.resampled.clear();
+            return Ok(sources.iter().map(|field| field.for_renderer()).collect());
+        }
+        self.resampled.retain(|kept| {
+            *kept.field.description().grid() == grid && sources.iter().any(|source| source.version() == kept.source)
+        });
+        let mut fields = Vec::new();
+        for source in sources {
+            let version = source.version();
+            let kept = self.resampled.iter().find(|kept| kept.source == version).map(|kept| kept.field.clone());
+            let field = match kept {
+                Some(kept) => kept,
+                None => {
+                    let field = source.resampled(&mut kernels.field, device, &grid)?;
+                    self.resampled.push(Resampled { source: version, field: field.clone() });
+                    field
+                }
+            };
+            fields.push(field.for_renderer());
+        }
+        Ok(fields)
     }
 
     /// All fields, beginning with the first.
@@ -155,13 +234,28 @@ impl Fields {
         self.visible().map(ClassifiedField::steepness).fold(0.0, f64::max)
     }
 
-    /// The settings of a frame: where all fields are hidden, nothing is within the crop box.
-    pub fn settings(&self, settings: Settings) -> Settings {
+    /// The settings of a frame. Crop boxes count voxels of the first field; where all fields are hidden, nothing is within the box.
+    ///
+    /// # Errors
+    /// For a crop box in a field that is rotated against the common grid.
+    pub fn settings(&self, settings: Settings) -> Result<Settings, Error> {
         let mut clipping = settings.clipping;
+        let common = self.first.field.description().grid();
         if self.visible().next().is_none() {
             clipping.crop = Some(CropBox { lowest: DVec3::ONE, highest: DVec3::ZERO });
+        } else if let Some(crop) = clipping.crop.as_mut().filter(|_| *common != self.first_grid) {
+            if common.direction() != self.first_grid.direction() {
+                let problem = "counts voxels of the first channel, whose axes are not those of the finest one: use clip planes";
+                return Err(Error::Settings { field: "crop", problem: problem.into() });
+            }
+            let place = |voxel: DVec3| {
+                // An infinite bound stays one.
+                let moved = common.world_to_voxel(self.first_grid.index_to_world().transform_point3(voxel.clamp(-FAR, FAR)));
+                DVec3::select(voxel.is_finite_mask(), moved, voxel)
+            };
+            (crop.lowest, crop.highest) = (place(crop.lowest), place(crop.highest));
         }
-        Settings { clipping, ..settings }
+        Ok(Settings { clipping, ..settings })
     }
 
     /// The shapes and the tables of the visible fields, beginning with the one that scenes begin with.
@@ -198,13 +292,4 @@ impl Fields {
     pub fn drop_cached(&mut self) {
         self.all_mut().for_each(ClassifiedField::drop_cached);
     }
-}
-
-/// Rejects fields that are not on the grid of the first.
-fn require_one_grid(first: &Field, other: &Field) -> Result<(), Error> {
-    let name = Path::new(other.description().name());
-    if other.grid() != first.grid() {
-        return Err(Error::volume(name, "its grid is not that of the first channel"));
-    }
-    Ok(())
 }

@@ -1,5 +1,6 @@
 //! Several fields that are drawn together: extinctions add, and colours are weighted by them (docs/guide/channels.md).
 
+mod common_grid;
 mod fields;
 mod inputs;
 #[cfg(test)]

@@ -6,10 +6,11 @@ use crate::device::{Device, DeviceChoice};
 use crate::image::Frame;
 use crate::layers::Kernel;
 use crate::renderer::Renderer;
-use crate::settings::{Algorithm, Classification, Layered, Quality};
+use crate::settings::{Algorithm, Classification, Clipping, CropBox, Layered, Quality};
 use crate::transfer::Extinction;
 use crate::viewport::Viewport;
-use crate::volume::{OpenOptions, Volume};
+use crate::volume::{Grid, OpenOptions, Volume};
+use glam::{DMat3, DVec3};
 
 const VIEWPORT: Viewport = Viewport { width: 56, height: 48 };
 
@@ -154,6 +155,61 @@ fn the_nearest_surface_is_seen() {
     assert!(difference(&together, &alone) <= 1e-6);
     let only_inner = pictures(&mut Renderer::from_channels(&both[..1]).unwrap(), &cameras, &settings);
     assert!(difference(&only_inner, &alone) > 0.1);
+}
+
+/// The same voxels as `volume`, in another type and on another part of the world.
+fn moved(volume: &Volume, spacing: f64, origin: DVec3) -> Volume<'static> {
+    let grid = Grid::oriented(volume.grid().dims(), DVec3::splat(spacing), origin, DMat3::IDENTITY).unwrap();
+    let voxels: Vec<f32> = (0..grid.voxel_count()).map(|n| volume.value(n) as f32).collect();
+    Volume::new("moved", grid, voxels).unwrap()
+}
+
+/// Fields of two voxel types have the picture of fields of one.
+#[test]
+fn voxel_types_may_differ() {
+    const TOLERANCE: f32 = 1e-5;
+    let device = device();
+    let (volume, [one, other]) = scene(&device);
+    let cameras = cameras(&volume);
+    let floats = UploadedVolume::new(&device, &moved(&volume, 1.0, DVec3::ZERO)).unwrap();
+    let draw = |channels: &[Channel]| pictures(&mut Renderer::from_channels(channels).unwrap(), &cameras, &Settings::default());
+    let bytes = draw(&[one.clone(), other.clone()]);
+    let mixed = draw(&[Channel::new(&floats, &one.transfer), other.clone()]);
+    assert!(difference(&bytes, &mixed) <= TOLERANCE);
+    // A transfer function for other values would be noticed.
+    assert!(difference(&bytes, &draw(&[Channel::new(&floats, &other.transfer), other])) > 0.01);
+}
+
+/// A field alone, and with an invisible one that extends the grid, has one picture; crop boxes count its own voxels.
+#[test]
+fn a_larger_grid_changes_nothing_within_it() {
+    /// Mean difference. Lattices are anchored at the centre of the grid, so their samples are elsewhere: single pixels differ by 0.03.
+    const TOLERANCE: f32 = 2e-4;
+    let device = device();
+    let (volume, [one, _]) = scene(&device);
+    let cameras = cameras(&volume);
+    let mean = |one: &[Frame], other: &[Frame]| {
+        let pairs = one.iter().zip(other).flat_map(|(one, other)| one.pixels().iter().zip(other.pixels()));
+        let differences: Vec<f32> = pairs.map(|(one, other)| (0..4).map(|c| (one[c] - other[c]).abs()).sum::<f32>() / 4.0).collect();
+        differences.iter().sum::<f32>() / differences.len() as f32
+    };
+    let far = UploadedVolume::new(&device, &moved(&volume, 2.0, DVec3::new(-14.0, -9.0, 10.0))).unwrap();
+    let empty = Channel::new(&far, &one.transfer.faded(0.0).unwrap());
+    let crop = CropBox { lowest: DVec3::new(3.0, 4.0, 5.0), highest: DVec3::new(20.0, f64::INFINITY, 18.0) };
+    for crop in [None, Some(crop)] {
+        let settings = Settings { clipping: Clipping { crop, ..Clipping::default() }, ..Settings::default() };
+        let mut renderer = Renderer::from_channels(&[one.clone()]).unwrap();
+        let alone = pictures(&mut renderer, &cameras, &settings);
+        renderer.set_channels(&[one.clone(), empty.clone()]).unwrap();
+        assert_ne!(renderer.grid().dims(), volume.grid().dims());
+        let error = mean(&alone, &pictures(&mut renderer, &cameras, &settings));
+        assert!(error <= TOLERANCE, "{error}, {crop:?}");
+        // A box that counts voxels of the larger grid would be noticed.
+        let shifted = crop.map(|crop| CropBox { lowest: crop.lowest + 4.0, highest: crop.highest + 4.0 });
+        let settings = Settings { clipping: Clipping { crop: shifted, ..Clipping::default() }, ..settings };
+        let error = mean(&alone, &pictures(&mut renderer, &cameras, &settings));
+        assert!(crop.is_none() || error > 2.0 * TOLERANCE, "{error}");
+    }
 }
 
 #[test]

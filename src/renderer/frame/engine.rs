@@ -122,8 +122,7 @@ impl Engine {
     /// Replaces the field by one on the same device. Device programs are kept; tables are made again if the range differs.
     pub fn set_field(&mut self, volume: &UploadedVolume) -> Result<(), Error> {
         self.require_context(volume)?;
-        self.fields.first.set_field(volume.field.for_renderer());
-        Ok(())
+        self.fields.set_first(volume)
     }
 
     fn require_context(&self, volume: &UploadedVolume) -> Result<(), Error> {
@@ -137,7 +136,8 @@ impl Engine {
     /// Replaces all fields.
     pub fn set_channels(&mut self, channels: &[Channel]) -> Result<(), Error> {
         channels.iter().try_for_each(|channel| self.require_context(&channel.volume))?;
-        self.fields.set(channels)
+        self.device.begin(&[])?;
+        self.fields.set(channels, &mut self.kernels, &self.device)
     }
 
     /// The field of the renderer's volume.
@@ -163,13 +163,13 @@ impl Engine {
     ) -> Result<(Rays, Settings), Error> {
         let field = self.field();
         let (rays, settings) = field.world().normalised_view(field.grid(), camera, viewport, settings)?;
-        Ok((rays, self.fields.settings(settings)))
+        Ok((rays, self.fields.settings(settings)?))
     }
 
     /// Uploads other voxels to replace those of the field.
     pub fn replace_field(&mut self, held: &Held) -> Result<(), Error> {
         self.device.begin(&[])?;
-        self.fields.first.replace(&self.device, held)
+        self.fields.replace_first(&self.device, held)
     }
 
     /// Replaces the transfer function.
