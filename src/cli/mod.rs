@@ -5,6 +5,7 @@ mod bench;
 mod blending;
 #[cfg(feature = "viewer")]
 mod browser;
+mod channels;
 mod check;
 mod command_line;
 mod compare;

@@ -1,6 +1,7 @@
 //! The scene of a picture, built from the shared options.
 
 use super::blending::BlendOptions;
+use super::channels::{ChannelOptions, Field, Look};
 use super::check;
 use super::notice;
 use super::numbers::shortened;
@@ -28,6 +29,8 @@ pub(super) struct SceneOptions {
     #[command(flatten)]
     pub volume: VolumeOptions,
     #[command(flatten)]
+    pub channels: ChannelOptions,
+    #[command(flatten)]
     pub transfer: TransferOptions,
     #[command(flatten)]
     pub camera: CameraOptions,
@@ -48,6 +51,10 @@ pub(super) struct Scene {
     /// The volume, or the first step of a sequence.
     pub volume: Volume<'static>,
     pub transfer: TransferFunction,
+    /// How the volume is shown beside other fields.
+    pub look: Look,
+    /// Fields that are drawn together with the volume.
+    pub others: Vec<Field>,
     pub settings: Settings,
     pub device: Device,
     /// The processes of the run. Those of a team share the volume.
@@ -99,9 +106,14 @@ impl Scene {
         }
         let opened_at = Instant::now();
         let volume = match sequence {
-            None => processes.open(&options.volume, Some(options.camera.size), memory)?,
+            None => match options.channels.first_component() {
+                Some(first) => options.volume.open_component(first, Some(options.camera.size))?,
+                None => processes.open(&options.volume, Some(options.camera.size), memory)?,
+            },
             Some(sequence) => sequence.step(0)?,
         };
+        let mut fields = options.channels.open(&options.volume, &volume, options.camera.size)?;
+        let volume = fields.first.take().unwrap_or(volume);
         let overview = sequence.map(Sequence::overview).transpose()?;
         let values = overview.as_ref().unwrap_or(&volume);
         let first_pass = opened_at.elapsed();
@@ -116,8 +128,13 @@ impl Scene {
         }
         let transfer = match surface_color {
             Some(color) => TransferFunction::new("surface", vec![(0.0, color)], vec![(0.0, 1.0)])?,
-            None => open_transfer(&options.transfer, values, settings.blend)?,
+            None => match fields.first_transfer(values, settings.blend)?.filter(|_| !options.transfer.is_given()) {
+                Some(transfer) => adjusted(&options.transfer, values, transfer)?,
+                None => open_transfer(&options.transfer, values, settings.blend)?,
+            },
         };
+        let look = fields.first_look(&volume);
+        let others = fields.into_others(settings.blend)?;
         // A function that options have changed is the user's own.
         if processes.leads() && !options.transfer.changes_opacity() {
             announce(&transfer);
@@ -127,7 +144,7 @@ impl Scene {
         let device = memory.map_or(device.clone(), |bytes| device.with_memory(bytes));
         let time_limit = options.bounds.time_limit;
         let (processes, shown_by_steps) = (processes.clone(), None);
-        Ok(Self { volume, transfer, settings, device, processes, time_limit, opened_at, first_pass, shown_by_steps })
+        Ok(Self { volume, transfer, look, others, settings, device, processes, time_limit, opened_at, first_pass, shown_by_steps })
     }
 
     /// The settings with other options of light.
@@ -146,6 +163,11 @@ impl Scene {
         Ok(())
     }
 
+    /// Whether the volume is drawn together with others, or not as one alone.
+    pub fn has_channels(&self) -> bool {
+        !self.others.is_empty() || self.look != Look::default()
+    }
+
     /// Bounds of the visible part.
     fn framing(&self) -> Framing {
         self.shown_by_steps.clone().unwrap_or_else(|| self.framing_of(&self.volume))
@@ -153,14 +175,21 @@ impl Scene {
 
     /// Bounds of the visible part of the volume, or of another step.
     fn framing_of(&self, volume: &Volume) -> Framing {
-        let framing = match self.settings.blend {
-            Blend::Composite => Framing::visible(volume, &self.transfer, self.settings.unit_distance),
-            Blend::Iso(value) => Framing::iso(volume, value),
-            _ => Framing::whole(volume),
-        };
-        match self.settings.clipping.crop {
+        let framing = self.visible_part(volume, &self.transfer, None);
+        let framing = match self.settings.clipping.crop {
             Some(CropBox { lowest, highest }) => framing.cropped(volume.grid(), lowest, highest),
             None => framing,
+        };
+        let visible = self.others.iter().filter(|field| field.is_visible());
+        visible.fold(framing, |framing, field| framing.joined(self.visible_part(&field.volume, &field.transfer, field.iso())))
+    }
+
+    /// Bounds of the visible part of one field. `iso`: the value of its surface, unless it is that of the settings.
+    fn visible_part(&self, volume: &Volume, transfer: &TransferFunction, iso: Option<f64>) -> Framing {
+        match self.settings.blend {
+            Blend::Composite => Framing::visible(volume, transfer, self.settings.unit_distance),
+            Blend::Iso(value) => Framing::iso(volume, iso.unwrap_or(value)),
+            _ => Framing::whole(volume),
         }
     }
 
@@ -204,8 +233,7 @@ fn announce(transfer: &TransferFunction) {
 
 /// Opens the transfer function given by the options, or derives one from the histogram: a grey ramp for projections of values.
 pub(super) fn open_transfer(options: &TransferOptions, volume: &Volume, blend: Blend) -> Result<TransferFunction, Error> {
-    let find = Value::finder(volume);
-    let mut transfer = match (&options.transfer, &options.preset, &options.palette) {
+    let transfer = match (&options.transfer, &options.preset, &options.palette) {
         (Some(source), ..) => TransferFunction::open(source, volume)?,
         (None, Some(preset), _) => TransferFunction::preset(preset, volume)?,
         (None, None, Some(palette)) => TransferFunction::automatic_in(volume, palette)?,
@@ -216,6 +244,12 @@ pub(super) fn open_transfer(options: &TransferOptions, volume: &Volume, blend: B
             _ => TransferFunction::automatic(volume),
         },
     };
+    adjusted(options, volume, transfer)
+}
+
+/// A transfer function with the changes that the options ask for.
+fn adjusted(options: &TransferOptions, volume: &Volume, mut transfer: TransferFunction) -> Result<TransferFunction, Error> {
+    let find = Value::finder(volume);
     if let Some((lo, hi)) = options.transfer_range {
         transfer = transfer.stretched(find(lo), find(hi))?;
     }

@@ -139,6 +139,19 @@ impl<'a> Volume<'a> {
         Ok(Self { description, voxels, invalid, shared: None, contents: Contents::default() })
     }
 
+    /// Places the voxels on another grid of the same dimensions.
+    ///
+    /// # Errors
+    /// [`Error::Grid`] for other dimensions.
+    pub fn with_grid(mut self, grid: Grid) -> Result<Self, Error> {
+        if grid.dims() != self.grid().dims() {
+            let problem = format!("it has {:?} voxels, and the volume {:?}", grid.dims(), self.grid().dims());
+            return Err(Error::Grid { problem });
+        }
+        self.description.grid = grid;
+        Ok(self)
+    }
+
     /// See [`Description::with_background`].
     pub fn with_background(self, value: f64) -> Result<Self, Error> {
         Ok(Self { description: self.description.with_background(value)?, ..self })

@@ -98,6 +98,16 @@ impl VolumeOptions {
         self.with_background(standard::open_input(&self.volume, |path| Volume::open(path, &options))?)
     }
 
+    /// Opens another component of the volume's file.
+    pub fn open_component(&self, channel: usize, size: Option<Viewport>) -> Result<Volume<'static>, crate::Error> {
+        if standard::is_input(&self.volume) {
+            let problem = "are read one after the other, and standard input can be read once: name a file".into();
+            return Err(crate::Error::Settings { field: "channels", problem });
+        }
+        let options = OpenOptions { channel: Some(channel), alone: self.alone, ..self.file.raw(size)? };
+        self.with_background(Volume::open(&self.volume, &options)?)
+    }
+
     /// Opens the volume and `more` of them as a sequence in time; otherwise as [`open`](Self::open).
     pub fn sequence(&self, more: &[PathBuf], size: Option<Viewport>, memory: Option<u64>) -> Result<Sequence, crate::Error> {
         let sources: Vec<&Path> = std::iter::once(&self.volume).chain(more).map(PathBuf::as_path).collect();
