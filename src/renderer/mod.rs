@@ -2,6 +2,7 @@
 
 mod accumulation;
 mod channels;
+mod colors;
 mod classification;
 mod depth_cue;
 mod depths;
@@ -44,6 +45,7 @@ pub use accumulation::Accumulation;
 #[cfg(feature = "mpi")]
 pub(crate) use accumulation::Jitter;
 pub use channels::Channel;
+pub use colors::{ColorOpacity, UploadedColors};
 #[cfg(any(feature = "cli", feature = "page"))]
 pub(crate) use depths::depth_settings;
 #[cfg(feature = "mpi")]
@@ -170,6 +172,25 @@ impl Renderer {
         let mut renderer = Self::from_uploaded(&first.volume, &first.transfer)?;
         renderer.set_channels(channels)?;
         Ok(renderer)
+    }
+
+    /// Creates a renderer of a volume of colours or labels. They are composited in point-sampled layers.
+    ///
+    /// # Errors
+    /// Those of the device.
+    pub fn from_colors(colors: &UploadedColors) -> Result<Self, Error> {
+        let (volume, transfer) = colors.visibility();
+        let mut renderer = Self::from_uploaded(&volume, &transfer)?;
+        renderer.set_colors(colors)?;
+        Ok(renderer)
+    }
+
+    /// Replaces all fields by a volume of colours or labels, from the next frame on.
+    ///
+    /// # Errors
+    /// If it is on a device of another context.
+    pub fn set_colors(&mut self, colors: &UploadedColors) -> Result<(), Error> {
+        self.engine.set_colors(colors)
     }
 
     /// Replaces all fields and how they are shown, from the next frame on. Data derived from fields and transfer functions that stay are

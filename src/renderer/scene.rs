@@ -41,6 +41,8 @@ pub(super) struct Scene<'a> {
     pub settings: &'a Settings,
     /// Fields that are drawn together with this one.
     others: Vec<OtherField<'a>>,
+    /// Extinction times red, green and blue, if the scene's field is the extinction of colours.
+    colors: Option<&'a [Field; 3]>,
 }
 
 /// A field that a scene draws together with its own.
@@ -59,12 +61,28 @@ impl<'a> Scene<'a> {
         kernels: &'a mut PreparationKernels,
         light: &'a mut LightVolumes,
     ) -> Self {
-        Self { device, field, classification, kernels, light, rays, viewport, settings, others: Vec::new() }
+        Self { device, field, classification, kernels, light, rays, viewport, settings, others: Vec::new(), colors: None }
     }
 
     /// Adds fields that are drawn together with this one.
     pub fn with_others(self, others: Vec<OtherField<'a>>) -> Self {
         Self { others, ..self }
+    }
+
+    /// Makes the scene's field the extinction of colours.
+    pub fn with_colors(self, colors: Option<&'a [Field; 3]>) -> Self {
+        Self { colors, ..self }
+    }
+
+    /// Whether the scene shows colours.
+    pub fn has_colors(&self) -> bool {
+        self.colors.is_some()
+    }
+
+    /// Extinction times red, green and blue, as input of a kernel.
+    pub fn color_layouts(&mut self, axis: Axis, kernel: Kernel) -> Result<Vec<Layout>, Error> {
+        let fields = self.colors.iter().copied().flatten();
+        fields.map(|field| field.weighted(&mut self.kernels.field, self.device, axis, kernel)).collect()
     }
 
     /// Number of fields.

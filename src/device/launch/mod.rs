@@ -2,6 +2,7 @@
 //! compare these declarations with the kernels themselves (`signatures.rs`).
 
 mod blocks;
+pub(crate) mod colors;
 mod defines;
 mod fields;
 pub(crate) mod layered;

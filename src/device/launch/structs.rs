@@ -210,6 +210,23 @@ kernel_struct! {
 }
 
 kernel_struct! {
+    /// Opacities of colours.
+    ColorVoxelParams {
+        count: i64,
+        /// Share of a step of the components in full intensity.
+        per_step: f32,
+        /// 0: alpha; 1: a function of the luminance; 2: of the difference from the background.
+        opacity_from: i32,
+        background as [background_r, background_g, background_b]: f32,
+        /// Entries of that function, from 0 to full intensity.
+        opacity_count: i32,
+        /// Factor of the extinction.
+        factor: f32,
+        padding: i32,
+    }
+}
+
+kernel_struct! {
     /// Voxels of one grid in another.
     ResampleParams {
         /// Voxels to those of the source, row by row: (x, y, z, 1).
@@ -456,6 +473,7 @@ pub(in crate::device) fn typedefs() -> String {
         SegmentParams::typedef(),
         SampleParams::typedef(),
         ChannelParams::typedef(),
+        ColorVoxelParams::typedef(),
         ResampleParams::typedef(),
         Clipping::typedef(),
         LayerOffset::typedef(),

@@ -1,6 +1,7 @@
 //! The fields of a renderer, each with its classification.
 
 use super::super::classification::{Classification, PreparationKernels, TableSizes};
+use super::super::colors::{UploadedColors, color_settings};
 use super::super::field::{Field, FieldShape, UploadedVolume};
 use super::super::light::LightVolumes;
 use super::super::scene::{OtherField, Scene, View};
@@ -25,9 +26,18 @@ pub(in crate::renderer) struct ClassifiedField {
 pub(in crate::renderer) struct Fields {
     pub first: ClassifiedField,
     others: Vec<ClassifiedField>,
+    /// Extinction times colour, if the first field is the extinction of colours.
+    colors: Option<Colors>,
     /// Grid of the first field's own voxels.
     first_grid: Grid,
     resampled: Vec<Resampled>,
+}
+
+/// Extinction times red, green and blue.
+#[derive(Clone)]
+struct Colors {
+    fields: [Field; 3],
+    are_labels: bool,
 }
 
 /// A field at the voxels of a common grid.
@@ -120,13 +130,14 @@ impl Fields {
     /// The field of an uploaded volume. Others may share its voxels.
     pub fn new(volume: &UploadedVolume, transfer: &TransferFunction) -> Self {
         let first_grid = volume.description().grid().clone();
-        Self { first: ClassifiedField::new(volume, transfer), others: Vec::new(), first_grid, resampled: Vec::new() }
+        Self { first: ClassifiedField::new(volume, transfer), others: Vec::new(), colors: None, first_grid, resampled: Vec::new() }
     }
 
     /// Copies for rehearsals, with empty caches.
     pub fn for_rehearsal(&self, dimmed: Option<bool>) -> Self {
         let others = self.others.iter().map(|other| other.for_rehearsal(dimmed)).collect();
-        Self { first: self.first.for_rehearsal(dimmed), others, first_grid: self.first_grid.clone(), resampled: Vec::new() }
+        let (colors, first_grid) = (self.colors.clone(), self.first_grid.clone());
+        Self { first: self.first.for_rehearsal(dimmed), others, colors, first_grid, resampled: Vec::new() }
     }
 
     /// Replaces the field of the renderer's volume.
@@ -150,8 +161,18 @@ impl Fields {
         self.first.replace(device, held)
     }
 
+    /// Replaces all fields by colours.
+    pub fn set_colors(&mut self, colors: &UploadedColors) {
+        let (volume, transfer) = colors.visibility();
+        self.others.clear();
+        self.resampled.clear();
+        self.first_grid = volume.description().grid().clone();
+        self.first.set(&Channel::new(&volume, &transfer), volume.field.for_renderer());
+        self.colors = Some(Colors { fields: colors.colors.clone(), are_labels: colors.are_labels });
+    }
+
     fn require_one(&self) -> Result<(), Error> {
-        if self.others.is_empty() {
+        if self.others.is_empty() && self.colors.is_none() {
             return Ok(());
         }
         let problem = "the renderer draws several: replace one of them by set_channels".into();
@@ -170,6 +191,7 @@ impl Fields {
         };
         let sources: Vec<&Field> = channels.iter().map(|channel| &channel.volume.field).collect();
         let mut fields = self.on_one_grid(&sources, kernels, device)?.into_iter();
+        self.colors = None;
         self.first_grid = first.volume.description().grid().clone();
         self.first.set(first, fields.next().expect("as many fields as channels"));
         self.others.truncate(others.len());
@@ -255,7 +277,11 @@ impl Fields {
             };
             (crop.lowest, crop.highest) = (place(crop.lowest), place(crop.highest));
         }
-        Ok(Settings { clipping, ..settings })
+        let settings = Settings { clipping, ..settings };
+        match &self.colors {
+            Some(colors) => color_settings(settings, colors.are_labels),
+            None => Ok(settings),
+        }
     }
 
     /// The shapes and the tables of the visible fields, beginning with the one that scenes begin with.
@@ -274,7 +300,8 @@ impl Fields {
     ) -> T {
         let world = self.first.field.world();
         let all_are_hidden = self.visible().next().is_none();
-        let mut shown = self.all_mut().enumerate().filter(|(n, field)| field.look.visible || (all_are_hidden && *n == 0));
+        let Self { first, others, colors, .. } = self;
+        let mut shown = std::iter::once(first).chain(others).enumerate().filter(|(n, field)| field.look.visible || (all_are_hidden && *n == 0));
         let (_, base) = shown.next().expect("the first field is shown if no other is");
         let settings = base.look.settings(view.settings, world);
         let others = shown
@@ -285,7 +312,8 @@ impl Fields {
             })
             .collect();
         let view = View { settings: &settings, ..view };
-        work(&mut Scene::new(view, &base.field, &mut base.classification, kernels, light).with_others(others))
+        let scene = Scene::new(view, &base.field, &mut base.classification, kernels, light).with_others(others);
+        work(&mut scene.with_colors(colors.as_ref().map(|colors| &colors.fields)))
     }
 
     /// Drops all data derived from fields and transfer functions.

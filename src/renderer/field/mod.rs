@@ -9,6 +9,7 @@ mod shape;
 mod uploaded;
 
 pub use in_place::DeviceVoxels;
+pub(super) use in_place::value_range;
 pub(super) use layouts::{Layout, Placement};
 pub(super) use shape::FieldShape;
 pub use uploaded::UploadedVolume;
@@ -80,7 +81,7 @@ fn budget(voxels: &VoxelBuffer, held: VoxelBox) -> usize {
 }
 
 impl Field {
-    fn new(description: &Description, held: VoxelBox, voxels: VoxelBuffer, placed: Placement, range_is_declared: bool) -> Self {
+    pub fn new(description: &Description, held: VoxelBox, voxels: VoxelBuffer, placed: Placement, range_is_declared: bool) -> Self {
         let world = World::new(description.grid());
         Self {
             description: description.clone(),
@@ -147,6 +148,11 @@ impl Field {
         self.range_is_declared = false;
         self.is_lost = false;
         Ok(())
+    }
+
+    /// The voxels as uploaded.
+    pub fn voxels(&self) -> &VoxelBuffer {
+        &self.voxels
     }
 
     /// Program permutation of kernels that read the voxels.

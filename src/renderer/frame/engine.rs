@@ -2,6 +2,7 @@
 
 use super::super::channels::{Channel, Fields};
 use super::super::classification::{Classification, PreparationKernels};
+use super::super::colors::UploadedColors;
 use super::super::field::{Field, UploadedVolume};
 use super::super::layered::{PointLayers, SplatLayers};
 #[cfg(test)]
@@ -138,6 +139,13 @@ impl Engine {
         channels.iter().try_for_each(|channel| self.require_context(&channel.volume))?;
         self.device.begin(&[])?;
         self.fields.set(channels, &mut self.kernels, &self.device)
+    }
+
+    /// Replaces all fields by colours.
+    pub fn set_colors(&mut self, colors: &UploadedColors) -> Result<(), Error> {
+        self.require_context(&colors.visibility().0)?;
+        self.fields.set_colors(colors);
+        Ok(())
     }
 
     /// The field of the renderer's volume.
@@ -355,6 +363,11 @@ impl Engine {
     fn draw_screen(&mut self, view: View, plan: &Plan, gathers: RayOutput) -> Result<(), Error> {
         let Self { fields, kernels, light, passes, target, .. } = self;
         fields.with_scene(view, kernels, light, |scene| match *plan {
+            _ if scene.has_colors() => {
+                let problem = "volumes of colours need a view in which all rays have one layer axis: move the eye away, or choose a \
+                               smaller angle of view";
+                Err(Error::Settings { field: "algorithm", problem: problem.into() })
+            }
             Plan::Raycast(kernel, step) => passes.rays.cast(scene, kernel, step, gathers, target),
             // Several fields are classified at each sample of a ray, not between them.
             Plan::CastSegments(kernel, step) if scene.channels() > 1 => passes.rays.cast(scene, kernel, step, gathers, target),

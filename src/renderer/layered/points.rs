@@ -9,6 +9,7 @@ use super::super::sampling::Steps;
 use super::super::scene::Scene;
 use super::super::tiles::{Drawn, Target, Tiles, declare_target};
 use super::channels::ChannelLayers;
+use super::colors::ColorLayers;
 use super::pixels::{direct_params, layer_axes};
 use crate::device::LatticeSchedule;
 use crate::device::launch::Launcher;
@@ -29,6 +30,7 @@ pub(in crate::renderer) struct PointLayers {
     samples: Launcher<PointSamples>,
     direct: Launcher<PointDirect>,
     channels: ChannelLayers,
+    colors: ColorLayers,
 }
 
 /// Layer thicknesses in pixels from which a layer gets one and two additional samples.
@@ -106,6 +108,9 @@ impl PointLayers {
             return Ok(());
         }
         let view = LatticeView { lattice, range, tiles, axis, kernel, per_layer };
+        if scene.has_colors() {
+            return self.colors.draw(scene, &view, samples, active_samples);
+        }
         if scene.channels() > 1 {
             return self.channels.draw(scene, &view, samples, active_samples);
         }
@@ -193,7 +198,7 @@ pub(super) struct LatticeView<'a> {
     lattice: &'a Lattice,
     range: &'a LayerRange,
     tiles: Tiles,
-    axis: Axis,
+    pub axis: Axis,
     pub kernel: Kernel,
     pub per_layer: u32,
 }
