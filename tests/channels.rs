@@ -8,9 +8,7 @@ use layersplat::reference::Sum;
 use layersplat::renderer::{Channel, UploadedVolume};
 use layersplat::settings::{Algorithm, Classification, Shading};
 use layersplat::volume::Grid;
-use layersplat::{
-    Camera, Device, Frame, OpenOptions, Orbit, Quality, Renderer, Settings, TransferFunction, Viewport, Volume,
-};
+use layersplat::{Camera, Device, Frame, OpenOptions, Orbit, Quality, Renderer, Settings, TransferFunction, Viewport, Volume};
 
 const VIEWPORT: Viewport = Viewport { width: 88, height: 80 };
 /// Of the sum, or at most `SLACK` below the worse of the fields alone.
@@ -95,7 +93,8 @@ fn check(name: &str, fields: [&Placed; 2], settings: &Settings) {
         assert!(both >= LEAST.min(one.min(other) - SLACK), "{name}, azimuth {azimuth}: {one}, {other}, {both}");
     }
     // Without the second field the picture is another.
-    let camera = Camera::fit_parallel(grid.centre(), grid.diagonal(), VIEWPORT, Orbit { azimuth: 25.0, elevation: 20.0, roll: 0.0 });
+    let camera =
+        Camera::fit_parallel(grid.centre(), grid.diagonal(), VIEWPORT, Orbit { azimuth: 25.0, elevation: 20.0, roll: 0.0 });
     let alone = drawn(&fields[..1], &device, settings, &camera);
     assert!(psnr(&alone, &truth(&fields, kernel(settings), settings.shading, &camera)) < 35.0);
 }
@@ -106,7 +105,8 @@ fn unlit(settings: Settings) -> Settings {
 
 #[test]
 fn two_fields_on_one_grid_have_the_integral_of_their_sum() {
-    let fields = [Placed::new("builtin:hydrogen@48", [0.9, 0.5, 0.1], 1.0), Placed::new("builtin:gyroid@48", [0.1, 0.4, 0.9], 0.4)];
+    let fields =
+        [Placed::new("builtin:hydrogen@48", [0.9, 0.5, 0.1], 1.0), Placed::new("builtin:gyroid@48", [0.1, 0.4, 0.9], 0.4)];
     let fields = fields.each_ref();
     check("standard", fields, &Quality::Standard.settings());
     check("high", fields, &Quality::High.settings());

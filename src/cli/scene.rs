@@ -144,7 +144,19 @@ impl Scene {
         let device = memory.map_or(device.clone(), |bytes| device.with_memory(bytes));
         let time_limit = options.bounds.time_limit;
         let (processes, shown_by_steps) = (processes.clone(), None);
-        Ok(Self { volume, transfer, look, others, settings, device, processes, time_limit, opened_at, first_pass, shown_by_steps })
+        Ok(Self {
+            volume,
+            transfer,
+            look,
+            others,
+            settings,
+            device,
+            processes,
+            time_limit,
+            opened_at,
+            first_pass,
+            shown_by_steps,
+        })
     }
 
     /// The settings with other options of light.

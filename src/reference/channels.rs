@@ -62,13 +62,15 @@ impl<'a> Sum<'a> {
     /// Premultiplied RGBA of a ray in voxels of the first field; `to_eye` is in its axes.
     fn composite(&self, ray: &Ray, to_eye: DVec3) -> [f64; 4] {
         let first = self.fields[0].volume.grid();
-        let seen: Vec<_> = self.fields.iter().filter_map(|summand| Some((summand, summand.seen_along(ray, to_eye, first)?))).collect();
+        let seen: Vec<_> =
+            self.fields.iter().filter_map(|summand| Some((summand, summand.seen_along(ray, to_eye, first)?))).collect();
         let from = seen.iter().map(|(_, seen)| seen.from).fold(f64::INFINITY, f64::min);
         let to = seen.iter().map(|(_, seen)| seen.to).fold(f64::NEG_INFINITY, f64::max);
         if from >= to {
             return [0.0; 4];
         }
-        let smallest = self.fields.iter().map(|summand| summand.volume.grid().spacing().min_element()).fold(f64::INFINITY, f64::min);
+        let smallest =
+            self.fields.iter().map(|summand| summand.volume.grid().spacing().min_element()).fold(f64::INFINITY, f64::min);
         let world_per_t = (ray.direction * first.spacing()).length();
         let steps = ((to - from) * world_per_t * STEPS / smallest).ceil().max(1.0);
         let step = (to - from) / steps;

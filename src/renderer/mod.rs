@@ -2,8 +2,8 @@
 
 mod accumulation;
 mod channels;
-mod colors;
 mod classification;
+mod colors;
 mod depth_cue;
 mod depths;
 #[cfg(feature = "mpi")]

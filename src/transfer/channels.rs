@@ -40,7 +40,8 @@ impl TransferFunction {
     /// From black to one colour, over the same values, for pictures of the largest or the mean values.
     pub fn channel_ramp(volume: &Volume, color: [f64; 3]) -> Self {
         let (lo, hi) = channel_window(volume);
-        Self::new(Self::CHANNEL, vec![(lo, [0.0; 3]), (hi, color)], vec![(lo, 0.0), (hi, OPACITY)]).expect("two values that ascend")
+        Self::new(Self::CHANNEL, vec![(lo, [0.0; 3]), (hi, color)], vec![(lo, 0.0), (hi, OPACITY)])
+            .expect("two values that ascend")
     }
 }
 

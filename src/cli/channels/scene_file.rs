@@ -51,7 +51,8 @@ fn spec_from(keys: Map<String, Value>) -> Result<FieldSpec, String> {
     let mut spec = FieldSpec::default();
     for (key, value) in keys {
         let key = key.replace('_', "-");
-        let text = text_of(&value).ok_or_else(|| format!("{key}: invalid value {value}; use a text, a number, or a list of numbers"))?;
+        let text =
+            text_of(&value).ok_or_else(|| format!("{key}: invalid value {value}; use a text, a number, or a list of numbers"))?;
         spec.set(&key, &text).map_err(|problem| format!("{key}: {problem}"))?;
     }
     Ok(spec)
@@ -60,11 +61,14 @@ fn spec_from(keys: Map<String, Value>) -> Result<FieldSpec, String> {
 /// A value as options write it: `[1, 2]` is `1,2`, and `[[1, 0], [2, 0.5]]` is `1:0,2:0.5`.
 fn text_of(value: &Value) -> Option<String> {
     let joined = |list: &[Value], separator: &str| {
-        let words: Option<Vec<_>> = list.iter().map(|item| match item {
-            Value::Number(number) => Some(number.to_string()),
-            Value::String(text) => Some(text.clone()),
-            _ => None,
-        }).collect();
+        let words: Option<Vec<_>> = list
+            .iter()
+            .map(|item| match item {
+                Value::Number(number) => Some(number.to_string()),
+                Value::String(text) => Some(text.clone()),
+                _ => None,
+            })
+            .collect();
         words.map(|words| words.join(separator))
     };
     match value {

@@ -32,8 +32,7 @@ pub(super) struct FieldSpec {
 }
 
 /// Keys, for messages.
-const KEYS: &str =
-    "transfer, range, opacity, color, factor, iso, gradient-opacity, channel, frame, array, at and visible";
+const KEYS: &str = "transfer, range, opacity, color, factor, iso, gradient-opacity, channel, frame, array, at and visible";
 
 impl FieldSpec {
     /// Parses `FILE,KEY=VALUE,…`. A value may have commas: what lacks a key continues it.
@@ -139,9 +138,11 @@ const MAX_BYTES: u64 = 1 << 16;
 /// Reads a 4 x 4 or 3 x 4 matrix, row by row, whose numbers are separated by spaces, commas or line ends.
 fn read_transform(path: &Path) -> Result<DAffine3, Error> {
     let text = files::read_text(path, MAX_BYTES)?;
-    let wrong = |problem: String| Error::volume(path, format!("{problem}; a transform has 4 rows of 4 numbers, the last 0 0 0 1"));
+    let wrong =
+        |problem: String| Error::volume(path, format!("{problem}; a transform has 4 rows of 4 numbers, the last 0 0 0 1"));
     let words = text.split(|c: char| c.is_whitespace() || c == ',').filter(|word| !word.is_empty());
-    let number = |word: &str| word.parse::<f64>().ok().filter(|n| n.is_finite()).ok_or_else(|| wrong(format!("'{word}' is no number")));
+    let number =
+        |word: &str| word.parse::<f64>().ok().filter(|n| n.is_finite()).ok_or_else(|| wrong(format!("'{word}' is no number")));
     let numbers = words.map(number).collect::<Result<Vec<_>, _>>()?;
     if !(numbers.len() == 12 || (numbers.len() == 16 && numbers[12..] == [0.0, 0.0, 0.0, 1.0])) {
         return Err(wrong(format!("it has {} numbers, or another last row", numbers.len())));

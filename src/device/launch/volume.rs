@@ -82,7 +82,14 @@ impl Launch for Resample {
 
     fn defines(tuning: &Tuning, (voxels, kernel): Self::Variant) -> String {
         let defines = Defines::new(tuning.vector_width).with_voxels(voxels).with_kernel(kernel);
-        defines.with_rendering(Rendering { gradient_opacity: false, several_lights: false, depth_cue: false, ..Rendering::EVERYTHING }).0
+        defines
+            .with_rendering(Rendering {
+                gradient_opacity: false,
+                several_lights: false,
+                depth_cue: false,
+                ..Rendering::EVERYTHING
+            })
+            .0
     }
 
     fn items(a: &ResampleArguments, _: &Tuning) -> usize {

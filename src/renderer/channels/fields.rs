@@ -130,7 +130,13 @@ impl Fields {
     /// The field of an uploaded volume. Others may share its voxels.
     pub fn new(volume: &UploadedVolume, transfer: &TransferFunction) -> Self {
         let first_grid = volume.description().grid().clone();
-        Self { first: ClassifiedField::new(volume, transfer), others: Vec::new(), colors: None, first_grid, resampled: Vec::new() }
+        Self {
+            first: ClassifiedField::new(volume, transfer),
+            others: Vec::new(),
+            colors: None,
+            first_grid,
+            resampled: Vec::new(),
+        }
     }
 
     /// Copies for rehearsals, with empty caches.
@@ -301,7 +307,10 @@ impl Fields {
         let world = self.first.field.world();
         let all_are_hidden = self.visible().next().is_none();
         let Self { first, others, colors, .. } = self;
-        let mut shown = std::iter::once(first).chain(others).enumerate().filter(|(n, field)| field.look.visible || (all_are_hidden && *n == 0));
+        let mut shown = std::iter::once(first)
+            .chain(others)
+            .enumerate()
+            .filter(|(n, field)| field.look.visible || (all_are_hidden && *n == 0));
         let (_, base) = shown.next().expect("the first field is shown if no other is");
         let settings = base.look.settings(view.settings, world);
         let others = shown

@@ -38,7 +38,8 @@ impl<'a> Together<'a> {
         let region = Region::intersection(fields.iter().map(|field| &field.region));
         let all: Vec<Rendering> = fields.iter().map(|field| field.region.rendering_from(&field.gradients)).collect();
         if all.iter().any(|rendering| rendering.blend != all[0].blend) {
-            let problem = "the values of one channel fall where its stored numbers rise, and those of another do not: convert one";
+            let problem =
+                "the values of one channel fall where its stored numbers rise, and those of another do not: convert one";
             return Err(Error::Settings { field: "channels", problem: problem.into() });
         }
         let rendering = Rendering {

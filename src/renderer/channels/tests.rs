@@ -130,7 +130,10 @@ fn gathered_values_add_as_colors() {
             let mut changed = 0;
             for (sample, (one, other)) in together.iter().zip(one.iter().zip(&other)) {
                 for c in 0..4 {
-                    assert!((sample[c] - (one[c] + other[c]).min(1.0)).abs() <= TOLERANCE, "{blend:?}: {sample:?}, {one:?}, {other:?}");
+                    assert!(
+                        (sample[c] - (one[c] + other[c]).min(1.0)).abs() <= TOLERANCE,
+                        "{blend:?}: {sample:?}, {one:?}, {other:?}"
+                    );
                 }
                 changed += usize::from(sample[0] > one[0] + 0.05);
             }
@@ -190,7 +193,8 @@ fn a_larger_grid_changes_nothing_within_it() {
     let cameras = cameras(&volume);
     let mean = |one: &[Frame], other: &[Frame]| {
         let pairs = one.iter().zip(other).flat_map(|(one, other)| one.pixels().iter().zip(other.pixels()));
-        let differences: Vec<f32> = pairs.map(|(one, other)| (0..4).map(|c| (one[c] - other[c]).abs()).sum::<f32>() / 4.0).collect();
+        let differences: Vec<f32> =
+            pairs.map(|(one, other)| (0..4).map(|c| (one[c] - other[c]).abs()).sum::<f32>() / 4.0).collect();
         differences.iter().sum::<f32>() / differences.len() as f32
     };
     let far = UploadedVolume::new(&device, &moved(&volume, 2.0, DVec3::new(-14.0, -9.0, 10.0))).unwrap();

@@ -127,14 +127,8 @@ pub(in crate::renderer) fn value_range(
         offset: 0.0,
         first_a: 0,
     };
-    let arguments = ValueRangeArguments {
-        voxels,
-        view,
-        parts: parts as i32,
-        least: &least,
-        largest: &largest,
-        invalid: &invalid,
-    };
+    let arguments =
+        ValueRangeArguments { voxels, view, parts: parts as i32, least: &least, largest: &largest, invalid: &invalid };
     let device = &device.with_own_sequence();
     device.begin(wait)?;
     Launcher::<ValueRange>::default().launch(device, voxels.voxel_type(), &arguments)?;

@@ -81,7 +81,13 @@ fn budget(voxels: &VoxelBuffer, held: VoxelBox) -> usize {
 }
 
 impl Field {
-    pub fn new(description: &Description, held: VoxelBox, voxels: VoxelBuffer, placed: Placement, range_is_declared: bool) -> Self {
+    pub fn new(
+        description: &Description,
+        held: VoxelBox,
+        voxels: VoxelBuffer,
+        placed: Placement,
+        range_is_declared: bool,
+    ) -> Self {
         let world = World::new(description.grid());
         Self {
             description: description.clone(),

@@ -163,12 +163,7 @@ impl Engine {
     }
 
     /// Rays and settings of a view of the visible fields, in normalised units.
-    pub fn normalised_view(
-        &self,
-        camera: &Camera,
-        viewport: Viewport,
-        settings: &Settings,
-    ) -> Result<(Rays, Settings), Error> {
+    pub fn normalised_view(&self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<(Rays, Settings), Error> {
         let field = self.field();
         let (rays, settings) = field.world().normalised_view(field.grid(), camera, viewport, settings)?;
         Ok((rays, self.fields.settings(settings)?))
@@ -293,7 +288,9 @@ impl Engine {
         match *step {
             Step::Sweep { light, group, slab } => self.with_scene(view, |scene| scene.sweep_slab(light, group, slab))?,
             Step::FinishLight(light) => self.with_scene(view, |scene| scene.finish_light(light))?,
-            Step::HoldLight { light, axis, ref voxels } => self.with_scene(view, |scene| scene.hold_light(light, axis, voxels))?,
+            Step::HoldLight { light, axis, ref voxels } => {
+                self.with_scene(view, |scene| scene.hold_light(light, axis, voxels))?
+            }
             Step::Hold { voxels, capacity } => {
                 let volume = frame.volume.expect("only streamed frames replace voxels");
                 let part = volume.part(voxels.first, voxels.dims)?;
