@@ -1,10 +1,12 @@
 //! Volumes: grids, voxels and file formats. This module does not depend on rendering.
 
 mod builtin;
+mod colors;
 mod contents;
 mod description;
 mod format;
 mod grid;
+mod labels;
 mod part;
 mod placed;
 mod rescale;
@@ -27,6 +29,7 @@ pub use description::Description;
 pub(crate) use description::Stored;
 pub use format::{Level, OpenOptions};
 pub use grid::Grid;
+pub use labels::{Label, LabelChange, LabelLayer, LabelTable, LabelVisibility, Labels};
 pub(crate) use part::Held;
 pub use part::VolumePart;
 pub use rescale::Rescale;

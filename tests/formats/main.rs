@@ -3,6 +3,7 @@
 mod anatomy;
 mod damage;
 mod files;
+mod labels;
 mod nrrd_axes;
 mod refused;
 #[cfg(feature = "npz")]

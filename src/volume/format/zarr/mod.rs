@@ -12,6 +12,7 @@ use super::parts::Kept;
 use super::{Format, Found, OpenOptions, choice};
 use crate::error::Error;
 use crate::memory;
+use crate::volume::labels::{self, Declared};
 use crate::volume::{Contents, FrameSpacing, Level};
 use array::Array;
 use glam::DVec3;
@@ -32,6 +33,21 @@ impl Format for Zarr {
 
     fn chooses(&self) -> &'static [&'static str] {
         &["array", "level"]
+    }
+
+    fn labels(&self, file: &Found, options: &OpenOptions) -> Result<Option<Declared>, Error> {
+        // The default array of a group is told when it is opened.
+        let array = match options.array {
+            None if matches!(node::node(file.path)?, Node::Group) => node::below(file.path)?.into_iter().next(),
+            ref given => given.clone(),
+        };
+        let (path, _) = chosen(file.path, &OpenOptions { array, ..options.clone() })?;
+        let metadata = node::ome(&path, "image-label")?;
+        if metadata.is_null() {
+            return Ok(None);
+        }
+        let table = labels::image_label(&metadata).map_err(|problem| Error::volume(&path, problem))?;
+        Ok(Some(Declared { layers: vec![table] }))
     }
 
     fn open(&self, file: &Found, options: &OpenOptions) -> Result<Opened, Error> {
