@@ -16,6 +16,7 @@ mod fields;
 mod film;
 mod info;
 mod keys;
+mod labels;
 mod many;
 mod names;
 mod notice;

@@ -1,8 +1,20 @@
-//! Colours of labels that have none: well separated, for the colour-blind as far as their number allows.
+//! Colours of labels and channels that have none: well separated, for the colour-blind as far as their number allows.
 
 /// Colours that differ for all kinds of colour vision: B. Wong, Color blindness, Nature Methods 8 (2011), without black.
 const FIRST: [[u8; 3]; 7] =
     [[230, 159, 0], [86, 180, 233], [0, 158, 115], [240, 228, 66], [0, 114, 178], [213, 94, 0], [204, 121, 167]];
+
+/// Colours of channels, which add: pairs of neighbours add to white or are far apart for red-green blindness.
+const CHANNELS: [[f64; 3]; 8] = [
+    [0.0, 1.0, 0.0],
+    [1.0, 0.0, 1.0],
+    [0.0, 1.0, 1.0],
+    [1.0, 1.0, 0.0],
+    [1.0, 0.0, 0.0],
+    [0.1, 0.3, 1.0],
+    [1.0, 0.5, 0.0],
+    [1.0, 1.0, 1.0],
+];
 
 /// Steps of an additive sequence that fills a square evenly (M. Roberts' R2: inverse powers of the plastic number).
 const STEPS: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2];
@@ -17,6 +29,11 @@ pub(super) fn of_label(id: u32) -> [f64; 3] {
         Some(color) => color.map(|byte| f64::from(byte) / 255.0),
         None => generated(id),
     }
+}
+
+/// Colour of the `n`th channel without one.
+pub(super) fn of_channel(n: usize) -> [f64; 3] {
+    CHANNELS.get(n).copied().unwrap_or_else(|| generated(n as u32))
 }
 
 /// Any number of colours. Lightness differs as well as hue, as all kinds of colour vision tell it.
@@ -106,6 +123,8 @@ mod tests {
     fn first_colours_differ_for_all_kinds_of_colour_vision() {
         let labels: Vec<_> = (1..=7).map(of_label).collect();
         assert!(separation(&labels) > 0.07, "{}", separation(&labels));
+        let pairs: Vec<_> = (0..4).map(|n| separation(&[of_channel(n), of_channel(n + 1)])).collect();
+        assert!(separation(&[of_channel(0), of_channel(1)]) > 0.15, "{pairs:?}");
         // Red and green of one lightness do not.
         assert!(separation(&[[0.8, 0.2, 0.2], [0.45, 0.45, 0.2]]) < 0.07);
     }
@@ -118,6 +137,7 @@ mod tests {
         let different: std::collections::HashSet<_> = many.iter().map(bytes).collect();
         assert_eq!(different.len(), many.len());
         assert_eq!(of_label(4_000_000_000), of_label(4_000_000_000));
+        assert!((0..20).all(|n| of_channel(n).iter().all(|c| (0.0..=1.0).contains(c))));
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! Volumes: grids, voxels and file formats. This module does not depend on rendering.
 
 mod builtin;
+mod channels;
 mod colors;
 mod contents;
 mod description;
@@ -24,6 +25,7 @@ mod write;
 #[cfg(feature = "viewer")]
 pub(crate) use builtin::BUILTIN;
 pub use builtin::builtin_volume;
+pub use channels::ChannelDescription;
 pub use contents::{Contents, FrameSpacing};
 pub use description::Description;
 pub(crate) use description::Stored;

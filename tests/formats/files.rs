@@ -114,7 +114,7 @@ macro_rules! formats {
         }
     )*};
 }
-formats!(nrrd, nifti, metaimage, vtk, numpy, bov, png, labels);
+formats!(nrrd, nifti, metaimage, vtk, numpy, bov, png, labels, channels);
 #[cfg(feature = "tiff")]
 formats!(tiff);
 #[cfg(feature = "dicom")]

@@ -1,6 +1,7 @@
 //! Files of other programs (scripts in make) are read correctly; damaged files are rejected.
 
 mod anatomy;
+mod channels;
 mod damage;
 mod files;
 mod labels;

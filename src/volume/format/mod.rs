@@ -33,6 +33,7 @@ pub(super) use load::Header;
 pub use options::{Level, OpenOptions};
 pub(super) use raw::told_by_name;
 
+use super::ChannelDescription;
 use super::Volume;
 use super::labels::Declared;
 #[cfg(feature = "mpi")]
@@ -111,6 +112,11 @@ trait Format: Sync {
     /// What the file states about the ids of its voxels, if it states that they are ids of labels.
     fn labels(&self, _: &Found, _: &OpenOptions) -> Result<Option<Declared>, Error> {
         Ok(None)
+    }
+
+    /// What the file states about its `count` channels, as far as it does.
+    fn channels(&self, _: &Found, _: &OpenOptions, _count: usize) -> Result<Vec<ChannelDescription>, Error> {
+        Ok(Vec::new())
     }
 
     /// Parses the header.
@@ -234,6 +240,14 @@ fn open(path: &Path, options: &OpenOptions) -> Result<Opened, Error> {
         ));
     }
     format.open(&file, options)
+}
+
+/// What a file states about its `count` channels, as far as it does.
+pub(super) fn channels(path: &Path, options: &OpenOptions, count: usize) -> Result<Vec<ChannelDescription>, Error> {
+    let first = slices::files(path)?.and_then(|files| files.into_iter().next());
+    let file = Found::look(first.as_deref().unwrap_or(path))?;
+    let format = FORMATS.iter().find(|format| format.recognises(&file, options));
+    format.map_or(Ok(Vec::new()), |format| format.channels(&file, options, count))
 }
 
 /// All files of a folder.

@@ -8,7 +8,7 @@ use super::load::{self, Header, Opened};
 use super::{COMPLEX, Format, Found, OpenOptions};
 use crate::error::Error;
 use crate::volume::labels::Declared;
-use crate::volume::{Contents, LabelTable, Rescale, ScalarType};
+use crate::volume::{ChannelDescription, Contents, LabelTable, Rescale, ScalarType};
 use flate2::read::MultiGzDecoder;
 use header::Fields;
 use std::fs::File;
@@ -30,6 +30,12 @@ impl Format for Nifti {
         }
         let layers = auxiliary_table(path, &fields, options)?.unwrap_or_default();
         Ok(Some(Declared { layers: vec![layers] }))
+    }
+
+    fn channels(&self, file: &Found, _: &OpenOptions, count: usize) -> Result<Vec<ChannelDescription>, Error> {
+        let fields = read(&header_of(file.path).unwrap_or_else(|| file.path.into()))?;
+        let is_color = scalar(fields.datatype()).is_some_and(|(_, inside)| inside == count);
+        Ok(if is_color { ChannelDescription::of_components(count) } else { Vec::new() })
     }
 
     fn open(&self, file: &Found, options: &OpenOptions) -> Result<Opened, Error> {

@@ -9,7 +9,7 @@ use super::load::{Header, Opened};
 use super::{Format, Found, OpenOptions};
 use crate::error::Error;
 use crate::volume::labels::Declared;
-use crate::volume::{Endian, ScalarType};
+use crate::volume::{ChannelDescription, Endian, ScalarType};
 use fields::Fields;
 
 /// NRRD.
@@ -32,6 +32,12 @@ impl Format for Nrrd {
         let any = OpenOptions { frame: Some(0), channel: Some(0), ..options.clone() };
         let place = axes::Axes::from_fields(&fields)?.place(&fields, file.path, scalar(&fields)?, &any)?;
         segments::layers(&fields, place.contents.channels).map(|layers| Some(Declared { layers }))
+    }
+
+    fn channels(&self, file: &Found, _: &OpenOptions, count: usize) -> Result<Vec<ChannelDescription>, Error> {
+        let kinds = Fields::read(file.path)?.get("kinds").unwrap_or_default().to_ascii_lowercase();
+        let is_color = kinds.split_whitespace().any(|kind| [(3, "rgb-color"), (4, "rgba-color")].contains(&(count, kind)));
+        Ok(if is_color { ChannelDescription::of_components(count) } else { Vec::new() })
     }
 
     fn open(&self, file: &Found, options: &OpenOptions) -> Result<Opened, Error> {
