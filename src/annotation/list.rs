@@ -7,9 +7,9 @@ use glam::DVec2;
 use std::ops::Range;
 
 /// Height of a row, in heights of letters.
-const ROW: f64 = 1.5;
+const ROW: f64 = 1.7;
 /// Side of a swatch, in heights of letters.
-const SWATCH: f64 = 0.8;
+const SWATCH: f64 = 1.1;
 /// Distance of names from their swatches, in pixels at scale 1.
 const NAME_GAP: f64 = 6.0;
 /// Largest width of names as a fraction of the picture's width, and of the list as a fraction of its height.

@@ -55,6 +55,8 @@ const FLUOROPHORES: [(&str, [f64; 3]); 46] = [
     ("cy5", MAGENTA),
     ("cy7", MAGENTA),
 ];
+/// Limit of channels that are described.
+const MOST: usize = 1 << 16;
 const BLUE: [f64; 3] = [0.1, 0.3, 1.0];
 const CYAN: [f64; 3] = [0.0, 1.0, 1.0];
 const GREEN: [f64; 3] = [0.0, 1.0, 0.0];
@@ -108,6 +110,9 @@ impl ChannelDescription {
         // Chosen, so that nothing warns of a default.
         let options = OpenOptions { frame: options.frame.or(Some(0)), channel: options.channel.or(Some(0)), ..options.clone() };
         let Contents { channels: count, .. } = format::header(path, &options)?.contents;
+        if count > MOST {
+            return Err(Error::volume(path, format!("it has {count} channels: more than {MOST} cannot be described")));
+        }
         let mut found = format::channels(path, &options, count)?;
         found.resize(count, Self::default());
         Ok(found)

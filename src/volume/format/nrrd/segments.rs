@@ -4,7 +4,7 @@ use super::fields::Fields;
 use crate::error::Error;
 use crate::volume::{Label, LabelTable};
 
-/// Limit of segments.
+/// Limit of segments, and of layers.
 const MOST: usize = 1 << 16;
 
 /// Whether the voxels are ids of segments.
@@ -25,6 +25,9 @@ pub(super) fn layers(fields: &Fields, count: usize) -> Result<Vec<LabelTable>, E
     numbers.dedup();
     if numbers.len() > MOST {
         return Err(fields.wrong(format!("it has more than {MOST} segments: merge some")));
+    }
+    if count > MOST {
+        return Err(fields.wrong(format!("it has {count} layers of segments: expected at most {MOST}")));
     }
     let mut layers = vec![Vec::new(); count];
     for &n in &numbers {

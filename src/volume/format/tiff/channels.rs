@@ -95,8 +95,7 @@ fn imagej(parts: &Parts, description: &str, layout: &Layout) -> Result<Vec<Chann
             active: true,
         }
     };
-    // A declared layout is compared with the pages on opening; without pages there is nothing to describe.
-    Ok((0..layout.channels.min(super::pages::MOST)).map(channel).collect())
+    Ok((0..layout.channels).map(channel).collect())
 }
 
 /// The first line of a text in UTF-16.
