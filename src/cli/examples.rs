@@ -125,7 +125,8 @@ pub(super) const INFO: &str = concat!(
     "\
 Examples:
   layersplat info engine_256x256x128_uint8.raw.gz
-  layersplat info builtin:hydrogen --json",
+  layersplat info builtin:hydrogen --json
+  layersplat info brain.nii.gz --labels=FreeSurferColorLUT.txt --label 'Left-Thalamus:only'",
     volumes!(),
     transfer_functions!()
 );

@@ -1,7 +1,8 @@
 //! `layersplat info`.
 
+use super::labels::{self, LabelReport};
 use super::numbers::shortened;
-use super::options::{TransferOptions, VolumeOptions};
+use super::options::{LabelOptions, TransferOptions, VolumeOptions};
 use super::orientation::{self, UpReport};
 use super::scene::{describe, open_transfer};
 use super::transfer::TransferReport;
@@ -18,6 +19,8 @@ use std::process::ExitCode;
 pub(super) struct Arguments {
     #[command(flatten)]
     volume: VolumeOptions,
+    #[command(flatten)]
+    labels: LabelOptions,
     #[command(flatten)]
     transfer: TransferOptions,
     /// Print the report as one line of JSON
@@ -60,10 +63,12 @@ struct Info {
     histogram: Vec<u64>,
     effective_splats: Option<u64>,
     transfer: TransferReport,
+    /// Labels that voxels have, if the voxels are labels.
+    labels: Option<Vec<LabelReport>>,
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
-    let volume = arguments.volume.open(None, None)?;
+    let (volume, labels) = arguments.volume.open_labelled(&arguments.labels)?;
     let transfer = open_transfer(&arguments.transfer, &volume, Blend::Composite)?;
     let effective_splats = arguments.transfer.transfer.is_some().then(|| transfer.effective_splats(&volume));
     let statistics = volume.statistics();
@@ -93,6 +98,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         histogram: statistics.histogram.clone(),
         effective_splats,
         transfer: TransferReport::new(&transfer),
+        labels: labels.as_ref().map(LabelReport::all),
     };
     super::report(arguments.json, &info, || text(&info, &transfer, &statistics, &volume))?;
     Ok(ExitCode::SUCCESS)
@@ -123,6 +129,7 @@ fn text(info: &Info, transfer: &TransferFunction, statistics: &Statistics, volum
         lines.push(format!("effective splats {count} ({share:.2} %)"));
     }
     lines.push(format!("transfer  {}", describe(transfer)));
+    lines.extend(info.labels.iter().flat_map(|reports| labels::lines(reports)));
     lines.extend(histogram(statistics));
     lines.join("\n")
 }

@@ -17,6 +17,7 @@ mod fields;
 mod film;
 mod info;
 mod keys;
+mod labels;
 mod many;
 mod names;
 mod notice;

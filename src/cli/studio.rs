@@ -211,7 +211,7 @@ impl PictureOptions {
     fn annotations(&self) -> Annotations {
         let Self { legend, bounding_box, axes, .. } = *self;
         let (units, length_units) = (self.units.clone(), self.length_units.clone());
-        Annotations { legend, bounding_box, axes, units, length_units, font_size: self.font_pixels() }
+        Annotations { legend, list: None, bounding_box, axes, units, length_units, font_size: self.font_pixels() }
     }
 
     /// Size of letters in pixels, if given.

@@ -1,10 +1,13 @@
 //! Volumes: grids, voxels and file formats. This module does not depend on rendering.
 
 mod builtin;
+mod channels;
+mod colors;
 mod contents;
 mod description;
 mod format;
 mod grid;
+mod labels;
 mod part;
 mod placed;
 mod rescale;
@@ -22,11 +25,13 @@ mod write;
 #[cfg(feature = "viewer")]
 pub(crate) use builtin::BUILTIN;
 pub use builtin::builtin_volume;
+pub use channels::ChannelDescription;
 pub use contents::{Contents, FrameSpacing};
 pub use description::Description;
 pub(crate) use description::Stored;
 pub use format::{Level, OpenOptions};
 pub use grid::Grid;
+pub use labels::{Label, LabelChange, LabelLayer, LabelTable, LabelVisibility, Labels};
 pub(crate) use part::Held;
 pub use part::VolumePart;
 pub use rescale::Rescale;

@@ -1,8 +1,9 @@
 //! Options for the volume.
 
+use super::LabelOptions;
 use crate::cli::{parse, standard};
 use crate::viewport::Viewport;
-use crate::volume::{Endian, Level, OpenOptions, ScalarType, Sequence, Volume};
+use crate::volume::{Endian, Labels, Level, OpenOptions, ScalarType, Sequence, Volume};
 use clap::{Args, ValueEnum};
 use glam::DVec3;
 use std::path::{Path, PathBuf};
@@ -106,6 +107,21 @@ impl VolumeOptions {
         }
         let options = OpenOptions { channel: Some(channel), alone: self.alone, ..self.file.raw(size)? };
         self.with_background(Volume::open(&self.volume, &options)?)
+    }
+
+    /// Opens the volume, and its labels if the options or the file say that its voxels are some.
+    pub fn open_labelled(&self, labels: &LabelOptions) -> Result<(Volume<'static>, Option<Labels>), crate::Error> {
+        let options = OpenOptions { alone: self.alone, ..self.file.raw(None)? };
+        let (volume, labels) = standard::open_input(&self.volume, |path| {
+            let volume = Volume::open(path, &options)?;
+            // What was chosen by default, so that warnings do not come twice.
+            let contents = volume.contents();
+            let frame = options.frame.or((contents.frames > 1).then_some(contents.frame));
+            let level = options.level.or((contents.levels.len() > 1).then_some(Level::Number(contents.level)));
+            let labels = labels.open(path, &OpenOptions { frame, level, ..options.clone() })?;
+            Ok((volume, labels))
+        })?;
+        Ok((self.with_background(volume)?, labels))
     }
 
     /// Opens the volume and `more` of them as a sequence in time; otherwise as [`open`](Self::open).

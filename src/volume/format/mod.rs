@@ -29,10 +29,13 @@ mod vtk;
 #[cfg(feature = "zarr")]
 mod zarr;
 
+pub(super) use load::Header;
 pub use options::{Level, OpenOptions};
 pub(super) use raw::told_by_name;
 
+use super::ChannelDescription;
 use super::Volume;
+use super::labels::Declared;
 #[cfg(feature = "mpi")]
 use super::{Layers, Unseen};
 use crate::error::Error;
@@ -104,6 +107,16 @@ trait Format: Sync {
     /// Whether the header names other files.
     fn names_others(&self, _: &Found) -> Result<bool, Error> {
         Ok(false)
+    }
+
+    /// What the file states about the ids of its voxels, if it states that they are ids of labels.
+    fn labels(&self, _: &Found, _: &OpenOptions) -> Result<Option<Declared>, Error> {
+        Ok(None)
+    }
+
+    /// What the file states about its `count` channels, as far as it does.
+    fn channels(&self, _: &Found, _: &OpenOptions, _count: usize) -> Result<Vec<ChannelDescription>, Error> {
+        Ok(Vec::new())
     }
 
     /// Parses the header.
@@ -188,9 +201,19 @@ pub(super) fn collected(path: &Path, options: &OpenOptions) -> Result<Vec<PathBu
     Ok(vec![path.into()])
 }
 
-/// All numbers of a file of any format as stored, and its header.
+/// All numbers of a file of any format as stored, and its header. See [`OpenOptions::memory`].
 pub(super) fn numbers(path: &Path, options: &OpenOptions) -> Result<load::Numbers, Error> {
-    load::numbers(path, open(path, options)?)
+    load::numbers(path, open(path, options)?, options.memory)
+}
+
+/// What a file states about the ids of its voxels; `None` if it does not state that they are ids of labels.
+pub(super) fn labels(path: &Path, options: &OpenOptions) -> Result<Option<Declared>, Error> {
+    if slices::files(path)?.is_some() {
+        return Ok(None);
+    }
+    let file = Found::look(path)?;
+    let format = FORMATS.iter().find(|format| format.recognises(&file, options));
+    format.map_or(Ok(None), |format| format.labels(&file, options))
 }
 
 fn open(path: &Path, options: &OpenOptions) -> Result<Opened, Error> {
@@ -217,6 +240,14 @@ fn open(path: &Path, options: &OpenOptions) -> Result<Opened, Error> {
         ));
     }
     format.open(&file, options)
+}
+
+/// What a file states about its `count` channels, as far as it does.
+pub(super) fn channels(path: &Path, options: &OpenOptions, count: usize) -> Result<Vec<ChannelDescription>, Error> {
+    let first = slices::files(path)?.and_then(|files| files.into_iter().next());
+    let file = Found::look(first.as_deref().unwrap_or(path))?;
+    let format = FORMATS.iter().find(|format| format.recognises(&file, options));
+    format.map_or(Ok(Vec::new()), |format| format.channels(&file, options, count))
 }
 
 /// All files of a folder.

@@ -95,6 +95,19 @@ impl Fields {
         FrameSpacing::new(distance, unit)
     }
 
+    /// Whether numbers are ids of labels (NIFTI_INTENT_LABEL).
+    pub fn is_of_labels(&self) -> bool {
+        (if self.second { self.int32(504) } else { self.int16(68).into() }) == 1002
+    }
+
+    /// Name of an auxiliary file, which holds names of labels; empty if there is none.
+    pub fn auxiliary_file(&self) -> String {
+        let first = if self.second { 320 } else { 228 };
+        let bytes = self.bytes.get(first..first + 24).unwrap_or_default();
+        let end = bytes.iter().position(|&byte| byte == 0).unwrap_or(bytes.len());
+        String::from_utf8_lossy(&bytes[..end]).trim().to_owned()
+    }
+
     /// Whether the voxels are in a separate file.
     pub fn is_of_a_pair(&self) -> bool {
         self.bytes[if self.second { 4 } else { 344 } + 1] == b'i'

@@ -7,7 +7,8 @@ use super::bytes::{self, Bytes, Gzip, Packed, Plain};
 use super::load::{self, Header, Opened};
 use super::{COMPLEX, Format, Found, OpenOptions};
 use crate::error::Error;
-use crate::volume::{Contents, Rescale, ScalarType};
+use crate::volume::labels::Declared;
+use crate::volume::{ChannelDescription, Contents, LabelTable, Rescale, ScalarType};
 use flate2::read::MultiGzDecoder;
 use header::Fields;
 use std::fs::File;
@@ -19,6 +20,22 @@ pub(super) struct Nifti;
 impl Format for Nifti {
     fn recognises(&self, file: &Found, _options: &OpenOptions) -> bool {
         is_header(file) || header_of(file.path).is_some()
+    }
+
+    fn labels(&self, file: &Found, options: &OpenOptions) -> Result<Option<Declared>, Error> {
+        let path = &header_of(file.path).unwrap_or_else(|| file.path.into());
+        let fields = read(path)?;
+        if !fields.is_of_labels() {
+            return Ok(None);
+        }
+        let layers = auxiliary_table(path, &fields, options)?.unwrap_or_default();
+        Ok(Some(Declared { layers: vec![layers] }))
+    }
+
+    fn channels(&self, file: &Found, _: &OpenOptions, count: usize) -> Result<Vec<ChannelDescription>, Error> {
+        let fields = read(&header_of(file.path).unwrap_or_else(|| file.path.into()))?;
+        let is_color = scalar(fields.datatype()).is_some_and(|(_, inside)| inside == count);
+        Ok(if is_color { ChannelDescription::of_components(count) } else { Vec::new() })
     }
 
     fn open(&self, file: &Found, options: &OpenOptions) -> Result<Opened, Error> {
@@ -51,6 +68,18 @@ impl Format for Nifti {
         let header = header.with_contents(contents);
         Ok(Opened { header, bytes: voxels(path, &fields)?, exact: false })
     }
+}
+
+/// The table of labels beside a header that names it. Programs write other text in that field, too.
+fn auxiliary_table(path: &Path, fields: &Fields, options: &OpenOptions) -> Result<Option<LabelTable>, Error> {
+    let name = fields.auxiliary_file();
+    let table = path.with_file_name(&name);
+    let is_name = !name.is_empty() && Path::new(&name).components().count() == 1;
+    if !is_name || options.alone || !table.is_file() {
+        return Ok(None);
+    }
+    tracing::info!("{}: names of labels from {}", path.display(), table.display());
+    LabelTable::open(table).map(Some)
 }
 
 /// Codes of complex numbers of two floats of 32, 64 and 128 bits.

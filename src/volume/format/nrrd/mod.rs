@@ -3,11 +3,13 @@
 mod axes;
 mod data;
 mod fields;
+mod segments;
 
 use super::load::{Header, Opened};
 use super::{Format, Found, OpenOptions};
 use crate::error::Error;
-use crate::volume::{Endian, ScalarType};
+use crate::volume::labels::Declared;
+use crate::volume::{ChannelDescription, Endian, ScalarType};
 use fields::Fields;
 
 /// NRRD.
@@ -20,6 +22,22 @@ impl Format for Nrrd {
 
     fn names_others(&self, file: &Found) -> Result<bool, Error> {
         Ok(Fields::read(file.path)?.get("data file").is_some())
+    }
+
+    fn labels(&self, file: &Found, options: &OpenOptions) -> Result<Option<Declared>, Error> {
+        let fields = Fields::read(file.path)?;
+        if !segments::are_declared(&fields) {
+            return Ok(None);
+        }
+        let any = OpenOptions { frame: Some(0), channel: Some(0), ..options.clone() };
+        let place = axes::Axes::from_fields(&fields)?.place(&fields, file.path, scalar(&fields)?, &any)?;
+        segments::layers(&fields, place.contents.channels).map(|layers| Some(Declared { layers }))
+    }
+
+    fn channels(&self, file: &Found, _: &OpenOptions, count: usize) -> Result<Vec<ChannelDescription>, Error> {
+        let kinds = Fields::read(file.path)?.get("kinds").unwrap_or_default().to_ascii_lowercase();
+        let is_color = kinds.split_whitespace().any(|kind| [(3, "rgb-color"), (4, "rgba-color")].contains(&(count, kind)));
+        Ok(if is_color { ChannelDescription::of_components(count) } else { Vec::new() })
     }
 
     fn open(&self, file: &Found, options: &OpenOptions) -> Result<Opened, Error> {
