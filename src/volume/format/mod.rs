@@ -3,6 +3,7 @@
 mod bov;
 mod bytes;
 mod choice;
+mod collection;
 #[cfg(feature = "dicom")]
 mod dicom;
 #[cfg(feature = "hdf5")]
@@ -171,21 +172,12 @@ pub(super) fn layers(
 
 /// The header of a file of any format that is large enough for its voxels.
 pub(super) fn header(path: &Path, options: &OpenOptions) -> Result<load::Header, Error> {
-    load::header(path, open(path, options)?)
+    load::header(path, open_one(path, options)?)
 }
 
-/// The files that a collection of steps (`.pvd`, with the feature `vtk`) names, in order; any other source itself.
+/// The files of a collection of steps, in order; any other source itself.
 pub(super) fn collected(path: &Path, options: &OpenOptions) -> Result<Vec<PathBuf>, Error> {
-    #[cfg(feature = "vtk")]
-    if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("pvd")) {
-        if options.alone {
-            return Err(Error::volume(path, "its steps are in other files, which it names: use a file that has them all"));
-        }
-        return vtk::collected(path);
-    }
-    #[cfg(not(feature = "vtk"))]
-    let _ = options;
-    Ok(vec![path.into()])
+    Ok(collection::files(path, options)?.unwrap_or_else(|| vec![path.into()]))
 }
 
 /// All numbers of a file of any format as stored, and its header.
@@ -193,7 +185,16 @@ pub(super) fn numbers(path: &Path, options: &OpenOptions) -> Result<load::Number
     load::numbers(path, open(path, options)?)
 }
 
+/// Opens a file of any format, or a step of a collection.
 fn open(path: &Path, options: &OpenOptions) -> Result<Opened, Error> {
+    match collection::files(path, options)? {
+        Some(files) => collection::open(path, &files, options),
+        None => open_one(path, options),
+    }
+}
+
+/// Opens a file that is no collection.
+fn open_one(path: &Path, options: &OpenOptions) -> Result<Opened, Error> {
     if let Some(files) = slices::files(path)? {
         return slices::open(path, files, options);
     }

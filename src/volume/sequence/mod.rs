@@ -9,8 +9,8 @@ use crate::error::Error;
 use ahead::Ahead;
 use std::path::{Path, PathBuf};
 
-/// Volumes of one size and type in the order of time: the frames of a file with a time axis, of several files, one after the other, or of the
-/// files that ParaView's `.pvd` names (feature `vtk`).
+/// Volumes of one size and type in the order of time: the frames of a file with a time axis, of several files, one after the other, of the
+/// files that ParaView's `.pvd` names (feature `vtk`), or of those that match a name with `%d` in place of the number.
 /// Opening a sequence reads headers only; a step is read when it is asked for.
 ///
 /// ```
