@@ -73,6 +73,7 @@ pub(super) const VIEW: &str = concat!(
     "\
 Examples:
   layersplat view engine_256x256x128_uint8.raw.gz            # opens the browser; Ctrl-C ends it
+  layersplat view step_*.vti                                 # a sequence in time, with a slider
   layersplat view head.nii.gz --preset ct-bone --shadows on
   layersplat view big.nrrd --port 8000 --no-browser          # over SSH: prints the command for the tunnel
 

@@ -58,6 +58,8 @@ pub(super) struct Scene {
     pub opened_at: Instant,
     /// Duration of opening the volume, which is a pass over all voxels for their range.
     pub first_pass: Duration,
+    /// A sample of all steps of a sequence.
+    pub overview: Option<Volume<'static>>,
     /// Bounds of what the steps of a sequence show, if views are fitted to them.
     pub shown_by_steps: Option<Framing>,
 }
@@ -127,7 +129,7 @@ impl Scene {
         let device = memory.map_or(device.clone(), |bytes| device.with_memory(bytes));
         let time_limit = options.bounds.time_limit;
         let (processes, shown_by_steps) = (processes.clone(), None);
-        Ok(Self { volume, transfer, settings, device, processes, time_limit, opened_at, first_pass, shown_by_steps })
+        Ok(Self { volume, transfer, settings, device, processes, time_limit, opened_at, first_pass, overview, shown_by_steps })
     }
 
     /// The settings with other options of light.
@@ -144,6 +146,11 @@ impl Scene {
             shading.lights = shading.lights.in_world(first)?;
         }
         Ok(())
+    }
+
+    /// A volume with the values of the volume, or of all steps of a sequence.
+    pub fn values(&self) -> &Volume<'static> {
+        self.overview.as_ref().unwrap_or(&self.volume)
     }
 
     /// Bounds of the visible part.

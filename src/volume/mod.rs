@@ -30,7 +30,7 @@ pub use grid::Grid;
 pub(crate) use part::Held;
 pub use part::VolumePart;
 pub use rescale::Rescale;
-pub use sequence::{Playback, Sequence};
+pub use sequence::{Playback, Sequence, steps_along};
 #[cfg(feature = "mpi")]
 pub(crate) use shared::Together;
 pub use shared::VoxelBox;

@@ -87,6 +87,11 @@ impl VolumeOptions {
         self.file.spacing.is_some()
     }
 
+    /// Whether one of several frames is chosen.
+    pub fn has_frame(&self) -> bool {
+        self.file.frame.is_some()
+    }
+
     pub fn is_default(&self) -> bool {
         self.volume == Path::new(Self::DEFAULT)
     }
