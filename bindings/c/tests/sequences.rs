@@ -42,7 +42,7 @@ fn steps_are_opened_played_and_drawn() {
         (0..STEPS).map(|n| CString::new(pattern.to_str().unwrap().replace("%d", &n.to_string())).unwrap()).collect();
     // SAFETY: all arguments are alive, and each handle is freed once.
     unsafe {
-        let [sequence, files] = [open(&[pattern.clone()]), open(&single)];
+        let [sequence, files] = [open(std::slice::from_ref(&pattern)), open(&single)];
         for sequence in [sequence, files] {
             let mut length = 0;
             ok(layersplat_sequence_length(sequence, &mut length));
@@ -98,7 +98,7 @@ fn what_is_no_sequence_is_refused() {
     let other = CString::new("builtin:cube@9").unwrap();
     // SAFETY: all arguments are alive, and each handle is freed once.
     unsafe {
-        let sequence = open(&[pattern.clone()]);
+        let sequence = open(std::slice::from_ref(&pattern));
         let mut volume = std::ptr::dangling_mut();
         let message = refused(layersplat_sequence_step(sequence, STEPS, &mut volume), Status::InvalidArgument);
         assert!(volume.is_null() && message.contains("step"), "{message}");
