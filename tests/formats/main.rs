@@ -8,4 +8,5 @@ mod refused;
 #[cfg(feature = "npz")]
 mod refused_archives;
 mod refused_pictures;
+mod vectors;
 mod written;

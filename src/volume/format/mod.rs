@@ -10,6 +10,7 @@ mod dicom;
 mod hdf5;
 mod keyed;
 mod load;
+mod magnitude;
 mod metaimage;
 #[cfg(not(all(feature = "dicom", feature = "hdf5", feature = "zarr")))]
 mod missing;
@@ -217,7 +218,19 @@ fn open_one(path: &Path, options: &OpenOptions) -> Result<Opened, Error> {
             "its voxels are in another file, which its header names: use a format that has both in one file",
         ));
     }
-    format.open(&file, options)
+    if options.magnitude && options.channel.is_some() {
+        let problem = "is either one component or their magnitude: omit one of them".into();
+        return Err(Error::Settings { field: "channel", problem });
+    }
+    let opened = format.open(&file, options)?;
+    if options.magnitude && !opened.header.contents.magnitude {
+        let problem = match opened.header.contents.channels {
+            1 => format!("has no magnitude: a voxel of {} has one number", path.display()),
+            _ => format!("gives no magnitude for the format of {}: choose a component", path.display()),
+        };
+        return Err(Error::Settings { field: "channel", problem });
+    }
+    Ok(opened)
 }
 
 /// All files of a folder.
