@@ -2,7 +2,9 @@
 
 use super::load::Header;
 use crate::volume::storage::Made;
-use crate::volume::{Rescale, Storage, VoxelType, wide};
+use crate::volume::voxels::{Number, is_valid};
+use crate::volume::{Endian, ScalarType, Storage, VoxelType};
+use rayon::prelude::*;
 use std::sync::Arc;
 
 /// Bytes that are mapped or held.
@@ -34,30 +36,69 @@ impl Components {
     }
 }
 
+/// Voxels per unit of parallel work.
+const BLOCK: usize = 1 << 14;
+
+/// A float32 as bytes.
+type Voxel = [u8; size_of::<f32>()];
+
 impl Made for Magnitudes {
     fn len(&self) -> usize {
-        self.header.grid.voxel_count() * size_of::<f32>()
+        self.header.grid.voxel_count() * size_of::<Voxel>()
     }
 
     fn make(&self, first: usize, bytes: &mut [u8]) {
-        let Header { ref grid, scalar, endian, rescale, strides, .. } = self.header;
-        let numbers = wide::Numbers { bytes: (*self.bytes).as_ref(), scalar, endian };
-        let [x, y, _] = grid.dims();
-        let (strides, size) = (strides.map(|stride| stride as usize), scalar.bytes());
-        let (voxels, _) = bytes.as_chunks_mut::<{ size_of::<f32>() }>();
-        for (index, voxel) in (first / size_of::<f32>()..).zip(voxels) {
-            let at = index % x * strides[0] + index / x % y * strides[1] + index / x / y * strides[2];
-            *voxel = self.norm(numbers, at / size, rescale).to_ne_bytes();
-        }
+        let first = first / size_of::<Voxel>();
+        let (voxels, _) = bytes.as_chunks_mut();
+        voxels.par_chunks_mut(BLOCK).enumerate().for_each(|(n, voxels)| self.block(first + n * BLOCK, voxels));
     }
 }
 
 impl Magnitudes {
-    /// The norm of the voxel whose first component is number `first`.
-    fn norm(&self, numbers: wide::Numbers, first: usize, rescale: Rescale) -> f32 {
-        let Some(Components { stride, count }) = self.header.components else { unreachable!("a header of vectors") };
-        let stride = stride as usize / self.header.scalar.bytes();
-        let square = |n: usize| rescale.value(numbers.get(first + n * stride)).powi(2);
+    /// Computes voxels from voxel `first` on.
+    fn block(&self, first: usize, voxels: &mut [Voxel]) {
+        match self.header.scalar {
+            ScalarType::Uint8 => self.rows::<u8>(first, voxels),
+            ScalarType::Int8 => self.rows::<i8>(first, voxels),
+            ScalarType::Uint16 => self.rows::<u16>(first, voxels),
+            ScalarType::Int16 => self.rows::<i16>(first, voxels),
+            ScalarType::Uint32 => self.rows::<u32>(first, voxels),
+            ScalarType::Int32 => self.rows::<i32>(first, voxels),
+            ScalarType::Uint64 => self.rows::<u64>(first, voxels),
+            ScalarType::Int64 => self.rows::<i64>(first, voxels),
+            ScalarType::Float16 => self.rows::<half::f16>(first, voxels),
+            ScalarType::Float32 => self.rows::<f32>(first, voxels),
+            ScalarType::Float64 => self.rows::<f64>(first, voxels),
+        }
+    }
+
+    fn rows<T: Number>(&self, first: usize, mut voxels: &mut [Voxel]) {
+        let ([x, y, _], strides) = (self.header.grid.dims(), self.header.strides.map(|stride| stride as usize));
+        let mut index = first;
+        while !voxels.is_empty() {
+            let (i, row) = (index % x, index / x);
+            let (here, rest) = voxels.split_at_mut((x - i).min(voxels.len()));
+            let start = i * strides[0] + row % y * strides[1] + row / y * strides[2];
+            for (n, voxel) in here.iter_mut().enumerate() {
+                *voxel = self.norm::<T>(start + n * strides[0]).to_ne_bytes();
+            }
+            (index, voxels) = (index + here.len(), rest);
+        }
+    }
+
+    /// The norm of the voxel whose first component is at byte `at`.
+    fn norm<T: Number>(&self, at: usize) -> f32 {
+        let Header { components: Some(Components { stride, count }), endian, rescale, .. } = self.header else {
+            unreachable!("a header of vectors")
+        };
+        let bytes = (*self.bytes).as_ref();
+        let square = |n: usize| {
+            let at = at + n * stride as usize;
+            let number = bytemuck::pod_read_unaligned::<T>(&bytes[at..at + size_of::<T>()]);
+            let number = if endian == Endian::NATIVE { number } else { number.swapped() }.value();
+            let value = if is_valid(number) { rescale.value(number) } else { f64::NAN };
+            value * value
+        };
         (0..count).map(square).sum::<f64>().sqrt() as f32
     }
 }
