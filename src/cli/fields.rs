@@ -14,7 +14,7 @@ const OPTIONS: [(&str, &str); 65] = [
     ("bits", "--bits N"),
     ("blend", "--blend composite|maximum|minimum|average|iso"),
     ("cameras", "--cameras FILE"),
-    ("channel", "--channel N"),
+    ("channel", "--channel N|magnitude"),
     ("classification", "--classification post|preintegrated"),
     ("clipping", "--clip X,Y,Z,NX,NY,NZ"),
     ("correction", "--correction none|constant|sublayers"),

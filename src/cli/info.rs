@@ -36,6 +36,8 @@ struct Info {
     /// Components of each voxel in the file, and which one is described here.
     channels: usize,
     channel: usize,
+    /// Whether the magnitude of all components is described.
+    magnitude: bool,
     /// Volumes of a sequence, usually times, and which one is described here.
     frames: usize,
     frame: usize,
@@ -79,6 +81,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         voxel_type: volume.voxel_type().to_string(),
         channels: contents.channels,
         channel: contents.channel,
+        magnitude: contents.magnitude,
         frames: contents.frames,
         frame: contents.frame,
         frame_spacing: contents.frame_spacing.as_ref().map(|spacing| spacing.distance),
@@ -136,10 +139,11 @@ fn text(info: &Info, transfer: &TransferFunction, statistics: &Statistics, volum
 
 /// Lines about channels, frames and resolutions, where the file has several, with the options that choose others.
 fn several(contents: &Contents) -> Vec<String> {
-    let Contents { channels, channel, frames, frame, levels, level, .. } = contents;
+    let Contents { channels, channel, magnitude, frames, frame, levels, level, .. } = contents;
     let mut lines = Vec::new();
     if *channels > 1 {
-        lines.push(format!("channels  {channels}; this is {channel} (--channel)"));
+        let this = if *magnitude { "their magnitude".into() } else { channel.to_string() };
+        lines.push(format!("channels  {channels}; this is {this} (--channel)"));
     }
     if *frames > 1 {
         let unit = |unit: &Option<String>| unit.as_ref().map_or(String::new(), |unit| format!(" {unit}"));

@@ -1,7 +1,7 @@
 //! Parsers of option values.
 
 use super::names;
-use super::options::{LevelChoice, Opacities, Reach, Tent};
+use super::options::{ChannelChoice, LevelChoice, Opacities, Reach, Tent};
 use super::slice::Along;
 use crate::camera::Up;
 use crate::error::Error;
@@ -69,6 +69,17 @@ pub(super) fn level(text: &str) -> Result<LevelChoice, String> {
     match text {
         "auto" => Ok(LevelChoice::Auto),
         _ => text.parse().map(LevelChoice::Number).map_err(|_| format!("invalid level '{text}'; use a number from 0, or auto")),
+    }
+}
+
+/// Parses a component: a number, or `magnitude`.
+pub(super) fn channel(text: &str) -> Result<ChannelChoice, String> {
+    match text {
+        "magnitude" => Ok(ChannelChoice::Magnitude),
+        _ => text
+            .parse()
+            .map(ChannelChoice::Number)
+            .map_err(|_| format!("invalid channel '{text}'; use a number from 0, or magnitude")),
     }
 }
 

@@ -65,6 +65,8 @@ pub(super) struct Scene {
     pub opened_at: Instant,
     /// Duration of opening the volume, which is a pass over all voxels for their range.
     pub first_pass: Duration,
+    /// A sample of all steps of a sequence.
+    pub overview: Option<Volume<'static>>,
     /// Bounds of what the steps of a sequence show, if views are fitted to them.
     pub shown_by_steps: Option<Framing>,
 }
@@ -155,6 +157,7 @@ impl Scene {
             time_limit,
             opened_at,
             first_pass,
+            overview,
             shown_by_steps,
         })
     }
@@ -178,6 +181,11 @@ impl Scene {
     /// Whether the volume is drawn together with others, or not as one alone.
     pub fn has_channels(&self) -> bool {
         !self.others.is_empty() || self.look != Look::default()
+    }
+
+    /// A volume with the values of the volume, or of all steps of a sequence.
+    pub fn values(&self) -> &Volume<'static> {
+        self.overview.as_ref().unwrap_or(&self.volume)
     }
 
     /// Bounds of the visible part.

@@ -35,7 +35,7 @@ pub use labels::{Label, LabelChange, LabelLayer, LabelTable, LabelVisibility, La
 pub(crate) use part::Held;
 pub use part::VolumePart;
 pub use rescale::Rescale;
-pub use sequence::{Playback, Sequence};
+pub use sequence::{Playback, Sequence, steps_along};
 #[cfg(feature = "mpi")]
 pub(crate) use shared::Together;
 pub use shared::VoxelBox;
@@ -78,7 +78,8 @@ pub struct Volume<'a> {
 
 impl Volume<'static> {
     /// Opens `builtin:NAME[@SIZE]`, a file, or one file per slice: a folder of numbered `.png` or `.tif` files, or a name with `%d` in
-    /// place of the number.
+    /// place of the number. Where the numbered files hold volumes, or where a `.pvd` names them, [`OpenOptions::frame`] counts the frames of
+    /// all files, as in a [`Sequence`].
     ///
     /// Formats recognised by content: NRRD, NIfTI-1 and -2, MetaImage, VTK image data (`.vti` with the feature `vtk`, legacy `.vtk`), NumPy
     /// arrays (`.npz` with the feature `npz`), TIFF (feature `tiff`), PNG and VisIt's `.bov`. Raw files are named

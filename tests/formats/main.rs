@@ -10,4 +10,5 @@ mod refused;
 #[cfg(feature = "npz")]
 mod refused_archives;
 mod refused_pictures;
+mod vectors;
 mod written;

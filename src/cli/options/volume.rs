@@ -45,9 +45,9 @@ pub(in crate::cli) struct FileOptions {
     /// Volume of a file with several, from 0 [default: 0]
     #[arg(long, value_name = "N", help_heading = "Volume")]
     frame: Option<usize>,
-    /// Component (channel) of a file with several values per voxel, from 0 [default: 0]
-    #[arg(long, value_name = "N", help_heading = "Volume")]
-    channel: Option<usize>,
+    /// Component (channel) of a file with several values per voxel, from 0, or their magnitude [default: magnitude of vectors, else 0]
+    #[arg(long, value_parser = parse::channel, value_name = "N|magnitude", help_heading = "Volume")]
+    channel: Option<ChannelChoice>,
     /// Array of a file with several [default: the one marked as active, or the first]
     #[arg(long, value_name = "NAME", help_heading = "Volume", visible_alias = "dataset")]
     array: Option<String>,
@@ -64,6 +64,13 @@ pub(in crate::cli) struct FileOptions {
 pub(in crate::cli) enum LevelChoice {
     Auto,
     Number(usize),
+}
+
+/// The value of `--channel`.
+#[derive(Clone, Copy)]
+pub(in crate::cli) enum ChannelChoice {
+    Number(usize),
+    Magnitude,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -86,6 +93,11 @@ impl VolumeOptions {
     /// Whether the spacing is given.
     pub fn has_spacing(&self) -> bool {
         self.file.spacing.is_some()
+    }
+
+    /// Whether one of several frames is chosen.
+    pub fn has_frame(&self) -> bool {
+        self.file.frame.is_some()
     }
 
     pub fn is_default(&self) -> bool {
@@ -164,7 +176,9 @@ impl FileOptions {
             EndianName::Little => Endian::Little,
             EndianName::Big => Endian::Big,
         });
-        let Self { dims, voxel_type, spacing, header_bytes, frame, channel, .. } = *self;
+        let Self { dims, voxel_type, spacing, header_bytes, frame, .. } = *self;
+        let channel = if let Some(ChannelChoice::Number(n)) = self.channel { Some(n) } else { None };
+        let magnitude = matches!(self.channel, Some(ChannelChoice::Magnitude));
         let (array, series) = (self.array.clone(), self.series.clone());
         let level = match (self.level, size) {
             (None, _) => None,
@@ -183,6 +197,7 @@ impl FileOptions {
             header_bytes,
             frame,
             channel,
+            magnitude,
             array,
             series,
             level,

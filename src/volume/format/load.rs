@@ -2,6 +2,7 @@
 
 use super::OpenOptions;
 use super::bytes::{Bytes, Plain};
+use super::magnitude::{self, Components};
 use crate::error::Error;
 use crate::files::temporary_failed;
 use crate::memory;
@@ -26,6 +27,8 @@ pub(in crate::volume) struct Header {
     /// First byte of the first voxel, and strides in bytes along x, y, z, of the selected frame and channel.
     pub first: u64,
     pub strides: [u64; 3],
+    /// The components whose magnitude is read; `None`: the channel at `first` alone.
+    pub components: Option<Components>,
     /// What else the file holds.
     pub contents: Contents,
 }
@@ -41,6 +44,7 @@ impl Header {
             rescale: Rescale::default(),
             first: 0,
             strides,
+            components: None,
             contents: Contents::default(),
         }
     }
@@ -54,6 +58,12 @@ impl Header {
         self.first = self.first.saturating_add((at * self.scalar.bytes()) as u64);
         self.strides = self.strides.map(|stride| stride.saturating_mul(channels as u64));
         self
+    }
+
+    /// Reads the magnitude of all channels, `stride` bytes apart, if the contents say so.
+    pub fn with_magnitude(self, stride: u64) -> Self {
+        let count = self.contents.channels;
+        Self { components: self.contents.magnitude.then_some(Components { stride, count }), ..self }
     }
 
     /// Selects one of several consecutive volumes.
@@ -71,7 +81,8 @@ impl Header {
 
     fn span_of(&self, dims: [usize; 3]) -> u64 {
         let last: u64 = (0..3).map(|i| self.strides[i].saturating_mul(dims[i] as u64 - 1)).fold(0, u64::saturating_add);
-        last.saturating_add(self.scalar.bytes() as u64)
+        let components = self.components.map_or(0, Components::extent);
+        last.saturating_add(components).saturating_add(self.scalar.bytes() as u64)
     }
 
     fn is_dense(&self) -> bool {
@@ -145,6 +156,10 @@ pub(super) fn volume(path: &Path, opened: Opened, most: Option<u64>) -> Result<V
     let Header { ref grid, scalar, endian, rescale, .. } = file.opened.header;
     let (grid, contents) = (grid.clone(), file.opened.header.contents.clone());
     let volume = match scalar.voxel_type() {
+        _ if file.opened.header.components.is_some() => {
+            let storage = file.magnitudes(&name)?;
+            Volume::new(name, grid, storage)?
+        }
         Some(voxel_type) => {
             let storage = file.storage(voxel_type, &name, Reading::gathered)?;
             Volume::new(name, grid, storage)?.with_rescale(rescale)
@@ -178,6 +193,9 @@ pub(super) fn layers(path: &Path, opened: Opened, choose: &dyn Fn([usize; 3]) ->
     let header = &mut file.opened.header;
     header.first += header.strides[2] * layers.held.start as u64;
     header.grid = Grid::new([x, y, layers.held.len()], DVec3::ONE)?;
+    if file.opened.header.components.is_some() {
+        return Unseen::layers(name.clone(), whole, &layers, file.magnitudes(&name)?);
+    }
     let unseen = match scalar.voxel_type() {
         Some(voxel_type) => Unseen::layers(name.clone(), whole, &layers, file.storage(voxel_type, &name, Reading::picked)?)?,
         None => Unseen::wide(name.clone(), whole, &layers, file.dense(&name, Reading::picked)?, scalar, endian),
@@ -192,11 +210,18 @@ type Dense = Box<dyn AsRef<[u8]> + Send + Sync>;
 pub(in crate::volume) type Numbers = (Header, Dense);
 
 /// All numbers of a file as stored, without gaps, and its header. If they cannot be mapped and take more than `most` bytes, they are
-/// written to a temporary file, which is mapped.
+/// written to a temporary file, which is mapped. Magnitudes are float32.
 pub(super) fn numbers(path: &Path, opened: Opened, most: Option<u64>) -> Result<Numbers, Error> {
     let mut file = Reading::new(path, opened);
     file.check_size()?;
     let name = path.display().to_string();
+    if file.opened.header.components.is_some() {
+        let storage = file.magnitudes(&name)?;
+        let header = Header::new(file.opened.header.grid, ScalarType::Float32);
+        let mut bytes = memory::zeroed(&name, header.grid.voxel_count() * size_of::<f32>())?;
+        storage.copy(0, &mut bytes);
+        return Ok((Header { endian: Endian::NATIVE, ..header }, Box::new(bytes)));
+    }
     let bytes = file.opened.header.grid.voxel_count() as u64 * file.opened.header.scalar.bytes() as u64;
     let is_mapped = file.opened.header.is_dense() && file.opened.bytes.in_place().is_some();
     if most.is_some_and(|most| bytes > most) && !is_mapped {
@@ -266,6 +291,27 @@ impl Reading<'_> {
             None => Storage::from_bytes(read(self, name)?, voxel_type),
         };
         Ok(storage.with_endian(endian))
+    }
+
+    /// Magnitudes of vectors, computed on access from components that are mapped if stored uncompressed, else read.
+    fn magnitudes(&mut self, name: &str) -> Result<Storage<'static>, Error> {
+        let bytes: magnitude::Source = match self.mapped()? {
+            Some(map) => Box::new(map),
+            None => Box::new(self.whole_span(name)?),
+        };
+        Ok(magnitude::storage(bytes, self.opened.header.clone()))
+    }
+
+    /// All bytes from the first number to the last.
+    fn whole_span(&mut self, name: &str) -> Result<Vec<u8>, Error> {
+        let Header { first, .. } = self.opened.header;
+        let span = usize::try_from(self.opened.header.span()).unwrap_or(usize::MAX);
+        let mut bytes = memory::zeroed(name, span)?;
+        for (n, piece) in bytes.chunks_mut(PIECE as usize).enumerate() {
+            self.read(first + n as u64 * PIECE, piece)?;
+        }
+        self.check_end(self.opened.header.end())?;
+        Ok(bytes)
     }
 
     /// All numbers without gaps: mapped if stored so, else read.

@@ -74,6 +74,12 @@ impl Fields {
         self.int16(if self.second { 12 } else { 70 })
     }
 
+    /// Whether the intent is a vector per voxel: a displacement or another one.
+    pub fn is_vector(&self) -> bool {
+        let intent = if self.second { self.int32(504) } else { self.int16(68).into() };
+        [1006, 1007].contains(&intent)
+    }
+
     /// Sign of the third axis (qfac), and spacings.
     pub fn spacings(&self) -> [f64; 4] {
         self.floats(76, 104)

@@ -58,14 +58,20 @@ impl Format for Nifti {
         let frame = contents.choose_frame(path, options, frames)?;
         contents.frame_spacing = fields.time_spacing();
         let outside: usize = sizes[4..].iter().product();
-        let channel = contents.choose_channel(path, options, inside * outside)?;
+        let channels = inside * outside;
+        // Components of a voxel are either side by side or in volumes of their own.
+        let channel = match inside.min(outside) {
+            1 => contents.choose_component(path, options, channels, fields.is_vector())?,
+            _ => contents.choose_channel(path, options, channels)?,
+        };
         let rescale = match fields.rescale() {
             Some((slope, intercept)) => Rescale::new(slope, intercept).map_err(|e| wrong(e.to_string()))?,
             None => Rescale::default(),
         };
         let header = Header { endian: fields.endian(), rescale, ..Header::new(grid, scalar) };
         let header = header.with_channels_inside(channel % inside, inside).with_frame(frame + frames * (channel / inside));
-        let header = header.with_contents(contents);
+        let each = header.strides[2].saturating_mul(dims[2] as u64).saturating_mul(frames as u64);
+        let header = header.with_contents(contents).with_magnitude(if inside > 1 { scalar.bytes() as u64 } else { each });
         Ok(Opened { header, bytes: voxels(path, &fields)?, exact: false })
     }
 }

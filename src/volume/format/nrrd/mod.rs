@@ -46,7 +46,7 @@ impl Format for Nrrd {
         let scalar = scalar(&fields)?;
         let axes = axes::Axes::from_fields(&fields)?;
         let grid = axes.grid(path, &fields, options)?;
-        let axes::Place { first, strides, contents } = axes.place(&fields, path, scalar, options)?;
+        let axes::Place { first, strides, component_stride, contents } = axes.place(&fields, path, scalar, options)?;
         let endian = match (fields.get("endian").map(str::to_ascii_lowercase).as_deref(), scalar.bytes()) {
             (Some("little"), _) | (None, 1) => Endian::Little,
             (Some("big"), _) => Endian::Big,
@@ -58,7 +58,8 @@ impl Format for Nrrd {
         };
         let endian = if fields.is_text() { Endian::NATIVE } else { endian };
         let bytes = data::bytes(path, &fields, &axes, scalar)?;
-        Ok(Opened { header: Header { endian, first, strides, contents, ..Header::new(grid, scalar) }, bytes, exact: false })
+        let header = Header { endian, first, strides, contents, ..Header::new(grid, scalar) };
+        Ok(Opened { header: header.with_magnitude(component_stride), bytes, exact: false })
     }
 }
 
