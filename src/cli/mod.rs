@@ -7,6 +7,7 @@ mod blending;
 mod browser;
 mod channels;
 mod check;
+mod colors;
 mod command_line;
 mod compare;
 mod compiling;

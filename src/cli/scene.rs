@@ -3,12 +3,16 @@
 use super::blending::BlendOptions;
 use super::channels::{ChannelOptions, Field, Look};
 use super::check;
+use super::colors::{ColorOptions, Shown};
 use super::notice;
 use super::numbers::shortened;
-use super::options::{CameraOptions, DeviceOptions, Fit, LightOptions, QualityOptions, Tent, TransferOptions, VolumeOptions};
+use super::options::{
+    CameraOptions, DeviceOptions, Fit, LabelOptions, LightOptions, QualityOptions, Tent, TransferOptions, VolumeOptions,
+};
 use super::orientation::Angles;
 use super::processes::{Processes, TeamOptions};
 use super::viewer::BoundOptions;
+use crate::annotation::Legend;
 use crate::camera::{Camera, Orbit, Projection};
 use crate::device::Device;
 use crate::error::Error;
@@ -30,6 +34,10 @@ pub(super) struct SceneOptions {
     pub volume: VolumeOptions,
     #[command(flatten)]
     pub channels: ChannelOptions,
+    #[command(flatten)]
+    pub colors: ColorOptions,
+    #[command(flatten)]
+    pub labels: LabelOptions,
     #[command(flatten)]
     pub transfer: TransferOptions,
     #[command(flatten)]
@@ -55,6 +63,10 @@ pub(super) struct Scene {
     pub look: Look,
     /// Fields that are drawn together with the volume.
     pub others: Vec<Field>,
+    /// Colours or labels that are shown instead of values.
+    pub shown: Option<Shown>,
+    /// Names and colours for the legend, instead of the transfer function's.
+    pub legend: Option<Legend>,
     pub settings: Settings,
     pub device: Device,
     /// The processes of the run. Those of a team share the volume.
@@ -107,7 +119,12 @@ impl Scene {
             eprintln!("volume: {}, which is built in; name a file to render your own", VolumeOptions::DEFAULT);
         }
         let opened_at = Instant::now();
+        let shown = match sequence {
+            None => options.colors.open(&options.volume, &options.labels, options.camera.size)?,
+            Some(_) => None,
+        };
         let volume = match sequence {
+            None if shown.is_some() => shown.as_ref().map(|shown| shown.volume().clone()).expect("colours or labels"),
             None => match options.channels.first_component() {
                 Some(first) => options.volume.open_component(first, Some(options.camera.size))?,
                 None => processes.open(&options.volume, Some(options.camera.size), memory)?,
@@ -130,12 +147,17 @@ impl Scene {
         }
         let transfer = match surface_color {
             Some(color) => TransferFunction::new("surface", vec![(0.0, color)], vec![(0.0, 1.0)])?,
+            None if shown.is_some() => {
+                let opacities = shown.as_ref().map(Shown::opacities).expect("colours or labels");
+                adjusted(&options.transfer, values, opacities)?
+            }
             None => match fields.first_transfer(values, settings.blend)?.filter(|_| !options.transfer.is_given()) {
                 Some(transfer) => adjusted(&options.transfer, values, transfer)?,
                 None => open_transfer(&options.transfer, values, settings.blend)?,
             },
         };
         let look = fields.first_look(&volume);
+        let legend = fields.legend(&volume).or_else(|| shown.as_ref().and_then(Shown::legend));
         let others = fields.into_others(settings.blend)?;
         // A function that options have changed is the user's own.
         if processes.leads() && !options.transfer.changes_opacity() {
@@ -151,6 +173,8 @@ impl Scene {
             transfer,
             look,
             others,
+            shown,
+            legend,
             settings,
             device,
             processes,
@@ -195,7 +219,10 @@ impl Scene {
 
     /// Bounds of the visible part of the volume, or of another step.
     fn framing_of(&self, volume: &Volume) -> Framing {
-        let framing = self.visible_part(volume, &self.transfer, None);
+        let framing = match &self.shown {
+            Some(shown) => shown.framing(),
+            None => self.visible_part(volume, &self.transfer, None),
+        };
         let framing = match self.settings.clipping.crop {
             Some(CropBox { lowest, highest }) => framing.cropped(volume.grid(), lowest, highest),
             None => framing,

@@ -40,6 +40,11 @@ impl Viewer {
             renderer.limit(*time_limit);
             return Ok(Self { renderer: Box::new(renderer), is_streamed: false });
         }
+        if let Some(shown) = &scene.shown {
+            let mut renderer = Renderer::from_colors(&shown.upload(device, transfer)?)?;
+            renderer.limit(*time_limit);
+            return Ok(Self { renderer: Box::new(renderer), is_streamed: false });
+        }
         if scene.has_channels() {
             let mut renderer = channel_renderer(scene)?;
             renderer.limit(*time_limit);

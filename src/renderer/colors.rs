@@ -10,7 +10,7 @@ use crate::error::Error;
 use crate::layers::{GradientEstimator, Kernel};
 use crate::settings::{Algorithm, Blend, Classification, Layered, Settings};
 use crate::transfer::TransferFunction;
-use crate::volume::{Description, Volume, VoxelBox, VoxelType};
+use crate::volume::{Description, Grid, Volume, VoxelBox, VoxelType};
 
 /// Largest opacity of a voxel that keeps its exact extinction; LARGEST_OPACITY in kernels/volume/color_voxels.cl.
 const LARGEST_OPACITY: f64 = 0.99999;
@@ -106,38 +106,36 @@ impl UploadedColors {
         out.into_colors(device, components[0].description(), false)
     }
 
-    /// Makes colours of labels: voxel n has entry n of `entries`, a colour and an opacity per smallest spacing.
+    /// Makes colours of labels, in layers that may overlap, on one grid: of each layer, voxel n has entry n, a colour and an opacity per
+    /// smallest spacing. Extinctions of layers add.
     ///
     /// # Errors
-    /// Without entries, for parts of volumes, for voxels that are not unsigned integers, and for too little memory.
-    pub fn from_labels(labels: &UploadedVolume, entries: &[[f64; 4]]) -> Result<Self, Error> {
-        check_whole(labels)?;
-        let (device, description) = (&labels.device, labels.description());
-        let name = std::path::Path::new(description.name());
-        if !matches!(description.voxel_type(), VoxelType::Uint8 | VoxelType::Uint16) {
-            let problem = format!("its voxels are {}; labels are uint8 or uint16", description.voxel_type());
-            return Err(Error::volume(name, problem));
-        }
-        let largest = description.stored().range.1 as usize;
-        if largest >= entries.len() {
-            let problem = format!("label {largest} has no colour: the table has {} entries", entries.len());
-            return Err(Error::volume(name, problem));
-        }
-        let entries: Vec<Float4> = entries.iter().map(|&entry| Float4(emission(entry))).collect();
-        device.begin(&[])?;
-        let out = Out::new(device, description.grid().voxel_count())?;
-        let arguments = LabelVoxelsArguments {
-            labels: labels.field.voxels(),
-            entries: &Buffer::from_slice(device, &entries, "the colours of labels")?,
-            entry_count: entries.len() as i32,
-            count: description.grid().voxel_count() as u64,
-            out_red: Floats(&out.red),
-            out_green: Floats(&out.green),
-            out_blue: Floats(&out.blue),
-            out_extinction: Floats(&out.extinction),
+    /// Without layers, for other grids or devices, for parts of volumes, for voxels that are not unsigned integers or have no entry, and for
+    /// too little memory.
+    pub fn from_labels(layers: &[(&UploadedVolume, &[[f64; 4]])]) -> Result<Self, Error> {
+        let Some((UploadedVolume { device, field }, _)) = layers.first().copied() else {
+            return Err(Error::Settings { field: "labels", problem: "there are no layers: give at least one".into() });
         };
-        Launcher::<LabelVoxels>::default().launch(device, labels.field.voxel_kind(), &arguments)?;
-        out.into_colors(device, description, true)
+        let grid = field.description().grid();
+        layers.iter().try_for_each(|(labels, entries)| check_labels(labels, entries, grid))?;
+        device.begin(&[])?;
+        let out = Out::new(device, grid.voxel_count())?;
+        for (n, (labels, entries)) in layers.iter().enumerate() {
+            let entries: Vec<Float4> = entries.iter().map(|&entry| Float4(emission(entry))).collect();
+            let arguments = LabelVoxelsArguments {
+                labels: labels.field.voxels(),
+                entries: &Buffer::from_slice(device, &entries, "the colours of labels")?,
+                entry_count: entries.len() as i32,
+                adds: i32::from(n > 0),
+                count: grid.voxel_count() as u64,
+                out_red: Floats(&out.red),
+                out_green: Floats(&out.green),
+                out_blue: Floats(&out.blue),
+                out_extinction: Floats(&out.extinction),
+            };
+            Launcher::<LabelVoxels>::default().launch(device, labels.field.voxel_kind(), &arguments)?;
+        }
+        out.into_colors(device, field.description(), true)
     }
 
     /// Description of the extinction.
@@ -158,6 +156,23 @@ impl UploadedColors {
 fn emission([r, g, b, opacity]: [f64; 4]) -> [f32; 4] {
     let extinction = -(-opacity.clamp(0.0, LARGEST_OPACITY)).ln_1p();
     [extinction * r, extinction * g, extinction * b, extinction].map(|c| c as f32)
+}
+
+fn check_labels(labels: &UploadedVolume, entries: &[[f64; 4]], grid: &Grid) -> Result<(), Error> {
+    check_whole(labels)?;
+    let description = labels.description();
+    let wrong = |problem: String| Err(Error::volume(std::path::Path::new(description.name()), problem));
+    if description.grid() != grid {
+        return wrong("its grid is not that of the first layer of labels".into());
+    }
+    if !matches!(description.voxel_type(), VoxelType::Uint8 | VoxelType::Uint16) {
+        return wrong(format!("its voxels are {}; labels are uint8 or uint16", description.voxel_type()));
+    }
+    let largest = description.stored().range.1 as usize;
+    if largest >= entries.len() {
+        return wrong(format!("label {largest} has no colour: the table has {} entries", entries.len()));
+    }
+    Ok(())
 }
 
 fn check_components(components: &[Volume], opacity: ColorOpacity) -> Result<(), Error> {

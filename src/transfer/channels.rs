@@ -15,18 +15,6 @@ const MOST_NOISE: f64 = 0.25;
 const OPACITY: f64 = 0.25;
 
 impl TransferFunction {
-    /// Colours that viewers of microscopy use for channels, of which each two differ for the colour-blind, too.
-    pub const CHANNEL_COLORS: [[f64; 3]; 8] = [
-        [0.0, 1.0, 0.0],
-        [1.0, 0.0, 1.0],
-        [0.0, 1.0, 1.0],
-        [1.0, 1.0, 0.0],
-        [1.0, 0.2, 0.1],
-        [0.2, 0.4, 1.0],
-        [1.0, 0.6, 0.2],
-        [0.9, 0.9, 0.9],
-    ];
-
     /// Name of [`channel`](Self::channel).
     pub const CHANNEL: &str = "channel";
 

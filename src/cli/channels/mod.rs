@@ -4,13 +4,14 @@ mod scene_file;
 mod spec;
 
 use super::options::VolumeOptions;
+use crate::annotation::{Legend, LegendEntry};
 use crate::device::Device;
 use crate::error::Error;
 use crate::renderer::{Channel, UploadedVolume};
 use crate::settings::{Blend, GradientOpacity};
 use crate::transfer::{TransferFunction, Value};
 use crate::viewport::Viewport;
-use crate::volume::{OpenOptions, Volume};
+use crate::volume::{ChannelDescription, OpenOptions, Volume};
 use clap::Args;
 use spec::FieldSpec;
 use std::path::PathBuf;
@@ -19,7 +20,7 @@ use std::path::PathBuf;
 #[derive(Args)]
 #[command(next_help_heading = "Channels")]
 pub(super) struct ChannelOptions {
-    /// Draw these components of the file together, e.g. 0,2, or all; other options are for the first [default: the first alone]
+    /// Draw these components of the file together, e.g. 0,2, or all, in the colours that the file states or by their names; other options are for the first [default: the first alone]
     #[arg(long, value_parser = components, value_name = "N,N|all", conflicts_with_all = ["channel", "scene"])]
     channels: Option<Components>,
     /// Draw another volume together with this one. Keys: transfer, range, opacity, color, factor, iso, gradient-opacity, channel, frame, array, at, visible; see the guide. Repeatable
@@ -107,13 +108,16 @@ impl ChannelOptions {
             has_channel_colors: self.channels.is_some(),
         };
         if let Some(components) = &self.channels {
+            let all = options.channel_descriptions(Some(size))?;
             let numbers = match components {
                 Components::All => (0..first.contents().channels).collect(),
                 Components::Numbers(numbers) => numbers.clone(),
             };
+            let spec = |number: usize| FieldSpec::from_description(number, all.get(number).cloned().unwrap_or_default());
+            fields.first_spec = spec(numbers[0]);
             for &number in numbers.iter().skip(1) {
                 fields.opened.push(options.open_component(number, Some(size))?);
-                fields.others.push(FieldSpec::default());
+                fields.others.push(spec(number));
             }
         }
         let mut specs = self.with.clone();
@@ -134,17 +138,26 @@ impl ChannelOptions {
             let problem = format!("{count} fields; at most {} are drawn together", Channel::MOST);
             return Err(Error::Settings { field: "channels", problem });
         }
+        fields.choose_colors();
         Ok(fields)
     }
 }
 
 impl Fields {
+    /// Gives a colour to each field that has none of its own.
+    fn choose_colors(&mut self) {
+        let mut specs: Vec<&mut FieldSpec> = std::iter::once(&mut self.first_spec).chain(&mut self.others).collect();
+        let described: Vec<ChannelDescription> = specs.iter().map(|spec| spec.description()).collect();
+        let colors = ChannelDescription::colors(&described);
+        specs.iter_mut().zip(colors).for_each(|(spec, color)| spec.channel_color = color);
+    }
+
     /// The transfer function of the first field, unless options choose one; `None` if it is that of a volume alone.
     pub fn first_transfer(&self, volume: &Volume, blend: Blend) -> Result<Option<TransferFunction>, Error> {
         if !self.has_channel_colors && !self.first_spec.chooses_transfer() {
             return Ok(None);
         }
-        self.first_spec.transfer(volume, TransferFunction::CHANNEL_COLORS[0], blend).map(Some)
+        self.first_spec.transfer(volume, blend).map(Some)
     }
 
     /// The look of the first field.
@@ -152,15 +165,21 @@ impl Fields {
         self.first_spec.look(volume)
     }
 
+    /// Name and colour of each visible field, if several are drawn.
+    pub fn legend(&self, first: &Volume) -> Option<Legend> {
+        let volumes = std::iter::once(first).chain(&self.opened);
+        let specs = std::iter::once(&self.first_spec).chain(&self.others);
+        let entries: Vec<LegendEntry> = specs.zip(volumes).filter_map(|(spec, volume)| spec.legend_entry(volume)).collect();
+        (!self.others.is_empty()).then_some(Legend { entries })
+    }
+
     /// The other fields.
     pub fn into_others(self, blend: Blend) -> Result<Vec<Field>, Error> {
-        let colors = &TransferFunction::CHANNEL_COLORS[1..];
-        let pairs = self.others.into_iter().zip(self.opened).zip(colors.iter().cycle());
-        let field = |((spec, volume), color): ((FieldSpec, Volume<'static>), &[f64; 3])| {
-            let transfer = spec.transfer(&volume, *color, blend)?;
+        let field = |(spec, volume): (FieldSpec, Volume<'static>)| {
+            let transfer = spec.transfer(&volume, blend)?;
             Ok(Field { look: spec.look(&volume), volume, transfer })
         };
-        pairs.map(field).collect()
+        self.others.into_iter().zip(self.opened).map(field).collect()
     }
 }
 

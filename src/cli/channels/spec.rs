@@ -1,13 +1,14 @@
 //! A field beside the volume, as text: `FILE,KEY=VALUE,…`.
 
 use super::{Look, find, open_options};
+use crate::annotation::LegendEntry;
 use crate::cli::options::Opacities;
 use crate::cli::parse;
 use crate::error::Error;
 use crate::files;
 use crate::settings::{Blend, GradientOpacity};
 use crate::transfer::{TransferFunction, Value};
-use crate::volume::{Grid, Volume};
+use crate::volume::{ChannelDescription, Grid, Volume};
 use glam::{DAffine3, DMat3, DVec3};
 use std::path::{Path, PathBuf};
 
@@ -29,10 +30,13 @@ pub(super) struct FieldSpec {
     /// File of the transform from its world to that of the scene.
     at: Option<PathBuf>,
     hidden: bool,
+    name: Option<String>,
+    /// Colour beside those of the other fields, unless `color` is given.
+    pub channel_color: [f64; 3],
 }
 
 /// Keys, for messages.
-const KEYS: &str = "transfer, range, opacity, color, factor, iso, gradient-opacity, channel, frame, array, at and visible";
+const KEYS: &str = "transfer, range, opacity, color, factor, iso, gradient-opacity, channel, frame, array, at, visible and name";
 
 impl FieldSpec {
     /// Parses `FILE,KEY=VALUE,…`. A value may have commas: what lacks a key continues it.
@@ -50,6 +54,28 @@ impl FieldSpec {
         }
         pairs.iter().try_for_each(|(key, value)| spec.set(key, value).map_err(|problem| format!("{key}: {problem}")))?;
         Ok(spec)
+    }
+
+    /// A component of the volume's file, as the file describes it.
+    pub fn from_description(number: usize, described: ChannelDescription) -> Self {
+        let ChannelDescription { name, color, window, active } = described;
+        let range = window.map(|(lo, hi)| (Value::Number(lo), Value::Number(hi)));
+        let name = name.or_else(|| Some(format!("channel {number}")));
+        Self { name, color, range, hidden: !active, ..Self::default() }
+    }
+
+    /// Name and colour.
+    pub fn description(&self) -> ChannelDescription {
+        ChannelDescription { name: self.name.clone(), color: self.color, ..ChannelDescription::default() }
+    }
+
+    /// Its line in a legend, unless it is hidden.
+    pub fn legend_entry(&self, volume: &Volume) -> Option<LegendEntry> {
+        let name = self.name.clone().unwrap_or_else(|| {
+            let name = volume.name();
+            name.strip_prefix("builtin:").unwrap_or(name).to_owned()
+        });
+        (!self.hidden).then_some(LegendEntry { name, color: self.color.unwrap_or(self.channel_color) })
     }
 
     /// Sets a key to a value as text.
@@ -71,6 +97,7 @@ impl FieldSpec {
             "iso" => self.iso = Some(parse::value(value)?),
             "gradient-opacity" => self.gradient_opacity = Some(parse::gradient_opacity(value)?),
             "at" => self.at = Some(value.into()),
+            "name" => self.name = Some(value.into()),
             "visible" => self.hidden = !parse::switch(value)?,
             _ => return Err(format!("unknown key; keys are {KEYS}")),
         }
@@ -103,9 +130,9 @@ impl FieldSpec {
         self.transfer.is_some() || self.color.is_some() || self.range.is_some() || self.opacity.is_some()
     }
 
-    /// The transfer function. `color`: that of the field if the spec chooses none.
-    pub fn transfer(&self, volume: &Volume, color: [f64; 3], blend: Blend) -> Result<TransferFunction, Error> {
-        let color = self.color.unwrap_or(color);
+    /// The transfer function.
+    pub fn transfer(&self, volume: &Volume, blend: Blend) -> Result<TransferFunction, Error> {
+        let color = self.color.unwrap_or(self.channel_color);
         let mut transfer = match &self.transfer {
             Some(source) => TransferFunction::open(source, volume)?,
             None if blend.gathers_values() => TransferFunction::channel_ramp(volume, color),

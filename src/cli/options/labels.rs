@@ -20,9 +20,14 @@ pub(in crate::cli) struct LabelOptions {
 }
 
 impl LabelOptions {
+    /// Whether the options say that voxels are labels.
+    pub fn is_given(&self) -> bool {
+        self.labels.is_some() || !self.label.is_empty()
+    }
+
     /// Opens the labels of a file and applies all changes; `None` if neither the options nor the file say that its voxels are labels.
     pub fn open(&self, path: &Path, options: &OpenOptions) -> Result<Option<Labels>, Error> {
-        let is_asked = self.labels.is_some() || !self.label.is_empty();
+        let is_asked = self.is_given();
         let opened = match &self.labels {
             _ if !is_asked && !Labels::are_declared(path, options).unwrap_or(true) => return Ok(None),
             table => Labels::open(path, options, table.as_ref().and_then(|table| table.as_deref())),

@@ -3,7 +3,7 @@
 use super::LabelOptions;
 use crate::cli::{parse, standard};
 use crate::viewport::Viewport;
-use crate::volume::{Endian, Labels, Level, OpenOptions, ScalarType, Sequence, Volume};
+use crate::volume::{ChannelDescription, Endian, Labels, Level, OpenOptions, ScalarType, Sequence, Volume};
 use clap::{Args, ValueEnum};
 use glam::DVec3;
 use std::path::{Path, PathBuf};
@@ -109,6 +109,19 @@ impl VolumeOptions {
     pub fn open(&self, size: Option<Viewport>, memory: Option<u64>) -> Result<Volume<'static>, crate::Error> {
         let options = OpenOptions { memory, alone: self.alone, ..self.file.raw(size)? };
         self.with_background(standard::open_input(&self.volume, |path| Volume::open(path, &options))?)
+    }
+
+    /// What the volume's file states about its components.
+    pub fn channel_descriptions(&self, size: Option<Viewport>) -> Result<Vec<ChannelDescription>, crate::Error> {
+        ChannelDescription::of_file(&self.volume, &OpenOptions { alone: self.alone, ..self.file.raw(size)? })
+    }
+
+    /// Opens the labels of the volume's file, if the options or the file say that its voxels are some.
+    pub fn labels(&self, labels: &LabelOptions, size: Viewport) -> Result<Option<Labels>, crate::Error> {
+        if standard::is_input(&self.volume) || self.volume.to_string_lossy().starts_with("builtin:") && !labels.is_given() {
+            return Ok(None);
+        }
+        labels.open(&self.volume, &OpenOptions { alone: self.alone, ..self.file.raw(Some(size))? })
     }
 
     /// Opens another component of the volume's file.

@@ -87,6 +87,8 @@ kernel! {
         /// Extinction times red, green, blue, and extinction, per label.
         entries: &'a Buffer<Float4>,
         entry_count: i32,
+        /// To what the fields hold: labels that overlap.
+        adds: i32,
         count: u64,
         out_red: Floats<'a>,
         out_green: Floats<'a>,
