@@ -64,6 +64,10 @@ pub(super) fn read(path: &Path, text: &str) -> Result<LabelTable, Error> {
         labels.push(label);
     }
     labels.retain(|label| label.id > 0);
+    if layout == Layout::FreeSurfer && labels.iter().all(|label| label.opacity == 0.0) {
+        // Some programs write 255 for opaque into this format (SimNIBS). A table of nothing but transparent labels has no other use.
+        labels.iter_mut().for_each(|label| label.opacity = 1.0);
+    }
     LabelTable::new(labels)
 }
 
@@ -113,6 +117,9 @@ mod tests {
         let white = free_surfer.get(2).unwrap();
         assert_eq!((white.name.as_deref(), white.color, white.opacity), (Some("Left-White-Matter"), [245.0 / 255.0; 3], 1.0));
         assert_eq!(free_surfer.get(17).map(|label| (label.opacity, label.name.as_deref())), Some((0.0, Some("1"))));
+        // Where all would be transparent, alpha is opacity.
+        let opaque = table("2 White 245 245 245 255\n3 Grey 205 62 78 255\n").unwrap();
+        assert!(opaque.labels().iter().all(|label| label.opacity == 1.0));
         // Of Slicer, alpha is opacity.
         let slicer = table("# Color table file /a.ctbl\n# 2 values\n1 tissue 128 174 128 255\n").unwrap();
         assert_eq!(slicer.get(1).unwrap().opacity, 1.0);
