@@ -5,7 +5,7 @@ use std::ffi::{CStr, CString, c_char, c_int, c_void};
 use std::path::PathBuf;
 use std::ptr::null;
 use std::rc::Rc;
-use std::sync::Mutex;
+use std::sync::{Mutex, Once};
 
 /// A device, and what it told.
 pub struct Device {
@@ -35,8 +35,16 @@ unsafe extern "C" fn told(
     messages.lock().unwrap().push(message);
 }
 
+/// Opens OpenCL once. The library under test and that of the tests are two copies in one process, and PoCL has no devices for a thread
+/// that asks while another thread is the first to do so.
+fn open_first() {
+    static OPENED: Once = Once::new();
+    OPENED.call_once(|| drop(layersplat::Device::open(&layersplat::DeviceChoice::Default).unwrap()));
+}
+
 impl Device {
     pub fn new() -> Rc<Self> {
+        open_first();
         let name = CString::new(format!("layersplat,{}/", folder().display())).unwrap();
         let messages = Box::new(Mutex::new(Vec::new()));
         // SAFETY: the strings and the messages live long enough.

@@ -1,5 +1,8 @@
 //! The device, as a client of the API sees it.
 
 mod client;
+mod frames;
+mod introspection;
+mod lifetimes;
 mod pictures;
 mod scene;

@@ -341,7 +341,8 @@ fn rays_and_frames_are_averaged() {
 fn colours_with_opacities() {
     let scene = Scene::new();
     let floats: Vec<[f32; 4]> = [0.25, 0.5, 1.0].iter().zip(COLORS).map(|(&a, [r, g, b])| [r, g, b, a]).collect();
-    scene.volume.set_object(c"color", &scene.device.array(ANARI_FLOAT32_VEC4, &[3], &floats)).set(c"opacity", 0.5f32).commit();
+    let array = scene.device.array(ANARI_FLOAT32_VEC4, &[3], &floats);
+    scene.volume.set_object(c"color", &array).set(c"opacity", 0.5f32).commit();
     let found = scene.colors::<[u8; 4]>(ANARI_UFIXED8_VEC4);
     let mut expected = Expected::new();
     expected.transfer = expected.transfer.with_opacities(vec![(0.0, 0.125), (0.5, 0.25), (1.0, 0.5)]).unwrap();

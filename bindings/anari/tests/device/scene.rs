@@ -15,11 +15,11 @@ pub const SIDE: u64 = 32;
 pub const SIZE: [u32; 2] = [72, 56];
 /// Colours and opacities of the transfer function.
 pub const COLORS: [[f32; 3]; 3] = [[0.1, 0.2, 0.9], [0.9, 0.8, 0.2], [1.0, 0.3, 0.1]];
-pub const OPACITIES: [f32; 5] = [0.0, 0.02, 0.1, 0.3, 0.8];
+pub const OPACITIES: [f32; 5] = [0.0, 0.1, 0.3, 0.6, 0.9];
 /// View of the camera.
 pub const POSITION: [f32; 3] = [70.0, 45.0, 90.0];
 pub const DIRECTION: [f32; 3] = [-0.55, -0.3, -0.78];
-pub const FIELD_OF_VIEW: f32 = 0.5;
+pub const FIELD_OF_VIEW: f32 = 0.3;
 /// Direction in which the light shines.
 pub const LIGHT: [f32; 3] = [0.5, -1.0, -1.0];
 
