@@ -212,6 +212,13 @@ impl Device {
 }
 
 impl Object {
+    /// The handle and its reference, which the caller releases.
+    pub fn into_handle(self) -> ANARIObject {
+        // SAFETY: the reference is dropped with the object.
+        unsafe { anariRetain(self.device.handle, self.handle) };
+        self.handle
+    }
+
     /// Sets a parameter, whatever it is.
     pub fn set_raw(&self, name: &CStr, data_type: ANARIDataType, value: *const c_void) -> &Self {
         // SAFETY: upheld by the caller.

@@ -5,4 +5,5 @@ mod frames;
 mod introspection;
 mod lifetimes;
 mod pictures;
+mod random;
 mod scene;
