@@ -150,23 +150,26 @@ impl Given {
     }
 }
 
+/// Types of objects that arrays can have: none of them can refer to an array that contains it. An array of OBJECT becomes one of the type of
+/// its first element.
+pub const OBJECTS: [DataType; 9] = [
+    ANARI_SURFACE,
+    ANARI_VOLUME,
+    ANARI_LIGHT,
+    ANARI_INSTANCE,
+    ANARI_GROUP,
+    ANARI_GEOMETRY,
+    ANARI_MATERIAL,
+    ANARI_SAMPLER,
+    ANARI_SPATIAL_FIELD,
+];
+
 /// Bytes of an element.
 ///
 /// # Errors
-/// Types that arrays cannot have. Of objects only those are accepted that cannot refer to an array that contains them.
+/// Types that arrays cannot have.
 fn size_of_element(element: DataType) -> Result<usize, Problem> {
-    let object = [
-        ANARI_SURFACE,
-        ANARI_VOLUME,
-        ANARI_LIGHT,
-        ANARI_INSTANCE,
-        ANARI_GROUP,
-        ANARI_GEOMETRY,
-        ANARI_MATERIAL,
-        ANARI_SAMPLER,
-        ANARI_SPATIAL_FIELD,
-    ];
-    let number = element >= ANARI_INT8;
-    let size = types::bytes(element).filter(|_| number || object.contains(&element));
+    let is_possible = element >= ANARI_INT8 || element == ANARI_OBJECT || OBJECTS.contains(&element);
+    let size = types::bytes(element).filter(|_| is_possible);
     size.ok_or_else(|| Problem::argument(format!("arrays cannot have elements of {}", types::name(element))))
 }

@@ -1,12 +1,13 @@
 //! Calls on arrays.
 
 use super::{Device, State, check_unmapped};
-use crate::arrays::{Array, Given};
+use crate::arrays::{Array, Given, OBJECTS};
 use crate::objects::{Body, Handle, Object};
 use crate::parameters::Value;
 use crate::schema;
 use crate::status::Problem;
 use crate::types::{self, DataType};
+use anari_sys::ANARI_OBJECT;
 use std::ffi::CStr;
 use std::sync::Arc;
 
@@ -141,14 +142,21 @@ fn unmap(state: &mut State, handle: Handle) -> Result<(), Problem> {
 /// Reads the objects of an array. Handles of other objects, and of none, count as none.
 fn read_elements(state: &mut State, handle: Handle) {
     let Some(array) = state.objects.get(handle).and_then(Object::array) else { return };
-    let element = array.element;
     let mut elements = array.handles();
+    let type_of = |element: Handle| state.objects.get(element).map(|object| object.data_type);
+    let element = match array.element {
+        ANARI_OBJECT => elements.iter().find_map(|&e| type_of(e).filter(|found| OBJECTS.contains(found))).unwrap_or(ANARI_OBJECT),
+        element => element,
+    };
     let mut wrong = 0;
-    for element_handle in &mut elements {
-        if state.objects.get(*element_handle).is_none_or(|object| object.data_type != element) {
+    for place in &mut elements {
+        if type_of(*place) != Some(element) {
             wrong += 1;
-            *element_handle = Handle::NULL;
+            *place = Handle::NULL;
         }
+    }
+    if let Some(array) = state.objects.get_mut(handle).and_then(Object::array_mut) {
+        array.element = element;
     }
     state.objects.set_elements(handle, elements);
     if wrong > 0 {

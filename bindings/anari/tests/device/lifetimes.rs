@@ -228,3 +228,29 @@ fn unsupported_objects_are_told_and_harmless() {
     scene.frame.set_object(c"camera", &omnidirectional).commit().render();
     assert!(device.messages().iter().any(|message| message.contains("no camera")));
 }
+
+/// pynari declares the elements of all arrays of objects as OBJECT.
+#[test]
+fn arrays_of_any_objects_are_of_the_type_of_the_first() {
+    let scene = Scene::new();
+    let before = scene.colors::<[u8; 4]>(ANARI_UFIXED8_VEC4);
+    let device = &scene.device;
+    let handles = [scene.volume.handle];
+    let volumes = device.shared(ANARI_OBJECT, &[1], handles.as_ptr());
+    scene.world.unset(c"volume").commit().set_object(c"volume", &volumes).commit();
+    assert_eq!(scene.colors::<[u8; 4]>(ANARI_UFIXED8_VEC4), before);
+    device.expect_nothing();
+    scene.world.set_object(c"light", &volumes);
+    device.expect("an array of LIGHT, not of VOLUME");
+    // An instance of a group must not be an object of that group.
+    let (group, instance) = (device.make(ANARI_GROUP, c""), device.make(ANARI_INSTANCE, c"transform"));
+    let empty = device.shared(ANARI_OBJECT, &[1], null::<ANARIObject>());
+    group.set_object(c"volume", &empty);
+    device.expect("not of OBJECT");
+    instance.set_object(c"group", &group).commit();
+    let handles = [instance.handle, device.handle, scene.world.handle];
+    let array = device.shared(ANARI_OBJECT, &[3], handles.as_ptr());
+    device.expect("2 elements are not INSTANCE");
+    group.set_object(c"volume", &array);
+    device.expect("an array of VOLUME, not of INSTANCE");
+}

@@ -134,7 +134,8 @@ const MADE: [ANARIDataType; 13] = [
     ANARI_FRAME,
 ];
 
-const ELEMENTS: [ANARIDataType; 12] = [
+const ELEMENTS: [ANARIDataType; 13] = [
+    ANARI_OBJECT,
     ANARI_UFIXED8,
     ANARI_FIXED16,
     ANARI_FLOAT32,
