@@ -32,7 +32,8 @@ def drawn(values, channel):
     """The picture by pynari, row 0 at the top."""
     device = anari.newDevice("layersplat")
     field = device.newSpatialField("structuredRegular")
-    field.setParameter("data", anari.ARRAY3D, device.newArray(anari.FLOAT32, values))
+    # pynari takes a shape as x, y, z, and memory as x fastest.
+    field.setParameter("data", anari.ARRAY3D, device.newArray(anari.FLOAT32, values.reshape(values.shape[::-1])))
     field.commitParameters()
     volume = device.newVolume("transferFunction1D")
     volume.setParameter("value", anari.SPATIAL_FIELD, field)
