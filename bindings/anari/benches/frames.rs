@@ -52,7 +52,12 @@ fn main() {
         opacities.iter().enumerate().map(|(i, &opacity)| (i as f64 / 3.0, opacity.into())).collect(),
     );
     let mut library = Renderer::new(&opened, &Volume::new("the same", grid, &voxels).unwrap(), &transfer.unwrap()).unwrap();
-    let view = Camera { position, focal_point: centre, view_up: DVec3::Y, projection: Projection::Parallel { scale: SIDE as f64 * 0.75 } };
+    let view = Camera {
+        position,
+        focal_point: centre,
+        view_up: DVec3::Y,
+        projection: Projection::Parallel { scale: SIDE as f64 * 0.75 },
+    };
     let viewport = Viewport::new(SIZE, SIZE).unwrap();
     let settings = settings();
     let mut by_library = || library.render_rgba8(&view, viewport, &settings, Background::BLACK).unwrap().0;

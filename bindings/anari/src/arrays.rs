@@ -109,7 +109,8 @@ impl Array {
     pub unsafe fn new(given: Given, element: DataType, dims: [u64; 3]) -> Result<Self, Problem> {
         let size = size_of_element(element).inspect_err(|_| given.give_back())?;
         let lengths = dims.map(|n| usize::try_from(n).unwrap_or(0));
-        let bytes = lengths.iter().try_fold(size, |bytes, &n| bytes.checked_mul(n)).filter(|&b| b > 0 && b <= isize::MAX as usize);
+        let bytes =
+            lengths.iter().try_fold(size, |bytes, &n| bytes.checked_mul(n)).filter(|&b| b > 0 && b <= isize::MAX as usize);
         let Some(bytes) = bytes else {
             given.give_back();
             let [x, y, z] = dims;

@@ -53,7 +53,8 @@ impl View {
         let region = if asked[0] < asked[2] && asked[1] < asked[3] {
             asked
         } else {
-            problems.push(Problem::argument(format!("imageRegion is {asked:?}: mirrored and empty regions are drawn as the whole")));
+            problems
+                .push(Problem::argument(format!("imageRegion is {asked:?}: mirrored and empty regions are drawn as the whole")));
             WHOLE
         };
         check_aspect(object, viewport, problems);
@@ -91,7 +92,8 @@ fn check_aspect(object: &Object, viewport: Viewport, problems: &mut Vec<Problem>
     if let Some(aspect) = object.float(c"aspect").map(f64::from)
         && (aspect / own - 1.0).abs() > ROUNDING
     {
-        let text = format!("aspect is {aspect}, but the frame is {own:.4} times as wide as high: pixels are square, so that counts");
+        let text =
+            format!("aspect is {aspect}, but the frame is {own:.4} times as wide as high: pixels are square, so that counts");
         problems.push(Problem::argument(text));
     }
 }

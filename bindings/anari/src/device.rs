@@ -90,7 +90,8 @@ impl Device {
     pub fn new_object(&self, data_type: DataType, subtype: &CStr) -> Handle {
         let body = if data_type == ANARI_FRAME { Body::Frame(Default::default()) } else { Body::Plain };
         // The specification asks for these substitutes.
-        let otherwise = [ANARI_INSTANCE, ANARI_RENDERER].contains(&data_type).then(|| schema::of_type(data_type).next()).flatten();
+        let otherwise =
+            [ANARI_INSTANCE, ANARI_RENDERER].contains(&data_type).then(|| schema::of_type(data_type).next()).flatten();
         let exact = schema::find(data_type, subtype);
         let class = exact.or(otherwise).unwrap_or(schema::UNSUPPORTED);
         self.call(|state| {
@@ -217,7 +218,15 @@ impl Device {
     ///
     /// # Safety
     /// `memory` has `size` bytes.
-    pub unsafe fn property(&self, handle: Handle, name: &CStr, data_type: DataType, memory: *mut u8, size: u64, waits: bool) -> bool {
+    pub unsafe fn property(
+        &self,
+        handle: Handle,
+        name: &CStr,
+        data_type: DataType,
+        memory: *mut u8,
+        size: u64,
+        waits: bool,
+    ) -> bool {
         let task = self.task(handle);
         if let Some(task) = task.as_ref().filter(|_| waits && !self.worker.is_current()) {
             task.wait(crate::frame::Phase::Finished);

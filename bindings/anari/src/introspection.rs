@@ -1,6 +1,6 @@
 //! Answers about types, subtypes and parameters. All of them are constant and stay valid.
 
-use crate::schema::{self, Class, Default, EXTENSIONS, NAME, Parameter};
+use crate::schema::{self, Class, DefaultValue, EXTENSIONS, NAME, Parameter};
 use crate::types::{self, DataType};
 use anari_sys::*;
 use std::collections::BTreeMap;
@@ -132,10 +132,10 @@ pub fn parameter_info(
         (b"description", ANARI_STRING) => parameter.description.as_ptr().cast(),
         (b"required", ANARI_BOOL) => (&raw const YES_AND_NO[usize::from(parameter.required)]).cast(),
         (b"default", asked) if asked == parameter.types[0] && asked == parameter_type => match parameter.default {
-            Default::None => nothing,
-            Default::Floats(values) => values.as_ptr().cast(),
-            Default::Integer(value) => (&raw const *value).cast(),
-            Default::Text(text) => text.as_ptr().cast(),
+            DefaultValue::None => nothing,
+            DefaultValue::Floats(values) => values.as_ptr().cast(),
+            DefaultValue::Integer(value) => (&raw const *value).cast(),
+            DefaultValue::Text(text) => text.as_ptr().cast(),
         },
         // Other types have no limits that one number of their type says.
         (b"minimum", ANARI_FLOAT32) if parameter_type == ANARI_FLOAT32 => limit(parameter, 0),

@@ -92,9 +92,10 @@ impl Painter {
         renderer.set_cancel(Some(cancel.clone()));
         let (color, refinement) = picture.colors(renderer, shown)?;
         let depth = if picture.has_depth || picture.has_ids { Some(picture.depths(renderer)?) } else { None };
-        let ids = depth.as_ref().filter(|_| picture.has_ids).map(|depths| {
-            depths.iter().map(|depth| if depth.is_finite() { shown.id } else { NO_OBJECT }).collect()
-        });
+        let ids = depth
+            .as_ref()
+            .filter(|_| picture.has_ids)
+            .map(|depths| depths.iter().map(|depth| if depth.is_finite() { shown.id } else { NO_OBJECT }).collect());
         Ok(Channels { viewport: picture.viewport, color, depth: depth.filter(|_| picture.has_depth), ids, refinement })
     }
 
@@ -152,9 +153,8 @@ impl Picture {
     /// The background alone.
     pub fn blank(&self) -> Channels {
         let count = self.viewport.pixels();
-        let color = self.color.map(|format| {
-            Pixels::new(format, &vec![[0.0; 4]; count], self.viewport.width as usize, &self.background)
-        });
+        let color =
+            self.color.map(|format| Pixels::new(format, &vec![[0.0; 4]; count], self.viewport.width as usize, &self.background));
         let depth = self.has_depth.then(|| vec![f32::INFINITY; count]);
         let ids = self.has_ids.then(|| vec![NO_OBJECT; count]);
         Channels { viewport: self.viewport, color, depth, ids, refinement: 1.0 }
@@ -239,6 +239,10 @@ impl Picture {
             let depth = depths.first()[row as usize * whole.width as usize + column as usize];
             (f64::from(depth) * stretch(column, row)) as f32
         };
-        Ok(rows.rev().flat_map(|row| columns.clone().map(move |column| (row, column))).map(|(row, column)| at(row, column)).collect())
+        Ok(rows
+            .rev()
+            .flat_map(|row| columns.clone().map(move |column| (row, column)))
+            .map(|(row, column)| at(row, column))
+            .collect())
     }
 }

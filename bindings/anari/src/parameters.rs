@@ -1,7 +1,7 @@
 //! Values of parameters, and their checks.
 
 use crate::objects::{Handle, Object, Objects};
-use crate::schema::{Default, Parameter};
+use crate::schema::{DefaultValue, Parameter};
 use crate::status::Problem;
 use crate::types::{self, DataType};
 use anari_sys::*;
@@ -26,14 +26,8 @@ impl Value {
 }
 
 /// Parameters by name.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Parameters(BTreeMap<&'static CStr, Value>);
-
-impl std::default::Default for Parameters {
-    fn default() -> Self {
-        Self(BTreeMap::new())
-    }
-}
 
 impl Parameters {
     /// Sets a value or removes it. Returns the one before.
@@ -71,7 +65,7 @@ impl Object {
             return None;
         }
         match self.class.parameter(name)?.default {
-            Default::Floats(values) => values.try_into().ok(),
+            DefaultValue::Floats(values) => values.try_into().ok(),
             _ => None,
         }
     }
@@ -86,7 +80,7 @@ impl Object {
         match self.committed.get(name) {
             Some(Value::Numbers(_, bytes)) => bytes.as_slice().try_into().ok().map(i32::from_ne_bytes),
             _ => match self.class.parameter(name)?.default {
-                Default::Integer(value) => Some(*value),
+                DefaultValue::Integer(value) => Some(*value),
                 _ => None,
             },
         }
@@ -102,7 +96,7 @@ impl Object {
         match self.committed.get(name) {
             Some(Value::Text(text)) => text.to_str().ok(),
             _ => match self.class.parameter(name)?.default {
-                Default::Text(text) => text.to_str().ok(),
+                DefaultValue::Text(text) => text.to_str().ok(),
                 _ => None,
             },
         }

@@ -16,7 +16,13 @@ fn version() -> [i32; 3] {
 }
 
 /// The bytes of a property in memory; `None` if the object does not have it with this type.
-pub fn property(objects: &Objects, object: &Object, task: Option<&Arc<Task>>, name: &CStr, data_type: DataType) -> Option<Vec<u8>> {
+pub fn property(
+    objects: &Objects,
+    object: &Object,
+    task: Option<&Arc<Task>>,
+    name: &CStr,
+    data_type: DataType,
+) -> Option<Vec<u8>> {
     let name = name.to_bytes();
     match object.data_type {
         ANARI_DEVICE => device(name, data_type),
@@ -24,7 +30,13 @@ pub fn property(objects: &Objects, object: &Object, task: Option<&Arc<Task>>, na
         ANARI_FRAME => frame(task, name, data_type),
         ANARI_WORLD | ANARI_GROUP | ANARI_INSTANCE if (name, data_type) == (b"bounds", ANARI_FLOAT32_BOX3) => {
             let [low, high] = world::bounds(objects, object)?;
-            Some([low.as_vec3().to_array(), high.as_vec3().to_array()].as_flattened().iter().flat_map(|x| x.to_ne_bytes()).collect())
+            Some(
+                [low.as_vec3().to_array(), high.as_vec3().to_array()]
+                    .as_flattened()
+                    .iter()
+                    .flat_map(|x| x.to_ne_bytes())
+                    .collect(),
+            )
         }
         _ => None,
     }

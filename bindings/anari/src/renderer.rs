@@ -47,9 +47,7 @@ fn kernel(renderer: &Object) -> Option<Kernel> {
 /// Sets the kernel, unless voxels are splatted.
 fn with_kernel(algorithm: Algorithm, kernel: Kernel) -> Algorithm {
     match algorithm {
-        Algorithm::Layered(layered) => {
-            Layered { classification: layered.classification.with_kernel(kernel), ..layered }.into()
-        }
+        Algorithm::Layered(layered) => Layered { classification: layered.classification.with_kernel(kernel), ..layered }.into(),
         other => other,
     }
 }

@@ -32,7 +32,7 @@ pub struct Parameter {
     /// Accepted types of elements, if a type is an array.
     pub elements: &'static [DataType],
     pub required: bool,
-    pub default: Default,
+    pub default: DefaultValue,
     /// Smallest and largest number.
     pub range: Option<&'static [f32; 2]>,
     /// Accepted strings.
@@ -43,7 +43,7 @@ pub struct Parameter {
 
 /// The default of a parameter.
 #[derive(Clone, Copy)]
-pub enum Default {
+pub enum DefaultValue {
     None,
     Floats(&'static [f32]),
     Integer(&'static i32),
@@ -57,7 +57,7 @@ const PLAIN: Parameter = Parameter {
     description: c"",
     elements: &[],
     required: false,
-    default: Default::None,
+    default: DefaultValue::None,
     range: None,
     values: &[],
     formats: &[],
@@ -156,14 +156,14 @@ mod tests {
                 assert!(!parameter.types.is_empty() && !parameter.description.is_empty(), "{name:?}");
                 let has_array = parameter.types.iter().copied().any(types::is_array);
                 assert_eq!(has_array, !parameter.elements.is_empty(), "{name:?}");
-                let has_default = !matches!(parameter.default, Default::None);
+                let has_default = !matches!(parameter.default, DefaultValue::None);
                 assert!(!(parameter.required && has_default), "{name:?} has a default and is required");
-                if let Default::Floats(values) = parameter.default {
+                if let DefaultValue::Floats(values) = parameter.default {
                     assert_eq!(types::floats(parameter.types[0]), Some(values.len()), "{name:?}");
                     let inside = |value: &f32| parameter.range.is_none_or(|[lo, hi]| (lo..=hi).contains(&value));
                     assert!(values.iter().all(inside), "{name:?}");
                 }
-                if let Default::Text(text) = parameter.default {
+                if let DefaultValue::Text(text) = parameter.default {
                     assert!(parameter.values.contains(&text), "{name:?}");
                 }
             }

@@ -20,7 +20,8 @@ struct Placed {
 fn placed(objects: &Objects, world: &Object, kind: &std::ffi::CStr) -> Vec<Placed> {
     let listed = |container: &Object, placement: DAffine3| {
         let listed = container.object(kind).map(|array| handles(objects, array)).unwrap_or_default();
-        let known = |(index, handle): (usize, Handle)| objects.get(handle).map(|_| Placed { handle, placement, index: index as u32 });
+        let known =
+            |(index, handle): (usize, Handle)| objects.get(handle).map(|_| Placed { handle, placement, index: index as u32 });
         listed.into_iter().enumerate().filter_map(known).collect::<Vec<_>>()
     };
     let mut all = listed(world, DAffine3::IDENTITY);
@@ -35,9 +36,9 @@ fn placed(objects: &Objects, world: &Object, kind: &std::ffi::CStr) -> Vec<Place
 
 /// The transform of an instance. The last row of its matrix is ignored.
 fn transform(instance: &Object) -> DAffine3 {
-    instance.floats::<16>(c"transform").map_or(DAffine3::IDENTITY, |columns| {
-        DAffine3::from_mat4(DMat4::from_cols_array(&columns.map(f64::from)))
-    })
+    instance
+        .floats::<16>(c"transform")
+        .map_or(DAffine3::IDENTITY, |columns| DAffine3::from_mat4(DMat4::from_cols_array(&columns.map(f64::from))))
 }
 
 /// The volume that is drawn: the first visible one that can be. Others are named as problems.
@@ -46,7 +47,9 @@ pub fn shown(objects: &Objects, world: &Object, problems: &mut Vec<Problem>) -> 
     if surfaces > 0 {
         problems.push(Problem::argument(format!("{surfaces} surfaces are not drawn: this device draws volumes only")));
     }
-    let is_visible = |placed: &Placed| objects.get(placed.handle).is_some_and(|volume| volume.class.is_supported() && volume.is_set(c"visible"));
+    let is_visible = |placed: &Placed| {
+        objects.get(placed.handle).is_some_and(|volume| volume.class.is_supported() && volume.is_set(c"visible"))
+    };
     let visible: Vec<Placed> = placed(objects, world, c"volume").into_iter().filter(is_visible).collect();
     let mut found = None;
     for volume in &visible {

@@ -112,8 +112,7 @@ impl Device {
 
     /// Whether the last frame is complete; with `waits`, waits for it first.
     pub fn is_ready(&self, handle: Handle, waits: bool) -> bool {
-        let known = self.try_call(handle, |state| state.objects.known(handle).map(|_| ()));
-        let () = known;
+        self.try_call(handle, |state| state.objects.known(handle).map(|_| ()));
         let Some(task) = self.task(handle) else { return true };
         if !waits {
             return task.has_reached(Phase::Drawn);

@@ -59,17 +59,25 @@ impl Device {
     }
 
     /// Maps a new array that becomes the value of a parameter. Returns the first element and the distance of elements.
-    pub fn map_parameter_array(&self, handle: Handle, name: &CStr, element: DataType, dims: [u64; 3], rank: usize) -> Option<(*mut u8, u64)> {
+    pub fn map_parameter_array(
+        &self,
+        handle: Handle,
+        name: &CStr,
+        element: DataType,
+        dims: [u64; 3],
+        rank: usize,
+    ) -> Option<(*mut u8, u64)> {
         let given = Given { memory: std::ptr::null(), deleter: None, user: std::ptr::null() };
         // SAFETY: there is no memory of the application.
         let made = unsafe { Array::new(given, element, dims) };
         self.try_call(handle, |state| {
             let object = state.objects.known(handle)?;
             let data_type = anari_sys::ANARI_ARRAY1D + rank as DataType - 1;
-            let parameter = object.class.parameter(name).filter(|parameter| parameter.types.contains(&data_type)).ok_or_else(|| {
-                let (name, kind) = (name.to_string_lossy(), types::name(data_type));
-                Problem::argument(format!("'{name}' is not a parameter that takes {kind}: nothing is mapped"))
-            })?;
+            let parameter =
+                object.class.parameter(name).filter(|parameter| parameter.types.contains(&data_type)).ok_or_else(|| {
+                    let (name, kind) = (name.to_string_lossy(), types::name(data_type));
+                    Problem::argument(format!("'{name}' is not a parameter that takes {kind}: nothing is mapped"))
+                })?;
             check_unmapped(state, handle, name)?;
             if !parameter.elements.contains(&element) {
                 let (name, element) = (parameter.name.to_string_lossy(), types::name(element));

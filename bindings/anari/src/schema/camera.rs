@@ -1,6 +1,6 @@
 //! Cameras.
 
-use super::{Class, Default, OBJECT, PLAIN, Parameter};
+use super::{Class, DefaultValue, OBJECT, PLAIN, Parameter};
 use anari_sys::*;
 use std::f32::consts::PI;
 
@@ -8,28 +8,28 @@ const POSITION: Parameter = Parameter {
     name: c"position",
     types: &[ANARI_FLOAT32_VEC3],
     description: c"position of the camera",
-    default: Default::Floats(&[0.0; 3]),
+    default: DefaultValue::Floats(&[0.0; 3]),
     ..PLAIN
 };
 const DIRECTION: Parameter = Parameter {
     name: c"direction",
     types: &[ANARI_FLOAT32_VEC3],
     description: c"view direction",
-    default: Default::Floats(&[0.0, 0.0, -1.0]),
+    default: DefaultValue::Floats(&[0.0, 0.0, -1.0]),
     ..PLAIN
 };
 const UP: Parameter = Parameter {
     name: c"up",
     types: &[ANARI_FLOAT32_VEC3],
     description: c"upwards on the screen",
-    default: Default::Floats(&[0.0, 1.0, 0.0]),
+    default: DefaultValue::Floats(&[0.0, 1.0, 0.0]),
     ..PLAIN
 };
 const IMAGE_REGION: Parameter = Parameter {
     name: c"imageRegion",
     types: &[ANARI_FLOAT32_BOX2],
     description: c"part of the view that the frame shows, from the lower left (0, 0) to the upper right (1, 1)",
-    default: Default::Floats(&[0.0, 0.0, 1.0, 1.0]),
+    default: DefaultValue::Floats(&[0.0, 0.0, 1.0, 1.0]),
     ..PLAIN
 };
 const ASPECT: Parameter = Parameter {
@@ -67,8 +67,8 @@ pub static PERSPECTIVE: Class = Class {
             name: c"fovy",
             types: &[ANARI_FLOAT32],
             description: c"vertical field of view in radians",
-            default: Default::Floats(&[PI / 3.0]),
-            range: Some(&[1e-4, 3.14]),
+            default: DefaultValue::Floats(&[PI / 3.0]),
+            range: Some(&[1e-4, 3.1]),
             ..PLAIN
         },
         ASPECT,
@@ -91,7 +91,7 @@ pub static ORTHOGRAPHIC: Class = Class {
             name: c"height",
             types: &[ANARI_FLOAT32],
             description: c"height of the view in world units",
-            default: Default::Floats(&[1.0]),
+            default: DefaultValue::Floats(&[1.0]),
             range: Some(&[1e-30, 1e30]),
             ..PLAIN
         },

@@ -1,6 +1,6 @@
 //! The device, frames and the renderer.
 
-use super::{COLORS, Class, Default, OBJECT, PLAIN, Parameter};
+use super::{COLORS, Class, DefaultValue, OBJECT, PLAIN, Parameter};
 use anari_sys::*;
 
 pub static DEVICE: Class = Class {
@@ -62,7 +62,7 @@ pub static FRAME: Class = Class {
             name: c"accumulation",
             types: &[ANARI_BOOL],
             description: c"whether frames of an unchanged scene are averaged, up to 16",
-            default: Default::Integer(&0),
+            default: DefaultValue::Integer(&0),
             ..PLAIN
         },
         Parameter {
@@ -92,14 +92,14 @@ pub static RENDERER: Class = Class {
             types: &[ANARI_FLOAT32_VEC4, ANARI_ARRAY2D],
             description: c"colour and opacity behind the volume, or an image",
             elements: &COLORS,
-            default: Default::Floats(&[0.0, 0.0, 0.0, 1.0]),
+            default: DefaultValue::Floats(&[0.0, 0.0, 0.0, 1.0]),
             ..PLAIN
         },
         Parameter {
             name: c"ambientColor",
             types: &[ANARI_FLOAT32_VEC3],
             description: c"colour of the ambient light, which is white here: its luminance counts",
-            default: Default::Floats(&[1.0; 3]),
+            default: DefaultValue::Floats(&[1.0; 3]),
             range: Some(&[0.0, 1.0]),
             ..PLAIN
         },
@@ -107,7 +107,7 @@ pub static RENDERER: Class = Class {
             name: c"ambientRadiance",
             types: &[ANARI_FLOAT32],
             description: c"ambient light",
-            default: Default::Floats(&[0.0]),
+            default: DefaultValue::Floats(&[0.0]),
             range: Some(&[0.0, 100.0]),
             ..PLAIN
         },
@@ -115,7 +115,7 @@ pub static RENDERER: Class = Class {
             name: c"pixelSamples",
             types: &[ANARI_INT32],
             description: c"rays per pixel, 1 to 16",
-            default: Default::Integer(&1),
+            default: DefaultValue::Integer(&1),
             range: Some(&[1.0, 16.0]),
             ..PLAIN
         },
@@ -123,7 +123,7 @@ pub static RENDERER: Class = Class {
             name: c"quality",
             types: &[ANARI_STRING],
             description: c"density of samples",
-            default: Default::Text(c"standard"),
+            default: DefaultValue::Text(c"standard"),
             values: &[c"draft", c"standard", c"high", c"paper"],
             ..PLAIN
         },
@@ -145,14 +145,14 @@ pub static RENDERER: Class = Class {
             name: c"shadows",
             types: &[ANARI_BOOL],
             description: c"whether directional lights cast shadows",
-            default: Default::Integer(&0),
+            default: DefaultValue::Integer(&0),
             ..PLAIN
         },
         Parameter {
             name: c"ambientOcclusion",
             types: &[ANARI_BOOL],
             description: c"whether surroundings dim the ambient light",
-            default: Default::Integer(&0),
+            default: DefaultValue::Integer(&0),
             ..PLAIN
         },
     ],

@@ -1,6 +1,6 @@
 //! What a world consists of.
 
-use super::{COLORS, Class, Default, OBJECT, PLAIN, Parameter};
+use super::{COLORS, Class, DefaultValue, OBJECT, PLAIN, Parameter};
 use anari_sys::*;
 
 pub static ARRAY1D: Class = Class {
@@ -35,13 +35,7 @@ pub static WORLD: Class = Class {
     data_type: ANARI_WORLD,
     description: c"all that is drawn",
     parameters: &[
-        Parameter {
-            name: c"instance",
-            types: &[ANARI_ARRAY1D],
-            description: c"instances",
-            elements: &[ANARI_INSTANCE],
-            ..PLAIN
-        },
+        Parameter { name: c"instance", types: &[ANARI_ARRAY1D], description: c"instances", elements: &[ANARI_INSTANCE], ..PLAIN },
         SURFACES,
         VOLUMES,
         LIGHTS,
@@ -49,8 +43,12 @@ pub static WORLD: Class = Class {
     ..OBJECT
 };
 
-pub static GROUP: Class =
-    Class { data_type: ANARI_GROUP, description: c"objects with one transform", parameters: &[SURFACES, VOLUMES, LIGHTS], ..OBJECT };
+pub static GROUP: Class = Class {
+    data_type: ANARI_GROUP,
+    description: c"objects with one transform",
+    parameters: &[SURFACES, VOLUMES, LIGHTS],
+    ..OBJECT
+};
 
 /// Accepted so that scenes with surfaces can be made; they are not drawn.
 pub static SURFACE: Class = Class {
@@ -75,7 +73,7 @@ pub static INSTANCE: Class = Class {
             name: c"transform",
             types: &[ANARI_FLOAT32_MAT4],
             description: c"affine transform from the group to the world, in columns; axes of volumes must stay perpendicular",
-            default: Default::Floats(&[1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0]),
+            default: DefaultValue::Floats(&[1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0]),
             ..PLAIN
         },
     ],
@@ -99,14 +97,14 @@ pub static FIELD: Class = Class {
             name: c"origin",
             types: &[ANARI_FLOAT32_VEC3],
             description: c"position of the first value",
-            default: Default::Floats(&[0.0; 3]),
+            default: DefaultValue::Floats(&[0.0; 3]),
             ..PLAIN
         },
         Parameter {
             name: c"spacing",
             types: &[ANARI_FLOAT32_VEC3],
             description: c"distance between adjacent values",
-            default: Default::Floats(&[1.0; 3]),
+            default: DefaultValue::Floats(&[1.0; 3]),
             range: Some(&[1e-30, 1e30]),
             ..PLAIN
         },
@@ -114,7 +112,7 @@ pub static FIELD: Class = Class {
             name: c"filter",
             types: &[ANARI_STRING],
             description: c"reconstruction between values: linear, or cubic by an interpolating B-spline",
-            default: Default::Text(c"linear"),
+            default: DefaultValue::Text(c"linear"),
             values: &[c"linear", c"cubic"],
             ..PLAIN
         },
@@ -132,7 +130,7 @@ pub static VOLUME: Class = Class {
             name: c"valueRange",
             types: &[ANARI_FLOAT32_BOX1, ANARI_FLOAT64_BOX1],
             description: c"values of the first and the last colour and opacity",
-            default: Default::Floats(&[0.0, 1.0]),
+            default: DefaultValue::Floats(&[0.0, 1.0]),
             ..PLAIN
         },
         Parameter {
@@ -140,7 +138,7 @@ pub static VOLUME: Class = Class {
             types: &[ANARI_FLOAT32_VEC4, ANARI_FLOAT32_VEC3, ANARI_ARRAY1D],
             description: c"colours over the range of values, or one",
             elements: &COLORS,
-            default: Default::Floats(&[1.0; 4]),
+            default: DefaultValue::Floats(&[1.0; 4]),
             ..PLAIN
         },
         Parameter {
@@ -148,7 +146,7 @@ pub static VOLUME: Class = Class {
             types: &[ANARI_FLOAT32, ANARI_ARRAY1D],
             description: c"opacities over the range of values, or one",
             elements: &[ANARI_FLOAT32],
-            default: Default::Floats(&[1.0]),
+            default: DefaultValue::Floats(&[1.0]),
             range: Some(&[0.0, 1.0]),
             ..PLAIN
         },
@@ -156,7 +154,7 @@ pub static VOLUME: Class = Class {
             name: c"unitDistance",
             types: &[ANARI_FLOAT32],
             description: c"world distance to which opacities apply",
-            default: Default::Floats(&[1.0]),
+            default: DefaultValue::Floats(&[1.0]),
             range: Some(&[1e-30, 1e30]),
             ..PLAIN
         },
@@ -164,7 +162,7 @@ pub static VOLUME: Class = Class {
             name: c"visible",
             types: &[ANARI_BOOL],
             description: c"whether it is drawn",
-            default: Default::Integer(&1),
+            default: DefaultValue::Integer(&1),
             ..PLAIN
         },
         Parameter {
@@ -186,14 +184,14 @@ pub static LIGHT: Class = Class {
             name: c"direction",
             types: &[ANARI_FLOAT32_VEC3],
             description: c"direction in which it shines",
-            default: Default::Floats(&[0.0, 0.0, -1.0]),
+            default: DefaultValue::Floats(&[0.0, 0.0, -1.0]),
             ..PLAIN
         },
         Parameter {
             name: c"color",
             types: &[ANARI_FLOAT32_VEC3],
             description: c"colour",
-            default: Default::Floats(&[1.0; 3]),
+            default: DefaultValue::Floats(&[1.0; 3]),
             range: Some(&[0.0, 1.0]),
             ..PLAIN
         },
@@ -201,7 +199,7 @@ pub static LIGHT: Class = Class {
             name: c"irradiance",
             types: &[ANARI_FLOAT32],
             description: c"strength, 1 for the light of the command",
-            default: Default::Floats(&[1.0]),
+            default: DefaultValue::Floats(&[1.0]),
             range: Some(&[0.0, 100.0]),
             ..PLAIN
         },
@@ -216,7 +214,7 @@ pub static LIGHT: Class = Class {
             name: c"angularDiameter",
             types: &[ANARI_FLOAT32],
             description: c"apparent diameter in radians, which softens shadows",
-            default: Default::Floats(&[0.0]),
+            default: DefaultValue::Floats(&[0.0]),
             range: Some(&[0.0, 0.785]),
             ..PLAIN
         },

@@ -25,16 +25,8 @@ const NAMED: [ANARIDataType; 9] = [
     ANARI_VOLUME,
     ANARI_SPATIAL_FIELD,
 ];
-const UNNAMED: [ANARIDataType; 8] = [
-    ANARI_DEVICE,
-    ANARI_ARRAY1D,
-    ANARI_ARRAY2D,
-    ANARI_ARRAY3D,
-    ANARI_SURFACE,
-    ANARI_GROUP,
-    ANARI_WORLD,
-    ANARI_FRAME,
-];
+const UNNAMED: [ANARIDataType; 8] =
+    [ANARI_DEVICE, ANARI_ARRAY1D, ANARI_ARRAY2D, ANARI_ARRAY3D, ANARI_SURFACE, ANARI_GROUP, ANARI_WORLD, ANARI_FRAME];
 
 #[test]
 fn subtypes_are_those_that_can_be_made() {
@@ -94,7 +86,9 @@ fn parameters_are_complete() {
             let info = |info: &CStr, info_type| -> *const c_void {
                 let (subtype, name) = (subtype.as_ptr(), name.as_ptr());
                 // SAFETY: the device lives.
-                unsafe { anariGetParameterInfo(device.handle, data_type, subtype, name, parameter_type, info.as_ptr(), info_type) }
+                unsafe {
+                    anariGetParameterInfo(device.handle, data_type, subtype, name, parameter_type, info.as_ptr(), info_type)
+                }
             };
             assert!(!info(c"description", ANARI_STRING).is_null() && !info(c"required", ANARI_BOOL).is_null(), "{name:?}");
             assert!(info(c"nonsense", ANARI_STRING).is_null() && info(c"description", ANARI_FLOAT32).is_null());
@@ -146,7 +140,10 @@ fn extensions_and_properties() {
         assert_eq!(property(c"version.name.size", ANARI_UINT64, (&raw mut length).cast(), 8), 1);
         let mut name = vec![0u8; length as usize];
         assert_eq!(property(c"version.name", ANARI_STRING, name.as_mut_ptr().cast(), length), 1);
-        assert_eq!(CStr::from_bytes_with_nul(&name).unwrap().to_str().unwrap(), concat!("layersplat ", env!("CARGO_PKG_VERSION")));
+        assert_eq!(
+            CStr::from_bytes_with_nul(&name).unwrap().to_str().unwrap(),
+            concat!("layersplat ", env!("CARGO_PKG_VERSION"))
+        );
         let mut list: *const *const c_char = std::ptr::null();
         assert_eq!(property(c"extension", ANARI_STRING_LIST, (&raw mut list).cast(), 8), 1);
         assert_eq!(strings(list), of_renderer);

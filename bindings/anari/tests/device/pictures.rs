@@ -284,7 +284,9 @@ fn depths_and_ids() {
         let x = ((i % SIZE[0] as usize) as f64 + 0.5 - width / 2.0) * 2.0 * tangent / height;
         let y = ((i / SIZE[0] as usize) as f64 + 0.5 - height / 2.0) * 2.0 * tangent / height;
         let expected = f64::from(plane) * (1.0 + x * x + y * y).sqrt();
-        assert!(depth.is_infinite() == plane.is_infinite() && (depth.is_infinite() || (f64::from(depth) - expected).abs() < 1e-3));
+        assert!(
+            depth.is_infinite() == plane.is_infinite() && (depth.is_infinite() || (f64::from(depth) - expected).abs() < 1e-3)
+        );
         assert_eq!(ids[i], if depth.is_finite() { 7 } else { u32::MAX });
     }
     assert!(ids.contains(&7) && ids.contains(&u32::MAX));

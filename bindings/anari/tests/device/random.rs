@@ -346,7 +346,8 @@ impl Sequence {
             }
             if self.random.below(4) > 0 {
                 anariFrameReady(device, frame, ANARI_WAIT);
-                let channel = self.random.pick(&[c"channel.color", c"channel.color", c"channel.depth", c"channel.objectId"]).as_ptr();
+                let channel =
+                    self.random.pick(&[c"channel.color", c"channel.color", c"channel.depth", c"channel.objectId"]).as_ptr();
                 let [width, height] = &mut size;
                 let pixels = anariMapFrame(device, frame, channel, width, height, &raw mut data_type);
                 MAPPED.fetch_add(u32::from(!pixels.is_null()), Ordering::SeqCst);
@@ -428,19 +429,7 @@ impl Sequence {
 
 /// Names of parameters that are objects.
 fn object_parameters() -> [&'static CStr; 11] {
-    [
-        c"world",
-        c"camera",
-        c"renderer",
-        c"instance",
-        c"volume",
-        c"light",
-        c"group",
-        c"data",
-        c"value",
-        c"color",
-        c"opacity",
-    ]
+    [c"world", c"camera", c"renderer", c"instance", c"volume", c"light", c"group", c"data", c"value", c"color", c"opacity"]
 }
 
 #[test]
@@ -452,7 +441,14 @@ fn random_sequences_end_without_crash_or_leak() {
             device = Device::new();
         }
         let random = Random((seed + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15));
-        Sequence { random, device: device.clone(), handles: Vec::new(), frame: std::ptr::null_mut(), memory: Box::new(Memory([0; 4096])) }.run();
+        Sequence {
+            random,
+            device: device.clone(),
+            handles: Vec::new(),
+            frame: std::ptr::null_mut(),
+            memory: Box::new(Memory([0; 4096])),
+        }
+        .run();
     }
     drop(device);
     let (given, freed) = (GIVEN.load(Ordering::SeqCst), FREED.load(Ordering::SeqCst));
