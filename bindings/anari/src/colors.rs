@@ -130,7 +130,9 @@ impl Pixels {
 
     /// Bytes of red, green, blue and alpha, row by row from the top.
     pub fn from_rgba8(bytes: &[u8], width: usize) -> Self {
-        Self::Bytes(ANARI_UFIXED8_VEC4, bytes.chunks_exact(4 * width).rev().flatten().copied().collect())
+        let mut rows = Vec::with_capacity(bytes.len());
+        bytes.chunks_exact(4 * width).rev().for_each(|row| rows.extend_from_slice(row));
+        Self::Bytes(ANARI_UFIXED8_VEC4, rows)
     }
 
     /// The type and the first pixel.

@@ -1,8 +1,11 @@
 //! A thousand random sequences of calls, right and wrong ones, end without a crash or a leak.
 
+mod choices;
+
 use crate::client::Device;
 use anari_sys::*;
-use std::ffi::{CStr, c_char, c_int, c_void};
+use choices::{ELEMENTS, FLOATS, MADE, NAMES, OF_OBJECTS, SUBTYPES, TEXTS, TYPES};
+use std::ffi::{c_char, c_int, c_void};
 use std::ptr::null;
 use std::rc::Rc;
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -37,121 +40,6 @@ impl Random {
         from[self.below(from.len())]
     }
 }
-
-const SUBTYPES: [&CStr; 9] = [
-    c"default",
-    c"perspective",
-    c"orthographic",
-    c"transform",
-    c"directional",
-    c"transferFunction1D",
-    c"structuredRegular",
-    c"sphere",
-    c"",
-];
-
-const NAMES: [&CStr; 36] = [
-    c"world",
-    c"camera",
-    c"renderer",
-    c"size",
-    c"channel.color",
-    c"channel.depth",
-    c"channel.objectId",
-    c"accumulation",
-    c"frameCompletionCallback",
-    c"frameCompletionCallbackUserData",
-    c"background",
-    c"ambientRadiance",
-    c"pixelSamples",
-    c"quality",
-    c"kernel",
-    c"shadows",
-    c"ambientOcclusion",
-    c"region",
-    c"instance",
-    c"surface",
-    c"volume",
-    c"light",
-    c"group",
-    c"transform",
-    c"data",
-    c"origin",
-    c"spacing",
-    c"filter",
-    c"value",
-    c"valueRange",
-    c"color",
-    c"opacity",
-    c"unitDistance",
-    c"direction",
-    c"name",
-    c"nonsense",
-];
-
-const TYPES: [ANARIDataType; 26] = [
-    ANARI_UNKNOWN,
-    ANARI_DATA_TYPE,
-    ANARI_STRING,
-    ANARI_VOID_POINTER,
-    ANARI_BOOL,
-    ANARI_FRAME_COMPLETION_CALLBACK,
-    ANARI_OBJECT,
-    ANARI_ARRAY,
-    ANARI_ARRAY1D,
-    ANARI_ARRAY3D,
-    ANARI_CAMERA,
-    ANARI_FRAME,
-    ANARI_SPATIAL_FIELD,
-    ANARI_VOLUME,
-    ANARI_WORLD,
-    ANARI_UINT32,
-    ANARI_INT32,
-    ANARI_UINT32_VEC2,
-    ANARI_FLOAT32,
-    ANARI_FLOAT32_VEC3,
-    ANARI_FLOAT32_VEC4,
-    ANARI_FLOAT32_BOX1,
-    ANARI_FLOAT64_BOX1,
-    ANARI_FLOAT32_MAT4,
-    ANARI_UINT64_REGION1,
-    12_345,
-];
-
-const MADE: [ANARIDataType; 13] = [
-    ANARI_GEOMETRY,
-    ANARI_MATERIAL,
-    ANARI_SAMPLER,
-    ANARI_SURFACE,
-    ANARI_SPATIAL_FIELD,
-    ANARI_VOLUME,
-    ANARI_LIGHT,
-    ANARI_GROUP,
-    ANARI_INSTANCE,
-    ANARI_WORLD,
-    ANARI_CAMERA,
-    ANARI_RENDERER,
-    ANARI_FRAME,
-];
-
-const ELEMENTS: [ANARIDataType; 13] = [
-    ANARI_OBJECT,
-    ANARI_UFIXED8,
-    ANARI_FIXED16,
-    ANARI_FLOAT32,
-    ANARI_FLOAT64,
-    ANARI_FLOAT32_VEC3,
-    ANARI_FLOAT32_VEC4,
-    ANARI_UFIXED8_RGBA_SRGB,
-    ANARI_VOLUME,
-    ANARI_LIGHT,
-    ANARI_INSTANCE,
-    ANARI_WORLD,
-    ANARI_STRING,
-];
-
-const FLOATS: [f32; 10] = [0.0, 0.25, 0.5, 1.0, 2.0, -1.0, 1e30, 1e-30, f32::NAN, f32::INFINITY];
-const TEXTS: [&CStr; 7] = [c"linear", c"cubic", c"draft", c"standard", c"high", c"", c"\xff\xfe"];
 
 /// Memory for any value and any small array, which stays.
 #[repr(align(8))]
@@ -291,7 +179,7 @@ impl Sequence {
     fn set(&mut self) {
         let (object, name, data_type) = (self.any(), self.random.pick(&NAMES), self.random.pick(&TYPES));
         // Often what belongs together.
-        let data_type = if self.random.below(2) == 0 && object_parameters().contains(&name) { ANARI_OBJECT } else { data_type };
+        let data_type = if self.random.below(2) == 0 && OF_OBJECTS.contains(&name) { ANARI_OBJECT } else { data_type };
         self.fill();
         let handle = self.any();
         let small = [1 + self.random.below(12) as u32, 1 + self.random.below(12) as u32];
@@ -425,11 +313,6 @@ impl Sequence {
         }
         self.device.messages();
     }
-}
-
-/// Names of parameters that are objects.
-fn object_parameters() -> [&'static CStr; 11] {
-    [c"world", c"camera", c"renderer", c"instance", c"volume", c"light", c"group", c"data", c"value", c"color", c"opacity"]
 }
 
 #[test]
