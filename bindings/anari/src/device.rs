@@ -209,7 +209,9 @@ impl Device {
                 None => true,
             });
         }
-        self.try_call(handle, |state| Ok(state.objects.known(handle)?.references == 1)).then(|| self.take_memory(handle));
+        if self.call(|state| state.objects.get(handle).is_some_and(|object| object.references == 1)) {
+            self.take_memory(handle);
+        }
         self.try_call(handle, |state| state.objects.release(handle));
         false
     }

@@ -144,9 +144,10 @@ fn references_of_the_application_and_of_objects() {
     unsafe {
         anariRetain(device.handle, released);
         anariCommitParameters(device.handle, released);
+        anariRelease(device.handle, released);
         anariRelease(device.handle, null::<c_void>().cast_mut());
     }
-    assert_eq!(device.messages().len(), 2, "null is no object, and not an error");
+    assert_eq!(device.messages().len(), 3, "null is no object, and not an error");
 }
 
 #[test]
