@@ -135,3 +135,41 @@ fn frames_that_were_not_rendered_have_no_channels() {
         device.expect("only frames are rendered");
     }
 }
+
+/// Frames in the queue read arrays as they were when the frames began.
+#[test]
+fn mapping_and_releasing_wait_for_frames() {
+    let scene = Scene::new();
+    let device = &scene.device;
+    let before = scene.colors::<[u8; 4]>(ANARI_UFIXED8_VEC4);
+    // A long frame, before one whose voxels are not uploaded yet.
+    let long = device.make(ANARI_FRAME, c"");
+    long.set_object(c"world", &scene.world).set_object(c"camera", &scene.camera).set_object(c"renderer", &scene.renderer);
+    long.set(c"size", [1500u32, 1500]).set_type(c"channel.color", ANARI_FLOAT32_VEC4).commit();
+    let mut memory = crate::scene::voxels().to_vec();
+    for is_shared in [false, true] {
+        let data = match is_shared {
+            true => device.shared(ANARI_FLOAT32, &[crate::scene::SIDE; 3], memory.as_ptr()),
+            false => device.array(ANARI_FLOAT32, &[crate::scene::SIDE; 3], &memory),
+        };
+        // SAFETY: the device lives, and the array has this many elements.
+        unsafe {
+            scene.field.set_object(c"data", &scene.data).commit();
+            anariRenderFrame(device.handle, long.handle);
+            scene.field.set_object(c"data", &data).commit();
+            begin(&scene);
+            if is_shared {
+                scene.field.set_object(c"data", &scene.data).commit();
+                drop(data);
+                memory.fill(0.0);
+            } else {
+                let values = anariMapArray(device.handle, data.handle).cast::<f32>();
+                std::slice::from_raw_parts_mut(values, memory.len()).fill(0.0);
+                anariUnmapArray(device.handle, data.handle);
+            }
+        }
+        let found = scene.frame.channel::<[u8; 4]>(c"channel.color", ANARI_UFIXED8_VEC4);
+        assert!(found == before, "shared: {is_shared}");
+    }
+    device.expect_nothing();
+}
