@@ -7,6 +7,7 @@ use crate::types::DataType;
 use anari_sys::*;
 use layersplat::Error;
 use layersplat::glam::{DAffine3, DMat3, DVec3};
+use layersplat::settings::CropBox;
 use layersplat::volume::{Grid, Rescale, Storage, Volume, VoxelType};
 use std::sync::Arc;
 
@@ -70,6 +71,12 @@ impl Field {
     pub fn bounds(&self) -> [DVec3; 2] {
         let cells = DVec3::from_array(self.dims.map(|n| n as f64 - 1.0));
         [self.origin, self.origin + cells * self.spacing]
+    }
+
+    /// The box of the values in voxels. A single layer of values keeps its reach, or nothing of it would be left.
+    pub fn crop_box(&self) -> CropBox {
+        let ends = self.dims.map(|n| if n > 1 { (0.0, n as f64 - 1.0) } else { (-1.0, 1.0) });
+        CropBox { lowest: DVec3::from_array(ends.map(|end| end.0)), highest: DVec3::from_array(ends.map(|end| end.1)) }
     }
 
     /// The grid in the world, for a transform from the object to the world.

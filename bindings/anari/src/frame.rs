@@ -117,6 +117,7 @@ pub fn picture(objects: &Objects, handle: Handle, problems: &mut Vec<Problem>) -
     let view = view.unwrap_or_default();
     let mut settings = look.settings;
     settings.clipping = view.clipping;
+    settings.clipping.crop = shown.as_ref().filter(|_| look.clips_to_bounds).map(|shown| shown.field.crop_box());
     settings.unit_distance = shown.as_ref().map(|shown| shown.unit_distance);
     Ok(Picture {
         viewport,

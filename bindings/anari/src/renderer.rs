@@ -12,6 +12,8 @@ pub struct Look {
     pub background: Background,
     /// Rays per pixel.
     pub samples: u32,
+    /// Whether fields end at their outermost values.
+    pub clips_to_bounds: bool,
 }
 
 impl Look {
@@ -27,7 +29,8 @@ impl Look {
         settings.shadows = (lights.is_some() && renderer.is_set(c"shadows")).then(Shadows::default);
         settings.ambient_occlusion = (is_lit && renderer.is_set(c"ambientOcclusion")).then(AmbientOcclusion::default);
         let samples = renderer.integer(c"pixelSamples").map_or(1, |samples| samples.clamp(1, 16) as u32);
-        Self { settings, background: background(objects, renderer), samples }
+        let clips_to_bounds = renderer.is_set(c"clipToBounds");
+        Self { settings, background: background(objects, renderer), samples, clips_to_bounds }
     }
 }
 
@@ -35,7 +38,7 @@ impl Default for Look {
     /// The look of a renderer without parameters, in a world without lights.
     fn default() -> Self {
         let settings = Settings { shading: None, ..Quality::default().settings() };
-        Self { settings, background: Background::Color([0.0, 0.0, 0.0, 1.0]), samples: 1 }
+        Self { settings, background: Background::Color([0.0, 0.0, 0.0, 1.0]), samples: 1, clips_to_bounds: false }
     }
 }
 

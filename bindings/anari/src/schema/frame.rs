@@ -142,6 +142,13 @@ pub static RENDERER: Class = Class {
             ..PLAIN
         },
         Parameter {
+            name: c"clipToBounds",
+            types: &[ANARI_BOOL],
+            description: c"whether fields end at their outermost values; else they go on for up to one voxel, as in the command",
+            default: DefaultValue::Integer(&0),
+            ..PLAIN
+        },
+        Parameter {
             name: c"shadows",
             types: &[ANARI_BOOL],
             description: c"whether directional lights cast shadows",

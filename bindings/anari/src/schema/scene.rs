@@ -128,7 +128,8 @@ pub static VOLUME: Class = Class {
         Parameter { name: c"value", types: &[ANARI_SPATIAL_FIELD], description: c"the field", required: true, ..PLAIN },
         Parameter {
             name: c"valueRange",
-            types: &[ANARI_FLOAT32_BOX1, ANARI_FLOAT64_BOX1],
+            // pynari has no boxes.
+            types: &[ANARI_FLOAT32_BOX1, ANARI_FLOAT64_BOX1, ANARI_FLOAT32_VEC2],
             description: c"values of the first and the last colour and opacity",
             default: DefaultValue::Floats(&[0.0, 1.0]),
             ..PLAIN

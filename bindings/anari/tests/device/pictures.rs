@@ -3,7 +3,7 @@
 use crate::scene::{COLORS, DIRECTION, Expected, FIELD_OF_VIEW, LIGHT, POSITION, SIDE, SIZE, Scene, difference, voxels};
 use anari_sys::*;
 use layersplat::glam::{DAffine3, DMat3, DQuat, DVec3};
-use layersplat::settings::{AmbientOcclusion, ClipPlane, Clipping, Light, Lights, Shadows};
+use layersplat::settings::{AmbientOcclusion, ClipPlane, Clipping, CropBox, Light, Lights, Shadows};
 use layersplat::{Background, Kernel, Projection, Quality, Renderer};
 
 /// Frames of floats and bytes agree to rounding; a step of a byte is the limit.
@@ -85,7 +85,15 @@ fn types_of_voxels_are_values_from_0_to_1() {
 type Change = fn(&Scene, &mut Expected);
 
 /// Parameters of camera, lights and renderer, each with the library's settings.
-const CHANGES: [(&str, Change); 12] = [
+const CHANGES: [(&str, Change); 13] = [
+    ("clip to bounds", |scene, expected| {
+        scene.renderer.set_flag(c"clipToBounds", true).commit();
+        let highest = DVec3::splat(SIDE as f64 - 1.0);
+        expected.settings.clipping.crop = Some(CropBox { lowest: DVec3::ZERO, highest });
+        // Otherwise the outermost values are transparent.
+        scene.volume.unset(c"opacity").set(c"opacity", 0.5f32).commit();
+        expected.transfer = expected.transfer.with_opacities(vec![(0.0, 0.5)]).unwrap();
+    }),
     ("orthographic", |scene, expected| {
         let camera = scene.device.make(ANARI_CAMERA, c"orthographic");
         camera.set(c"position", POSITION).set(c"direction", DIRECTION).set(c"height", 40.0f32).commit();
@@ -143,8 +151,9 @@ const CHANGES: [(&str, Change); 12] = [
         expected.settings.unit_distance = Some(3.0);
     }),
     ("range of values", |scene, expected| {
-        scene.volume.set(c"valueRange", [0.1f64, 0.7]).commit();
-        expected.transfer = expected.transfer.stretched(0.1, 0.7).unwrap();
+        let ends = [0.1f32, 0.7];
+        scene.volume.set_raw(c"valueRange", ANARI_FLOAT32_VEC2, ends.as_ptr().cast()).commit();
+        expected.transfer = expected.transfer.stretched(f64::from(ends[0]), f64::from(ends[1])).unwrap();
     }),
 ];
 
@@ -335,6 +344,20 @@ fn rays_and_frames_are_averaged() {
     scene.volume.set(c"unitDistance", 2.0f32).commit();
     scene.frame.render();
     assert_eq!(scene.frame.property::<f32>(c"refinementProgress"), Some(1.0 / 16.0));
+    scene.device.expect_nothing();
+}
+
+#[test]
+fn ranges_of_values_in_both_precisions() {
+    let scene = Scene::new();
+    let mut expected = Expected::new();
+    expected.transfer = expected.transfer.stretched(0.25, 0.75).unwrap();
+    scene.volume.set(c"valueRange", [0.25f64, 0.75]).commit();
+    let found = scene.colors::<[u8; 4]>(ANARI_UFIXED8_VEC4);
+    assert_eq!(found, expected.bytes());
+    let ends = [0.25f32, 0.75];
+    scene.volume.set_raw(c"valueRange", ANARI_FLOAT32_BOX1, ends.as_ptr().cast()).commit();
+    assert_eq!(scene.colors::<[u8; 4]>(ANARI_UFIXED8_VEC4), found);
     scene.device.expect_nothing();
 }
 
