@@ -1,7 +1,7 @@
 //! Frames: from the scene to a picture, and their state.
 
 use crate::camera::View;
-use crate::objects::{Handle, Object, Objects};
+use crate::objects::{Body, Handle, Object, Objects};
 use crate::painter::{Accumulated, Channels, Picture};
 use crate::renderer::Look;
 use crate::status::Problem;
@@ -9,7 +9,7 @@ use crate::worker::locked;
 use crate::world;
 use anari_sys::ANARI_UINT32_VEC2;
 use layersplat::{Cancel, Viewport};
-use std::ffi::CString;
+use std::ffi::{CStr, CString};
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
 
 /// What a frame has beside parameters.
@@ -93,21 +93,15 @@ impl Task {
 pub fn picture(objects: &Objects, handle: Handle, problems: &mut Vec<Problem>) -> Result<Picture, Problem> {
     let frame = objects.known(handle)?;
     let viewport = viewport(frame)?;
-    let part = |name| frame.object(name).and_then(|handle| objects.get(handle));
-    let format = |name| frame.integer(name);
-    let mut missing = |what: &str| problems.push(Problem::argument(format!("the frame has no {what}: the background is drawn")));
-    let world = part(c"world").or_else(|| {
-        missing("world");
-        None
-    });
-    let camera = part(c"camera").filter(|camera| camera.class.is_supported()).or_else(|| {
-        missing("camera");
-        None
-    });
-    let renderer = part(c"renderer").filter(|renderer| renderer.class.is_supported()).or_else(|| {
-        missing("renderer");
-        None
-    });
+    let mut required = |name: &CStr| {
+        let found = frame.object(name).and_then(|handle| objects.get(handle)).filter(|object| object.class.is_supported());
+        if found.is_none() {
+            let text = format!("the frame has no {}: the background is drawn", name.to_string_lossy());
+            problems.push(Problem::argument(text));
+        }
+        found
+    };
+    let [world, camera, renderer] = [c"world", c"camera", c"renderer"].map(&mut required);
     let lights = world.and_then(|world| world::lights(objects, world, problems));
     let shown = world.and_then(|world| world::shown(objects, world, problems));
     let is_cubic = shown.as_ref().is_some_and(|shown| shown.field.is_cubic);
@@ -125,18 +119,20 @@ pub fn picture(objects: &Objects, handle: Handle, problems: &mut Vec<Problem>) -
         settings,
         shown: shown.filter(|_| is_complete),
         background: look.background,
-        color: format(c"channel.color"),
-        has_depth: format(c"channel.depth").is_some(),
-        has_ids: format(c"channel.objectId").is_some(),
+        color: frame.integer(c"channel.color"),
+        has_depth: frame.integer(c"channel.depth").is_some(),
+        has_ids: frame.integer(c"channel.objectId").is_some(),
         samples: look.samples,
         accumulated: frame.is_set(c"accumulation").then(|| accumulated(frame)).flatten(),
     })
 }
 
+/// Where the earlier frames of a frame are.
 fn accumulated(frame: &Object) -> Option<Arc<Mutex<Option<Accumulated>>>> {
-    if let crate::objects::Body::Frame(state) = &frame.body { Some(state.accumulated.clone()) } else { None }
+    if let Body::Frame(state) = &frame.body { Some(state.accumulated.clone()) } else { None }
 }
 
+/// The size of a frame.
 fn viewport(frame: &Object) -> Result<Viewport, Problem> {
     let none = || Problem::argument("the frame has no size: it is not drawn");
     let bytes = frame.bytes_of(c"size", ANARI_UINT32_VEC2).ok_or_else(none)?;

@@ -24,13 +24,15 @@ impl Shown {
     /// The volume of an object.
     ///
     /// # Errors
-    /// If it has no field or no transfer function.
+    /// If it has no field or no transfer function, or its instance shears it.
     pub fn from_object(objects: &Objects, handle: Handle, placement: DAffine3, index: u32) -> Result<Self, Problem> {
         let volume = objects.known(handle)?;
         let field = volume.object(c"value").ok_or_else(|| Problem::argument("the volume has no field: commit one as value"))?;
         let id = volume.bytes_of(c"id", ANARI_UINT32).and_then(|bytes| bytes.try_into().ok()).map(u32::from_ne_bytes);
+        let field = Field::from_object(objects, field)?;
+        field.grid(placement).map_err(|error| Problem::argument(format!("the volume is not drawn: {error}")))?;
         Ok(Self {
-            field: Field::from_object(objects, field)?,
+            field,
             transfer: transfer(objects, volume)?,
             unit_distance: volume.float(c"unitDistance").unwrap_or(1.0).into(),
             placement,

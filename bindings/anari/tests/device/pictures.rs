@@ -223,6 +223,8 @@ fn what_cannot_be_drawn_is_told_once() {
     instance(&scene, DAffine3::from_mat3(sheared));
     scene.frame.render();
     scene.device.expect("sheared");
+    scene.frame.render();
+    scene.device.expect_nothing();
     let background = scene.frame.channel::<[u8; 4]>(c"channel.color", ANARI_UFIXED8_VEC4);
     assert!(background.iter().all(|&pixel| pixel == [0, 0, 0, 255]));
     let scene = Scene::new();
