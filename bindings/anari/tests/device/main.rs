@@ -4,6 +4,7 @@ mod client;
 mod frames;
 mod introspection;
 mod lifetimes;
+mod lights;
 mod pictures;
 mod random;
 mod scene;
