@@ -43,22 +43,28 @@ fn linear(byte: u8) -> f32 {
     if encoded <= 0.040_45 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
 }
 
-/// The byte of sRGB of a linear value, clamped to 0 … 1.
-fn srgb(value: f32) -> u8 {
-    /// Steps of the table. The curve is steepest at 0, where a step of the table is 0.05 steps of a byte.
-    const STEPS: usize = 65_536;
-    static TABLE: OnceLock<Box<[u8]>> = OnceLock::new();
-    let table = TABLE.get_or_init(|| {
+/// Steps of the table of sRGB. The curve is steepest at 0, where a step of the table is 0.05 steps of a byte.
+const STEPS: usize = 65_536;
+
+/// The bytes of sRGB of linear values from 0 to 1.
+fn srgb_table() -> &'static [u8; STEPS] {
+    static TABLE: OnceLock<Box<[u8; STEPS]>> = OnceLock::new();
+    TABLE.get_or_init(|| {
         let encoded = |linear: f64| if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 };
-        (0..STEPS).map(|step| (encoded(step as f64 / (STEPS - 1) as f64) * 255.0 + 0.5) as u8).collect()
-    });
-    // The cast saturates, and NaN becomes 0.
-    table[((value * (STEPS - 1) as f32 + 0.5) as usize).min(STEPS - 1)]
+        let table: Box<[u8]> = (0..STEPS).map(|i| (encoded(i as f64 / (STEPS - 1) as f64) * 255.0 + 0.5) as u8).collect();
+        table.try_into().expect("it has this many steps")
+    })
 }
 
-/// The byte of a value from 0 to 1, as the library rounds.
+/// The byte of sRGB of a linear value, clamped to 0 … 1.
+fn srgb(table: &[u8; STEPS], value: f32) -> u8 {
+    // The cast saturates, and NaN becomes 0.
+    table[usize::from((value * (STEPS - 1) as f32 + 0.5) as u16)]
+}
+
+/// The byte of a value from 0 to 1, halves rounded up. The cast saturates, and NaN becomes 0.
 fn byte(value: f32) -> u8 {
-    value.mul_add(255.0, 0.5) as u8
+    (value * 255.0 + 0.5) as u8
 }
 
 /// What is behind the volume. Rows begin at the bottom.
@@ -100,45 +106,60 @@ impl Background {
     }
 }
 
+/// A premultiplied pixel over straight colour and opacity.
+fn over([r, g, b, a]: [f32; 4], [red, green, blue, alpha]: [f32; 4]) -> [f32; 4] {
+    let rest = (1.0 - a) * alpha;
+    [r + rest * red, g + rest * green, b + rest * blue, a + rest]
+}
+
+/// Premultiplied pixels, row by row from the top, as those of a frame over a background, row by row from the bottom.
+fn finished<T>(pixels: &[[f32; 4]], width: usize, background: &Background, finish: impl Fn([f32; 4]) -> [T; 4]) -> Vec<[T; 4]> {
+    let size = [width, pixels.len() / width];
+    let mut all = Vec::with_capacity(pixels.len());
+    for (row, line) in pixels.chunks_exact(width).rev().enumerate() {
+        match background {
+            Background::Color(color) => all.extend(line.iter().map(|&pixel| finish(over(pixel, *color)))),
+            Background::Image { .. } => {
+                let pixels = line.iter().enumerate();
+                all.extend(pixels.map(|(column, &pixel)| finish(over(pixel, background.at(column, row, size)))));
+            }
+        }
+    }
+    all
+}
+
 /// Pixels of a frame in one of its types, row by row from the bottom.
 #[derive(Debug)]
 pub enum Pixels {
-    Bytes(DataType, Vec<u8>),
+    Bytes(DataType, Vec<[u8; 4]>),
     Floats(Vec<[f32; 4]>),
 }
 
 impl Pixels {
     /// Premultiplied pixels, row by row from the top, over a background.
     pub fn new(format: DataType, pixels: &[[f32; 4]], width: usize, background: &Background) -> Self {
-        let size = [width, pixels.len() / width];
-        let over = |row: usize, column: usize, [r, g, b, a]: [f32; 4]| {
-            let [red, green, blue, alpha] = background.at(column, row, size);
-            let rest = 1.0 - a;
-            let mix = |c: f32, behind: f32| rest.mul_add(behind * alpha, c);
-            [mix(r, red), mix(g, green), mix(b, blue), mix(a, 1.0)]
-        };
-        let rows = pixels.chunks_exact(width).rev().enumerate();
-        let all = rows.flat_map(|(row, line)| line.iter().enumerate().map(move |(column, &pixel)| over(row, column, pixel)));
         match format {
-            ANARI_FLOAT32_VEC4 => Self::Floats(all.collect()),
+            ANARI_FLOAT32_VEC4 => Self::Floats(finished(pixels, width, background, |pixel| pixel)),
             ANARI_UFIXED8_RGBA_SRGB => {
-                Self::Bytes(format, all.flat_map(|[r, g, b, a]| [srgb(r), srgb(g), srgb(b), byte(a)]).collect())
+                let table = srgb_table();
+                let encode = |[r, g, b, a]: [f32; 4]| [srgb(table, r), srgb(table, g), srgb(table, b), byte(a)];
+                Self::Bytes(format, finished(pixels, width, background, encode))
             }
-            _ => Self::Bytes(format, all.flat_map(|pixel| pixel.map(byte)).collect()),
+            _ => Self::Bytes(format, finished(pixels, width, background, |pixel| pixel.map(byte))),
         }
     }
 
     /// Bytes of red, green, blue and alpha, row by row from the top.
     pub fn from_rgba8(bytes: &[u8], width: usize) -> Self {
-        let mut rows = Vec::with_capacity(bytes.len());
-        bytes.chunks_exact(4 * width).rev().for_each(|row| rows.extend_from_slice(row));
+        let mut rows = Vec::with_capacity(bytes.len() / 4);
+        bytes.as_chunks::<4>().0.chunks_exact(width).rev().for_each(|row| rows.extend_from_slice(row));
         Self::Bytes(ANARI_UFIXED8_VEC4, rows)
     }
 
     /// The type and the first pixel.
     pub fn mapped(&self) -> (DataType, *const u8) {
         match self {
-            Self::Bytes(format, bytes) => (*format, bytes.as_ptr()),
+            Self::Bytes(format, pixels) => (*format, pixels.as_ptr().cast()),
             Self::Floats(pixels) => (ANARI_FLOAT32_VEC4, pixels.as_ptr().cast()),
         }
     }
@@ -152,21 +173,21 @@ mod tests {
     #[test]
     fn srgb_is_its_own_inverse() {
         for encoded in 0..=255 {
-            assert_eq!(srgb(linear(encoded)), encoded);
+            assert_eq!(srgb(srgb_table(), linear(encoded)), encoded);
         }
-        assert_eq!([srgb(-1.0), srgb(f32::NAN), srgb(2.0)], [0, 0, 255]);
+        assert_eq!([-1.0, f32::NAN, 2.0].map(|value| srgb(srgb_table(), value)), [0, 0, 255]);
     }
 
     #[test]
     fn frames_begin_at_the_bottom_and_lie_over_their_background() {
         let (top, bottom) = ([0.25, 0.0, 0.0, 0.5], [0.0; 4]);
         let over = |background| match Pixels::new(ANARI_UFIXED8_VEC4, &[top, bottom], 1, &background) {
-            Pixels::Bytes(_, bytes) => bytes,
+            Pixels::Bytes(_, pixels) => pixels,
             Pixels::Floats(_) => unreachable!(),
         };
-        assert_eq!(over(Background::Color([0.0, 0.0, 1.0, 1.0])), [0, 0, 255, 255, 64, 0, 128, 255]);
-        assert_eq!(over(Background::Color([1.0, 1.0, 1.0, 0.0])), [0, 0, 0, 0, 64, 0, 0, 128]);
+        assert_eq!(over(Background::Color([0.0, 0.0, 1.0, 1.0])), [[0, 0, 255, 255], [64, 0, 128, 255]]);
+        assert_eq!(over(Background::Color([1.0, 1.0, 1.0, 0.0])), [[0, 0, 0, 0], [64, 0, 0, 128]]);
         let image = Background::Image { columns: 1, pixels: vec![[1.0, 1.0, 1.0, 1.0], [0.0, 1.0, 0.0, 1.0]] };
-        assert_eq!(over(image), [255, 255, 255, 255, 64, 128, 0, 255]);
+        assert_eq!(over(image), [[255, 255, 255, 255], [64, 128, 0, 255]]);
     }
 }

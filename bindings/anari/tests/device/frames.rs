@@ -94,7 +94,7 @@ fn discarded_frames_end_and_the_next_is_whole() {
 #[test]
 fn releases_during_a_frame() {
     let scene = Scene::new();
-    scene.frame.set(c"size", [700u32, 500]).commit();
+    scene.frame.set(c"size", [200u32, 150]).commit();
     begin(&scene);
     drop(scene);
     let scene = Scene::new();
@@ -145,7 +145,7 @@ fn mapping_and_releasing_wait_for_frames() {
     // A long frame, before one whose voxels are not uploaded yet.
     let long = device.make(ANARI_FRAME, c"");
     long.set_object(c"world", &scene.world).set_object(c"camera", &scene.camera).set_object(c"renderer", &scene.renderer);
-    long.set(c"size", [500u32, 500]).set_type(c"channel.color", ANARI_FLOAT32_VEC4).commit();
+    long.set(c"size", [200u32, 200]).set_type(c"channel.color", ANARI_FLOAT32_VEC4).commit();
     let mut memory = crate::scene::voxels().to_vec();
     for is_shared in [false, true] {
         let data = match is_shared {
