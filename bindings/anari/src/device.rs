@@ -88,12 +88,16 @@ impl Device {
 
     /// Makes an object of a type and subtype. An object of an unknown subtype accepts all calls and has no effect.
     pub fn new_object(&self, data_type: DataType, subtype: &CStr) -> Handle {
-        let body = if data_type == ANARI_FRAME { Body::Frame(Default::default()) } else { Body::Plain };
         // The specification asks for these substitutes.
         let otherwise =
             [ANARI_INSTANCE, ANARI_RENDERER].contains(&data_type).then(|| schema::of_type(data_type).next()).flatten();
         let exact = schema::find(data_type, subtype);
         let class = exact.or(otherwise).unwrap_or(schema::UNSUPPORTED);
+        let body = match data_type {
+            ANARI_FRAME => Body::Frame(Default::default()),
+            _ if class.is_supported() => Body::Plain,
+            _ => Body::Unsupported(Vec::new()),
+        };
         self.call(|state| {
             let handle = state.objects.insert(Object::new(class, data_type, body));
             if exact.is_none() {

@@ -7,6 +7,7 @@ use crate::schema::Class;
 use crate::status::Problem;
 use crate::types::DataType;
 use std::collections::HashMap;
+use std::ffi::{CStr, CString};
 
 /// An object, as the application knows it. Handles are never used again.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -39,6 +40,8 @@ pub struct Object {
 /// What an object has beside parameters.
 pub enum Body {
     Plain,
+    /// Arrays that are mapped as parameters of an object without parameters, by name. Nobody reads them.
+    Unsupported(Vec<(CString, Array)>),
     Array(Array),
     Frame(FrameState),
 }
@@ -176,7 +179,7 @@ impl Objects {
     }
 
     /// Sets a parameter, or removes it.
-    pub fn stage(&mut self, handle: Handle, name: &'static std::ffi::CStr, value: Option<Value>) {
+    pub fn stage(&mut self, handle: Handle, name: &'static CStr, value: Option<Value>) {
         let added = value.as_ref().and_then(Value::object);
         let Some(object) = self.get_mut(handle) else { return };
         let removed = object.staged.replace(name, value).and_then(|value| value.object());
@@ -214,7 +217,7 @@ mod tests {
     use crate::schema;
     use anari_sys::*;
 
-    fn made(objects: &mut Objects, data_type: DataType, subtype: &std::ffi::CStr) -> Handle {
+    fn made(objects: &mut Objects, data_type: DataType, subtype: &CStr) -> Handle {
         objects.insert(Object::new(schema::find(data_type, subtype).unwrap(), data_type, Body::Plain))
     }
 

@@ -71,7 +71,14 @@ impl Device {
         // SAFETY: there is no memory of the application.
         let made = unsafe { Array::new(given, element, dims) };
         self.try_call(handle, |state| {
-            let object = state.objects.known(handle)?;
+            let object = state.objects.known_mut(handle)?;
+            if let Body::Unsupported(mapped) = &mut object.body {
+                // Programs that write their arrays without a look at what they get shall not crash.
+                let array = made?;
+                let first = (array.memory.first(), array.stride());
+                mapped.push((name.into(), array));
+                return Ok(Some(first));
+            }
             let data_type = anari_sys::ANARI_ARRAY1D + rank as DataType - 1;
             let parameter =
                 object.class.parameter(name).filter(|parameter| parameter.types.contains(&data_type)).ok_or_else(|| {
@@ -96,7 +103,12 @@ impl Device {
     /// Unmaps the array of a parameter.
     pub fn unmap_parameter_array(&self, handle: Handle, name: &CStr) {
         self.try_call(handle, |state| {
-            let array = state.objects.known(handle)?.staged.get(name).and_then(Value::object);
+            let object = state.objects.known_mut(handle)?;
+            if let Body::Unsupported(mapped) = &mut object.body {
+                mapped.retain(|(mapped, _)| mapped.as_c_str() != name);
+                return Ok(());
+            }
+            let array = object.staged.get(name).and_then(Value::object);
             let array = array.filter(|&array| state.objects.get(array).is_some_and(|object| object.references == 0));
             match array {
                 Some(array) => unmap(state, array),

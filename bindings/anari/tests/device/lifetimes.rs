@@ -205,6 +205,15 @@ fn unsupported_objects_are_told_and_harmless() {
     device.expect("GEOMETRY 'triangle' is not supported");
     let positions = device.array(ANARI_FLOAT32_VEC3, &[3], &[[0.0f32; 3]; 3]);
     geometry.set_object(c"vertex.position", &positions).commit();
+    let mut stride = 0;
+    // SAFETY: it has this many elements.
+    unsafe {
+        let name = c"primitive.index".as_ptr();
+        let to = anariMapParameterArray1D(device.handle, geometry.handle, name, ANARI_UINT32_VEC3, 100, &raw mut stride);
+        assert!(!to.is_null() && stride == 12, "programs may write it without a look");
+        to.cast::<u8>().write_bytes(1, 1200);
+        anariUnmapParameterArray(device.handle, geometry.handle, name);
+    }
     let material = device.make(ANARI_MATERIAL, c"matte");
     device.expect("MATERIAL 'matte'");
     let surface = device.make(ANARI_SURFACE, c"");
