@@ -15,7 +15,9 @@ fn main() {
     println!("cargo:rerun-if-changed=shim");
     println!("cargo:rerun-if-changed=build.rs");
     // Threads of OpenCL and of the library may outlive anariUnloadLibrary, which would otherwise unmap their code.
-    println!("cargo:rustc-cdylib-link-arg=-Wl,-z,nodelete");
+    if env::var("CARGO_CFG_TARGET_OS").is_ok_and(|system| system == "linux") {
+        println!("cargo:rustc-cdylib-link-arg=-Wl,-z,nodelete");
+    }
 }
 
 /// The folder of the backend headers, which `anari_sys` keeps in its own source and does not tell.

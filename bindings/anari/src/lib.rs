@@ -24,6 +24,7 @@ mod schema;
 mod status;
 mod types;
 mod volume;
+mod warnings;
 mod worker;
 mod world;
 

@@ -6,6 +6,7 @@ use crate::objects::{Handle, Object, Objects};
 use crate::painter::{Channels, Painter, Picture};
 use crate::status::{Problem, Reporter};
 use crate::types::DataType;
+use crate::warnings::gathered;
 use anari_sys::{ANARI_FLOAT32, ANARI_FRAME, ANARI_UINT32};
 use layersplat::Error;
 use std::ffi::{CStr, c_void};
@@ -99,12 +100,13 @@ impl Device {
     fn push(&self, picture: Picture, task: Arc<Task>, completion: Completion) {
         self.worker.push(Box::new(move |painter| {
             let started = Instant::now();
-            let (channels, problem) = drawn(painter, &picture, &task);
+            let ((channels, problem), warnings) = gathered(|| drawn(painter, &picture, &task));
+            let problems = warnings.into_iter().map(Problem::argument).chain(problem).collect();
             // The memory of arrays is given back before anyone learns that the frame is drawn.
             drop(picture);
             task.draw(Some(channels), started.elapsed().as_secs_f32());
             Box::new(move || {
-                completion.run(problem);
+                completion.run(problems);
                 task.finish();
             })
         }));
@@ -169,8 +171,8 @@ fn completion(objects: &Objects, handle: Handle, reporter: Reporter) -> Option<C
 }
 
 impl Completion {
-    fn run(self, problem: Option<Problem>) {
-        if let Some(problem) = problem {
+    fn run(self, problems: Vec<Problem>) {
+        for problem in problems {
             self.reporter.report(&problem.of(self.frame, ANARI_FRAME));
         }
         if let Some(function) = self.function {

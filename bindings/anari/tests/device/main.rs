@@ -8,3 +8,4 @@ mod lights;
 mod pictures;
 mod random;
 mod scene;
+mod settings;
