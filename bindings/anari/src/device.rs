@@ -4,6 +4,8 @@
 
 mod frames;
 mod memory;
+#[cfg(test)]
+mod tests;
 
 use crate::objects::{Body, Handle, Object, Objects};
 use crate::parameters::{self, Value};
@@ -67,7 +69,10 @@ impl Device {
             let dropped = std::mem::take(&mut state.objects.dropped);
             (result, dropped, std::mem::take(&mut state.messages), state.reporter)
         };
-        for mut object in dropped {
+        for (handle, mut object) in dropped {
+            if object.data_type == ANARI_SPATIAL_FIELD {
+                self.worker.forget_field(handle);
+            }
             if let Some(task) = object.frame_mut().and_then(|frame| frame.task.take()) {
                 self.end(&task);
             }

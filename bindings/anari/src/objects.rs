@@ -78,7 +78,7 @@ pub struct Objects {
     clock: u64,
     all: HashMap<Handle, Object>,
     /// Objects without references, to be dropped where deleters of the application may run.
-    pub dropped: Vec<Object>,
+    pub dropped: Vec<(Handle, Object)>,
 }
 
 impl Objects {
@@ -174,7 +174,7 @@ impl Objects {
                 }
                 candidates.push(referred);
             }
-            self.dropped.push(object);
+            self.dropped.push((candidate, object));
         }
     }
 

@@ -104,6 +104,17 @@ impl Painter {
         self.kept.retain(|kept| kept.field.array != array);
     }
 
+    /// Forgets what was made from fields that are gone.
+    pub fn forget_fields(&mut self, fields: &[Handle]) {
+        self.kept.retain(|kept| !fields.contains(&kept.field.field));
+    }
+
+    /// Number of renderers, each with its voxels on the device.
+    #[cfg(test)]
+    pub fn count(&self) -> usize {
+        self.kept.len()
+    }
+
     /// The renderer of a volume, with its transfer function.
     fn renderer(&mut self, shown: &Shown) -> Result<&mut Renderer, Error> {
         let is_same = |kept: &Kept| kept.field == shown.field.key && kept.placement == shown.placement;

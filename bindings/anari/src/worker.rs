@@ -1,5 +1,6 @@
 //! The thread that draws frames, one after the other.
 
+use crate::objects::Handle;
 use crate::painter::Painter;
 use std::sync::mpsc::{Sender, channel};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
@@ -26,6 +27,8 @@ struct Shared {
     /// Number of frames that are not drawn yet.
     pending: Mutex<usize>,
     drawn: Condvar,
+    /// Fields that are gone, whose voxels are still on the device.
+    gone: Mutex<Vec<Handle>>,
 }
 
 /// The value of a lock, also after a panic: what is locked here stays consistent.
@@ -70,6 +73,14 @@ impl Worker {
         locked(&self.shared.painter)
     }
 
+    /// Frees the voxels of a field that is gone: at once, or after the frame that is being drawn.
+    pub fn forget_field(&self, field: Handle) {
+        locked(&self.shared.gone).push(field);
+        if let Ok(mut painter) = self.shared.painter.try_lock() {
+            self.shared.forget(&mut painter);
+        }
+    }
+
     /// Ends the thread after the frames in the queue.
     pub fn end(&self) {
         let is_current = self.is_current();
@@ -82,8 +93,15 @@ impl Worker {
 }
 
 impl Shared {
+    fn forget(&self, painter: &mut Painter) {
+        painter.forget_fields(&std::mem::take(&mut *locked(&self.gone)));
+    }
+
     fn run(&self, job: Job) {
-        let after = job(&mut locked(&self.painter));
+        let mut painter = locked(&self.painter);
+        let after = job(&mut painter);
+        self.forget(&mut painter);
+        drop(painter);
         *locked(&self.pending) -= 1;
         self.drawn.notify_all();
         after();
