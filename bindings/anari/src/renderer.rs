@@ -1,0 +1,77 @@
+//! The renderer: its parameters as settings of the library.
+
+use crate::colors::{self, Background};
+use crate::light::luminance;
+use crate::objects::{Object, Objects};
+use layersplat::settings::{Algorithm, AmbientOcclusion, Layered, Lights, Settings, Shading, Shadows};
+use layersplat::{Kernel, Quality};
+
+/// Settings of a frame without camera and volume.
+pub struct Look {
+    pub settings: Settings,
+    pub background: Background,
+    /// Rays per pixel.
+    pub samples: u32,
+    /// Whether fields end at their outermost values.
+    pub clips_to_bounds: bool,
+}
+
+impl Look {
+    /// The parameters of a renderer. `lights` are those of the world; `is_cubic` is the filter of the field.
+    pub fn from_object(objects: &Objects, renderer: &Object, lights: Option<Lights>, is_cubic: bool) -> Self {
+        let quality: Quality = renderer.text(c"quality").and_then(|name| name.parse().ok()).unwrap_or_default();
+        let mut settings = quality.settings();
+        let by_filter = if is_cubic { Kernel::BSpline } else { Kernel::Linear };
+        settings.algorithm = with_kernel(settings.algorithm, kernel(renderer).unwrap_or(by_filter));
+        settings.gradient = renderer.text(c"gradient").and_then(|name| name.parse().ok());
+        settings.shading = shading(renderer, lights);
+        let is_lit = settings.shading.is_some();
+        settings.shadows = (lights.is_some() && renderer.is_set(c"shadows")).then(Shadows::default);
+        settings.ambient_occlusion = (is_lit && renderer.is_set(c"ambientOcclusion")).then(AmbientOcclusion::default);
+        let samples = renderer.integer(c"pixelSamples").map_or(1, |samples| samples.clamp(1, 16) as u32);
+        let clips_to_bounds = renderer.is_set(c"clipToBounds");
+        Self { settings, background: background(objects, renderer), samples, clips_to_bounds }
+    }
+}
+
+impl Default for Look {
+    /// The look of a renderer without parameters, in a world without lights.
+    fn default() -> Self {
+        let settings = Settings { shading: None, ..Quality::default().settings() };
+        Self { settings, background: Background::Color([0.0, 0.0, 0.0, 1.0]), samples: 1, clips_to_bounds: false }
+    }
+}
+
+fn kernel(renderer: &Object) -> Option<Kernel> {
+    let name = renderer.text(c"kernel")?;
+    Kernel::OF_LAYERS.into_iter().find(|kernel| kernel.name() == name)
+}
+
+/// Sets the kernel, unless voxels are splatted.
+fn with_kernel(algorithm: Algorithm, kernel: Kernel) -> Algorithm {
+    match algorithm {
+        Algorithm::Layered(layered) => Layered { classification: layered.classification.with_kernel(kernel), ..layered }.into(),
+        other => other,
+    }
+}
+
+/// Shading by the lights of the world and the ambient light. Without either, the volume emits its colours as they are. So it does under
+/// an ambient light of 1 alone, if nothing dims that.
+fn shading(renderer: &Object, lights: Option<Lights>) -> Option<Shading> {
+    let color = renderer.floats::<3>(c"ambientColor").unwrap_or([1.0; 3]);
+    let ambient = luminance(color) * f64::from(renderer.float(c"ambientRadiance").unwrap_or(0.0));
+    let ambient = ambient.min(100.0);
+    match lights {
+        Some(lights) => Some(Shading { ambient, lights, ..Shading::default() }),
+        None if ambient == 0.0 || (ambient == 1.0 && !renderer.is_set(c"ambientOcclusion")) => None,
+        None => Some(Shading { ambient, diffuse: 0.0, specular: 0.0, ..Shading::default() }),
+    }
+}
+
+fn background(objects: &Objects, renderer: &Object) -> Background {
+    let image = renderer.object(c"background").and_then(|handle| objects.get(handle)?.array());
+    match image {
+        Some(array) => Background::Image { columns: array.dims[0], pixels: colors::decoded(array) },
+        None => Background::Color(renderer.floats(c"background").unwrap_or([0.0, 0.0, 0.0, 1.0])),
+    }
+}
