@@ -46,8 +46,9 @@ pub(super) enum Shown {
     Labels(Labels, Vec<Volume<'static>>),
 }
 
-/// Largest opacity of components without alpha: of the brightest colours, or of those that differ most from the background.
-const OPACITY: f64 = 0.3;
+/// Opacities of components without alpha, by their share of the full intensity: by luminance, or by the difference from the background. The
+/// noise of a background stays transparent.
+const OPACITIES: [(f64, f64); 4] = [(0.0, 0.0), (0.08, 0.0), (0.5, 0.3), (1.0, 0.3)];
 
 impl ColorOptions {
     /// Opens the components of the volume's file, or its labels; `None` if its values are shown.
@@ -87,7 +88,8 @@ impl Shown {
             crate::volume::VoxelType::Uint16 => 65535.0,
             _ => 1.0,
         };
-        TransferFunction::new("colors", vec![(0.0, [1.0; 3])], vec![(0.0, 0.0), (full, OPACITY)]).expect("two values that ascend")
+        let opacities = OPACITIES.map(|(share, opacity)| (share * full, opacity)).to_vec();
+        TransferFunction::new("colors", vec![(0.0, [1.0; 3])], opacities).expect("values that ascend")
     }
 
     /// Bounds of what shows, as far as voxels tell it.
