@@ -47,6 +47,7 @@ fn info_tells_channels_times_and_resolutions() {
         ("times.nii".into(), vec!["frames    2, 2.5 ms apart; this is 0 (--frame)"]),
         (of("nrrd/rgb.nrrd") + " --channel 2", vec!["channels  3; this is 2 (--channel)"]),
         (of("metaimage/vectors.mha"), vec!["channels  3; this is 0 (--channel)"]),
+        (of("metaimage/vectors.mha") + " --channel magnitude", vec!["channels  3; this is their magnitude (--channel)"]),
         (of("numpy/times.npy"), vec!["frames    2; this is 0 (--frame)"]),
         ("builtin:cube@4".into(), vec![]),
     ];
@@ -281,6 +282,8 @@ fn files_of_several_volumes() {
     assert_ne!(first, second);
     let path = |file: &str| format!("{files}{file}");
     refused(f, &["info", &path("nrrd/rgb.nrrd"), "--channel", "3"], 2, &["--channel", "0 to 2"]);
+    refused(f, &["info", &path("nrrd/rgb.nrrd"), "--channel", "length"], 2, &["--channel", "magnitude"]);
+    refused(f, &["info", "builtin:cube@4", "--channel", "magnitude"], 2, &["--channel"]);
     refused(f, &["info", &path("vtk/several.vti"), "--array", "zzz"], 2, &["zzz", "--array"]);
     refused(f, &["info", &path("nrrd/rgb.nrrd"), "--series", "2"], 2, &["--series NAME"]);
     #[cfg(feature = "dicom")]

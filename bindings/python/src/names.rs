@@ -11,6 +11,7 @@ use pyo3::prelude::*;
 
 accepted! {
     Size: "(width, height) in pixels, or one whole number for both";
+    Channel: "a whole number from 0 on, or magnitude";
     Over: "transparent, black, white, grey, #rrggbb or (red, green, blue), 0 to 1";
 }
 
@@ -35,6 +36,34 @@ impl Size {
             Size::Sides(sides) => sides,
         };
         Ok(Viewport::new(width, height)?)
+    }
+}
+
+/// Component of voxels with several numbers, or the magnitude of all.
+pub enum Channel {
+    Number(usize),
+    Named(String),
+}
+
+impl<'a, 'py> FromPyObject<'a, 'py> for Channel {
+    type Error = PyErr;
+
+    fn extract(object: Borrowed<'a, 'py, PyAny>) -> PyResult<Self> {
+        match object.extract() {
+            Ok(name) => Ok(Channel::Named(name)),
+            Err(_) => object.extract().map(Channel::Number),
+        }
+    }
+}
+
+impl Channel {
+    /// The number of a component; `None` for the magnitude.
+    pub fn component(self) -> Result<Option<usize>> {
+        match self {
+            Channel::Number(n) => Ok(Some(n)),
+            Channel::Named(name) if name == "magnitude" => Ok(None),
+            Channel::Named(name) => Err(unknown("channel", &name, "a whole number from 0 on, or magnitude")),
+        }
     }
 }
 

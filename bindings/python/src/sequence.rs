@@ -3,6 +3,7 @@
 use crate::argument::{Argument, extract};
 use crate::calls::abandonable;
 use crate::errors::{Failure, Result};
+use crate::names::Channel;
 use crate::volume::{Volume, opening};
 use crate::warned::{warn, warned};
 use layersplat::volume::{Playback as OurPlayback, Sequence as Ours};
@@ -52,7 +53,7 @@ impl VolumeSequence {
         endian: Option<Argument<String>>,
         header_bytes: Option<Argument<u64>>,
         background: Option<Argument<f64>>,
-        channel: Option<Argument<usize>>,
+        channel: Option<Argument<Channel>>,
         array: Option<Argument<String>>,
         series: Option<Argument<String>>,
         level: Option<Argument<usize>>,

@@ -3,6 +3,7 @@
 use crate::argument::{Argument, extract};
 use crate::arrays;
 use crate::errors::{Result, unknown};
+use crate::names::Channel;
 use crate::warned::{warn, warned};
 use layersplat::glam::{DAffine3, DMat3, DVec3};
 use layersplat::volume::{Endian, Grid, Level};
@@ -30,12 +31,14 @@ pub fn opening(
     endian: Option<Argument<String>>,
     header_bytes: Option<Argument<u64>>,
     frame: Option<Argument<usize>>,
-    channel: Option<Argument<usize>>,
+    channel: Option<Argument<Channel>>,
     array: Option<Argument<String>>,
     series: Option<Argument<String>>,
     level: Option<Argument<usize>>,
 ) -> Result<OpenOptions> {
     extract!(dims, voxel_type, spacing, endian, header_bytes, frame, channel, array, series, level);
+    let is_given = channel.is_some();
+    let channel = channel.map(Channel::component).transpose()?.flatten();
     let endian = match endian.as_deref() {
         None => None,
         Some("little") => Some(Endian::Little),
@@ -55,6 +58,7 @@ pub fn opening(
         header_bytes,
         frame,
         channel,
+        magnitude: is_given && channel.is_none(),
         array,
         series,
         level,
@@ -125,7 +129,8 @@ impl Volume {
     ///
     /// dims: number of voxels along x, y, z. voxel_type, endian (little or big), header_bytes: properties of a raw file that its name
     /// does not contain. spacing: along x, y, z. background: as for Volume(data). frame: index of one of several volumes; VolumeSequence opens
-    /// all. channel: index of one of several components per voxel. array: a dataset, by name or path. series: a DICOM series in a folder.
+    /// all. channel: index of one of several components per voxel, or
+    /// "magnitude", which is the default for those that a file declares as a vector. array: a dataset, by name or path. series: a DICOM series in a folder.
     /// level: resolution level, 0 is the finest.
     #[staticmethod]
     #[pyo3(signature = (
@@ -143,7 +148,7 @@ impl Volume {
         header_bytes: Option<Argument<u64>>,
         background: Option<Argument<f64>>,
         frame: Option<Argument<usize>>,
-        channel: Option<Argument<usize>>,
+        channel: Option<Argument<Channel>>,
         array: Option<Argument<String>>,
         series: Option<Argument<String>>,
         level: Option<Argument<usize>>,

@@ -99,3 +99,18 @@ def test_a_step_that_cannot_be_read_raises_and_the_next_one_follows(tmp_path, ar
         next(steps)
     assert next(steps).range[1] == arrays[2].max()
     assert next(steps, None) is None
+
+
+def test_vectors_have_a_magnitude(tmp_path):
+    vectors = np.random.default_rng(2).integers(-99, 99, (2, 5, 6, 7, 3)).astype(np.int16)
+    np.save(tmp_path / "vectors.npy", vectors)
+    norms = np.sqrt((vectors.astype(float) ** 2).sum(-1)).astype(np.float32)
+    sequence = layersplat.VolumeSequence.open(tmp_path / "vectors.npy", channel="magnitude")
+    volume = layersplat.Volume.open(tmp_path / "vectors.npy", frame=1, channel="magnitude")
+    assert volume.range == sequence[1].range == (norms[1].min(), norms[1].max())
+    assert sequence.overview().range == (norms.min(), norms.max())
+    component = layersplat.Volume.open(tmp_path / "vectors.npy", frame=1, channel=2)
+    assert component.range == (vectors[1, ..., 2].min(), vectors[1, ..., 2].max())
+    for wrong, error in [("length", layersplat.InvalidValue), (3, layersplat.InvalidValue), (1.5, layersplat.InvalidType)]:
+        with pytest.raises(error, match="channel"):
+            layersplat.Volume.open(tmp_path / "vectors.npy", channel=wrong)

@@ -73,7 +73,7 @@ class Volume:
         header_bytes: Optional[int] = None,
         background: Optional[float] = None,
         frame: Optional[int] = None,
-        channel: Optional[int] = None,
+        channel: Optional[Union[int, Literal["magnitude"]]] = None,
         array: Optional[str] = None,
         series: Optional[str] = None,
         level: Optional[int] = None,
@@ -82,8 +82,9 @@ class Volume:
 
         dims: number of voxels along x, y, z. voxel_type, endian (little or big), header_bytes: properties of a raw file that its name
         does not contain. spacing: along x, y, z. background: as for Volume(data). frame: index of one of several volumes; VolumeSequence
-        opens all. channel: index of one of several components per voxel. array: a dataset, by name or path. series: a DICOM series in a
-        folder. level: resolution level, 0 is the finest.
+        opens all. channel: index of one of several components per voxel, or "magnitude", which is the default for those that a file
+        declares as a vector. array: a dataset, by name or path. series: a DICOM series in a folder. level: resolution level, 0 is the
+        finest.
         """
     @property
     def shape(self) -> Tuple[int, int, int]:
@@ -131,7 +132,7 @@ class VolumeSequence:
         endian: Optional[Literal["little", "big"]] = None,
         header_bytes: Optional[int] = None,
         background: Optional[float] = None,
-        channel: Optional[int] = None,
+        channel: Optional[Union[int, Literal["magnitude"]]] = None,
         array: Optional[str] = None,
         series: Optional[str] = None,
         level: Optional[int] = None,
