@@ -65,6 +65,10 @@ impl ColorOptions {
             return Err(Error::Settings { field: "colors", problem });
         }
         let used = count.min(4);
+        if self.color_opacity == Some(ColorOpacity::Alpha) && used < 4 {
+            let problem = format!("alpha is a fourth component, and {} has {count}: choose another", first.name());
+            return Err(Error::Settings { field: "color_opacity", problem });
+        }
         let others = (1..used).map(|number| options.open_component(number, Some(size)));
         let components = std::iter::once(Ok(first)).chain(others).collect::<Result<Vec<_>, _>>()?;
         let default = if used == 4 { ColorOpacity::Alpha } else { ColorOpacity::Luminance };

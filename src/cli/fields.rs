@@ -3,7 +3,7 @@
 use crate::error::Error;
 
 /// Field names as in [`Error::fields`], and the options that set them; sorted by field.
-const OPTIONS: [(&str, &str); 65] = [
+const OPTIONS: [(&str, &str); 68] = [
     ("algorithm", "--algorithm"),
     ("ambient_occlusion", "--ambient-occlusion on|off"),
     ("ao_reach", "--ao-reach inf|LENGTH"),
@@ -15,8 +15,11 @@ const OPTIONS: [(&str, &str); 65] = [
     ("blend", "--blend composite|maximum|minimum|average|iso"),
     ("cameras", "--cameras FILE"),
     ("channel", "--channel N|magnitude"),
+    ("channels", "--channels N,N|all, --with FILE, --scene FILE"),
     ("classification", "--classification post|preintegrated"),
     ("clipping", "--clip X,Y,Z,NX,NY,NZ"),
+    ("color_opacity", "--color-opacity alpha|luminance|COLOR"),
+    ("colors", "--colors direct"),
     ("correction", "--correction none|constant|sublayers"),
     ("density", "--lattice auto|direct|N"),
     ("depth_cue", "--depth-cue STRENGTH"),

@@ -120,8 +120,9 @@ fn the_table_has_every_option() {
     let help = String::from_utf8(layersplat(folder(), &["render", "--help"]).stdout).unwrap();
     let listed = help.lines().map(str::trim_start).filter(|line| line.starts_with('-'));
     let listed = listed.map(|line| words(line).find_map(|word| word.strip_prefix("--")).expect("a long name"));
-    // Dots mark options that may be repeated.
-    let mut listed: Vec<String> = listed.map(|name| format!("--{}", name.trim_end_matches('.'))).collect();
+    // Dots mark options that may be repeated, and brackets values that may be omitted.
+    let plain = |name: &str| name.trim_end_matches('.').split('[').next().unwrap_or(name).to_owned();
+    let mut listed: Vec<String> = listed.map(|name| format!("--{}", plain(name))).collect();
     assert!(help.contains("[VOLUME]") && listed.len() > 30, "{help}");
     listed.push("VOLUME".into());
     let mut rows: Vec<&str> = SCENES.iter().chain(QUALITIES).map(|row| row.option).collect();

@@ -94,7 +94,8 @@ impl ChannelOptions {
     pub fn first_component(&self) -> Option<usize> {
         match &self.channels {
             Some(Components::Numbers(numbers)) => numbers.first().copied(),
-            _ => None,
+            Some(Components::All) => Some(0),
+            None => None,
         }
     }
 

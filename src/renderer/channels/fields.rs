@@ -10,7 +10,7 @@ use super::common_grid::common_grid;
 use super::{Channel, Look};
 use crate::device::Device;
 use crate::error::Error;
-use crate::settings::{CropBox, Settings};
+use crate::settings::{Blend, CropBox, Settings};
 use crate::transfer::TransferFunction;
 use crate::volume::{Grid, Held, Rescale, Stored as StoredNumbers};
 use glam::DVec3;
@@ -114,6 +114,12 @@ impl ClassifiedField {
     /// Steepness of the transfer function over the values of the whole volume.
     fn steepness(&self) -> f64 {
         self.classification.transfer_function().steepness(self.field.description().field_range())
+    }
+
+    /// Whether the field can change a picture.
+    fn shows(&self, blend: Blend) -> bool {
+        let opaque = || self.look.factor > 0.0 && self.classification.shows_anything();
+        self.look.visible && (blend != Blend::Composite || opaque())
     }
 
     fn sizes(&self) -> (FieldShape, TableSizes<'_>) {
@@ -305,13 +311,12 @@ impl Fields {
         work: impl FnOnce(&mut Scene) -> T,
     ) -> T {
         let world = self.first.field.world();
-        let all_are_hidden = self.visible().next().is_none();
+        let blend = view.settings.blend;
+        let none = !self.all().any(|field| field.shows(blend));
         let Self { first, others, colors, .. } = self;
-        let mut shown = std::iter::once(first)
-            .chain(others)
-            .enumerate()
-            .filter(|(n, field)| field.look.visible || (all_are_hidden && *n == 0));
-        let (_, base) = shown.next().expect("the first field is shown if no other is");
+        let all = std::iter::once(first).chain(others).enumerate();
+        let mut shown = all.filter(|(n, field)| field.shows(blend) || (none && *n == 0));
+        let (_, base) = shown.next().expect("the first field is drawn if no other is");
         let settings = base.look.settings(view.settings, world);
         let others = shown
             .map(|(_, other)| other)

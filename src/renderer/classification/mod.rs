@@ -97,6 +97,11 @@ impl Classification {
         self.transfer.opacity(field.stored().background) > 0.0
     }
 
+    /// Whether any value has opacity.
+    pub fn shows_anything(&self) -> bool {
+        self.transfer.opacities().iter().any(|(_, opacity)| *opacity > 0.0)
+    }
+
     /// Drops all derived data.
     pub fn drop_cached(&mut self) {
         self.store.clear();

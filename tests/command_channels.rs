@@ -1,0 +1,104 @@
+//! The command with several fields, colours and labels.
+
+mod common;
+
+use common::command::*;
+use std::path::{Path, PathBuf};
+
+const SIZE: [&str; 2] = ["--size", "48x40"];
+
+fn files() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/formats/files")
+}
+
+/// Pixels of a picture that the command renders.
+fn picture(folder: &Path, arguments: &[&str]) -> Vec<u8> {
+    let arguments = [&["render"], arguments, &SIZE, &["--device-unchecked", "-o", "p.png"]].concat();
+    let output = layersplat(folder, &arguments);
+    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+    image::open(folder.join("p.png")).unwrap().into_rgb8().into_raw()
+}
+
+/// A file of three components, as NRRD.
+fn components(folder: &Path) {
+    let header = "NRRD0004\ntype: uint8\ndimension: 4\nsizes: 3 8 8 8\nkinds: RGB-color domain domain domain\nencoding: raw\n\n";
+    let voxel = |n: usize| [200u8 * u8::from(n % 8 < 4), 180 * u8::from(n / 64 < 4), 120];
+    let bytes: Vec<u8> = (0..512).flat_map(voxel).collect();
+    std::fs::write(folder.join("rgb.nrrd"), [header.as_bytes(), &bytes].concat()).unwrap();
+}
+
+#[test]
+fn options_and_scenes_draw_the_same() {
+    let folder = tempfile::tempdir().unwrap();
+    let f = folder.path();
+    let first = ["builtin:hydrogen@16", "--transfer", "fire"];
+    let with = picture(f, &[&first[..], &["--with", "builtin:gyroid@16,color=#00aaff,opacity=p50:0,p99:0.3,factor=2"]].concat());
+    let scene = r##"{"fields": [{}, {"file": "builtin:gyroid@16", "color": "#00aaff", "opacity": [["p50", 0], ["p99", 0.3]], "factor": 2}]}"##;
+    std::fs::write(f.join("scene.json"), scene).unwrap();
+    assert!(picture(f, &[&first[..], &["--scene", "scene.json"]].concat()) == with);
+    assert!(picture(f, &first) != with);
+    let hidden = picture(f, &[&first[..], &["--with", "builtin:gyroid@16,visible=off"]].concat());
+    assert!(hidden == picture(f, &[&first[..], &["--fit", "visible"]].concat()), "a hidden field changes nothing");
+    // A field of its own grid, moved.
+    std::fs::write(f.join("at.txt"), "0.5 0 0 20\n0 0.5 0 3\n0 0 0.5 2\n0 0 0 1\n").unwrap();
+    let moved = picture(f, &[&first[..], &["--with", "builtin:gyroid@16,at=at.txt"]].concat());
+    assert!(moved != picture(f, &[&first[..], &["--with", "builtin:gyroid@16"]].concat()));
+}
+
+#[test]
+fn components_are_channels_or_colors() {
+    let folder = tempfile::tempdir().unwrap();
+    let f = folder.path();
+    components(f);
+    let channels = picture(f, &["rgb.nrrd", "--channels", "all"]);
+    assert!(channels != picture(f, &["rgb.nrrd", "--channels", "0,2"]));
+    let colors = picture(f, &["rgb.nrrd", "--colors", "direct"]);
+    assert!(colors != channels && colors.iter().any(|&c| c > 40));
+    assert!(colors != picture(f, &["rgb.nrrd", "--colors", "direct", "--color-opacity", "#0000ff"]));
+    // The first component may be any.
+    assert!(picture(f, &["rgb.nrrd", "--channels", "1"]) != picture(f, &["rgb.nrrd", "--channels", "0"]));
+}
+
+#[test]
+fn labels_of_a_file_are_drawn_as_such() {
+    let folder = tempfile::tempdir().unwrap();
+    let f = folder.path();
+    let labels = files().join("labels/layers.seg.nrrd");
+    let labels = labels.to_str().unwrap();
+    let all = picture(f, &[labels, "--legend"]);
+    assert!(all.iter().any(|&c| c > 60));
+    let json = json(f, &["info", labels]);
+    let name = json["labels"][0]["name"].as_str().unwrap().to_owned();
+    assert!(
+        picture(f, &[labels, "--label", &format!("{name}:hide"), "--fit", "volume"]) != picture(f, &[labels, "--fit", "volume"])
+    );
+}
+
+#[test]
+fn mistakes_are_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let f = folder.path();
+    components(f);
+    std::fs::write(f.join("scene.json"), r#"[{"file": "rgb.nrrd"}, {"color": "grey"}]"#).unwrap();
+    std::fs::write(f.join("sheared.txt"), "1 0.5 0 0\n0 1 0 0\n0 0 1 0\n").unwrap();
+    let cases: [(&str, i32, &[&str]); 11] = [
+        ("rgb.nrrd --channels 0,3", 2, &["channel", "0 to 2"]),
+        ("rgb.nrrd --channels 0,0", 2, &["channel 0 occurs twice"]),
+        ("rgb.nrrd --with nothing.nrrd", 1, &["nothing.nrrd"]),
+        ("rgb.nrrd --with rgb.nrrd,factor=-1", 2, &["factor"]),
+        ("rgb.nrrd --with rgb.nrrd,at=sheared.txt", 1, &["sheared.txt", "angle"]),
+        ("rgb.nrrd --scene scene.json", 1, &["scene.json", "field 2", "names no file"]),
+        ("rgb.nrrd --channels all --classification post", 2, &["one channel"]),
+        ("rgb.nrrd --channels all --shadows on", 2, &["shadows"]),
+        ("rgb.nrrd --channels all --algorithm view-sheets", 2, &["one channel"]),
+        ("rgb.nrrd --colors direct --color-opacity alpha", 2, &["fourth component"]),
+        ("rgb.nrrd --colors direct --blend maximum", 2, &["blend"]),
+    ];
+    for (arguments, code, words) in cases {
+        let arguments: Vec<&str> = ["render"].into_iter().chain(arguments.split(' ')).chain(SIZE).collect();
+        refused(f, &arguments, code, words);
+    }
+    let nine: Vec<String> = (0..8).flat_map(|_| ["--with".to_owned(), "rgb.nrrd".to_owned()]).collect();
+    let arguments: Vec<&str> = ["render", "rgb.nrrd"].into_iter().chain(nine.iter().map(String::as_str)).chain(SIZE).collect();
+    refused(f, &arguments, 2, &["9 fields", "at most 8"]);
+}
