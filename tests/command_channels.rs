@@ -74,6 +74,30 @@ fn labels_of_a_file_are_drawn_as_such() {
     );
 }
 
+/// Within a ball of labels, on a grid of its own, a cube is a ball.
+#[test]
+fn masks_leave_what_lies_within() {
+    let folder = tempfile::tempdir().unwrap();
+    let f = folder.path();
+    let at = |n: usize| [n % 8, n / 8 % 8, n / 64].map(|i| i as f64 - 3.5);
+    let ids = (0..512).map(|n| if at(n).iter().map(|c| c * c).sum::<f64>() < 9.0 { 3u8 } else { 7 * u8::from(n % 8 == 7) });
+    let header = "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 8 8 8\nspace: left-posterior-superior\nspace directions: (-2,0,0) (0,-2,0) (0,0,2)\nspace origin: (-0.5,-0.5,0.5)\nencoding: raw\n\n";
+    std::fs::write(f.join("mask.nrrd"), [header.as_bytes(), &ids.collect::<Vec<u8>>()].concat()).unwrap();
+    let voxels: Vec<u8> = (0..4096).map(|n| 100 + (n % 16) as u8).collect();
+    std::fs::write(f.join("block_16x16x16_uint8.raw"), voxels).unwrap();
+    let shown = ["--opacity", "0:0,99:0,100:1", "--transfer", "grey", "--fit", "volume", "--background-value", "0"];
+    let draw = |mask: &str| {
+        picture(f, &[&["block_16x16x16_uint8.raw"][..], if mask.is_empty() { &[] } else { &["--mask", mask] }, &shown].concat())
+    };
+    let lit = |pixels: &[u8]| pixels.chunks_exact(3).filter(|pixel| pixel[0] > 20).count();
+    let (whole, all, ball) = (lit(&draw("")), lit(&draw("mask.nrrd")), lit(&draw("mask.nrrd:3")));
+    assert!(whole > all && all > ball && ball > whole / 6, "{whole}, {all}, {ball}");
+    let far = header.replace("(-0.5,-0.5,0.5)", "(500,0,0)");
+    std::fs::write(f.join("far.nrrd"), [far.as_bytes(), &[3; 512]].concat()).unwrap();
+    refused(f, &["render", "block_16x16x16_uint8.raw", "--mask", "far.nrrd"], 1, &["within a visible label"]);
+    refused(f, &["render", "block_16x16x16_uint8.raw", "--mask", "mask.nrrd:5"], 2, &["no label has the id 5"]);
+}
+
 #[test]
 fn mistakes_are_named() {
     let folder = tempfile::tempdir().unwrap();

@@ -132,7 +132,7 @@ impl Scene {
             Some(sequence) => sequence.step(0)?,
         };
         let mut fields = options.channels.open(&options.volume, &volume, options.camera.size)?;
-        let volume = fields.first.take().unwrap_or(volume);
+        let volume = options.labels.masked(fields.first.take().unwrap_or(volume))?;
         let overview = sequence.map(Sequence::overview).transpose()?;
         let values = overview.as_ref().unwrap_or(&volume);
         let first_pass = opened_at.elapsed();
@@ -200,6 +200,15 @@ impl Scene {
             shading.lights = shading.lights.in_world(first)?;
         }
         Ok(())
+    }
+
+    /// Rejects several fields, colours and labels, which `what` does not draw.
+    pub fn require_one_field(&self, what: &str) -> Result<(), Error> {
+        if !self.has_channels() && self.shown.is_none() {
+            return Ok(());
+        }
+        let problem = format!("{what} show the values of one field: choose one, or use render or rotate");
+        Err(Error::Settings { field: "channels", problem })
     }
 
     /// Whether the volume is drawn together with others, or not as one alone.

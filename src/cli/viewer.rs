@@ -36,6 +36,7 @@ impl Viewer {
         let Scene { device, volume, transfer, time_limit, .. } = scene;
         #[cfg(feature = "mpi")]
         if let Some(team) = scene.processes.team() {
+            scene.require_one_field("several processes")?;
             let mut renderer = distributed::Renderer::new(team, device, volume, transfer)?;
             renderer.limit(*time_limit);
             return Ok(Self { renderer: Box::new(renderer), is_streamed: false });

@@ -136,7 +136,7 @@ impl Renderer {
     }
 
     fn draw_slice(&mut self, slice: &Slice, viewport: Viewport, plan: SlicePlan) -> Result<Vec<[f32; 4]>, Error> {
-        let rays = rays(slice, viewport, &self.engine.field())?;
+        let rays = rays(slice, viewport, self.engine.field())?;
         // The edges of the field are those of the blend modes that take values; there is no light.
         let settings = Settings { blend: Blend::Average, shading: None, ..Settings::default() };
         let stage = self.engine.declaring(viewport, &settings, |declaring| Stage::new(vec![Step::Slice(plan)], false, declaring));

@@ -383,6 +383,7 @@ pub const UNCHANGED: &[(&str, &str)] = &[
     ("--colors", "draws numbers of voxels as colours; tests/command_channels.rs"),
     ("--color-opacity", "draws numbers of voxels as colours; tests/command_channels.rs"),
     ("--labels", "draws labels; tests/command_channels.rs"),
+    ("--mask", "draws voxels within labels; tests/command_channels.rs"),
     ("--label", "draws labels; tests/command_channels.rs"),
     ("--series", "chooses one of several series of DICOM images; tests/command_volumes.rs"),
     ("--level", "chooses one of several resolutions; tests/command_volumes.rs"),

@@ -60,11 +60,13 @@ impl Arguments {
             Some(sequence) => Scene::open_sequence(&self.scene, processes, sequence)?,
             None => Scene::open(&self.scene, processes)?,
         };
+        scene.require_one_field("pages of the viewer")?;
         Ok((scene, sequence))
     }
 }
 
-pub(super) fn run(arguments: Arguments, processes: &Processes) -> Result<ExitCode, Error> {
+pub(super) fn run(mut arguments: Arguments, processes: &Processes) -> Result<ExitCode, Error> {
+    arguments.scene.labels.only_asked = true;
     let ending = Ending::default();
     // Before OpenCL: LLVM's handlers, which PoCL installs, would end the process if these came after them.
     #[cfg(unix)]

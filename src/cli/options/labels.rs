@@ -2,7 +2,7 @@
 
 use crate::Error;
 use crate::cli::parse;
-use crate::volume::{LabelChange, Labels, OpenOptions};
+use crate::volume::{LabelChange, Labels, OpenOptions, Volume};
 use clap::Args;
 use std::path::{Path, PathBuf};
 
@@ -17,9 +17,42 @@ pub(in crate::cli) struct LabelOptions {
     /// Change labels: IDS are ids, ranges and names, as 3,7-9,liver; then #rrggbb, an opacity, and show, hide, only or highlight. Repeatable
     #[arg(long, value_name = "IDS:CHANGES", value_parser = parse::label)]
     label: Vec<LabelChange>,
+    /// Show only what lies within labels of FILE: all of them, or IDS as for --label
+    #[arg(long, value_name = "FILE[:IDS]", value_parser = Mask::from_text)]
+    mask: Option<Mask>,
+    /// Whether files that declare labels are opened as values unless an option asks for labels.
+    #[arg(skip)]
+    pub only_asked: bool,
+}
+
+/// Labels within which a volume shows.
+#[derive(Clone)]
+struct Mask {
+    file: PathBuf,
+    /// Chosen labels; all if none.
+    only: Option<LabelChange>,
+}
+
+impl Mask {
+    /// Parses `FILE` or `FILE:IDS`. Names of files may have colons.
+    fn from_text(text: &str) -> Result<Self, String> {
+        let whole = || Ok(Self { file: text.into(), only: None });
+        match text.rsplit_once(':').filter(|(file, _)| Path::new(file).exists() && !Path::new(text).exists()) {
+            Some((file, ids)) => Ok(Self { file: file.into(), only: Some(parse::label(&format!("{ids}:only"))?) }),
+            None => whole(),
+        }
+    }
 }
 
 impl LabelOptions {
+    /// Applies `--mask`.
+    pub fn masked(&self, volume: Volume<'static>) -> Result<Volume<'static>, Error> {
+        let Some(Mask { file, only }) = &self.mask else { return Ok(volume) };
+        let mut labels = Labels::open(file, &OpenOptions::default(), None)?;
+        only.iter().try_for_each(|change| labels.change(change))?;
+        volume.masked(&labels)
+    }
+
     /// Whether the options say that voxels are labels.
     pub fn is_given(&self) -> bool {
         self.labels.is_some() || !self.label.is_empty()

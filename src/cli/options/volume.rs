@@ -118,7 +118,8 @@ impl VolumeOptions {
 
     /// Opens the labels of the volume's file, if the options or the file say that its voxels are some.
     pub fn labels(&self, labels: &LabelOptions, size: Viewport) -> Result<Option<Labels>, crate::Error> {
-        if standard::is_input(&self.volume) || self.volume.to_string_lossy().starts_with("builtin:") && !labels.is_given() {
+        let are_values = labels.only_asked || self.volume.to_string_lossy().starts_with("builtin:");
+        if standard::is_input(&self.volume) || (are_values && !labels.is_given()) {
             return Ok(None);
         }
         labels.open(&self.volume, &OpenOptions { alone: self.alone, ..self.file.raw(Some(size))? })

@@ -72,7 +72,7 @@ fn two_halves_are_the_whole() {
     for settings in kernels() {
         for extinction in [Extinction::Exponential, Extinction::Linear] {
             let settings = Settings { extinction, ..settings };
-            let whole = pictures(&mut Renderer::from_channels(&[channel.clone()]).unwrap(), &cameras, &settings);
+            let whole = pictures(&mut Renderer::from_channels(std::slice::from_ref(&channel)).unwrap(), &cameras, &settings);
             let halves = [0.5, 0.5].map(|factor| channel.clone().with_factor(factor).unwrap());
             let mut renderer = Renderer::from_channels(&halves).unwrap();
             let together = pictures(&mut renderer, &cameras, &settings);
@@ -96,7 +96,7 @@ fn channels_have_no_order_and_hidden_ones_no_effect() {
     let draw = |channels: &[Channel]| pictures(&mut Renderer::from_channels(channels).unwrap(), &cameras, &settings);
     let both = draw(&[one.clone(), other.clone()]);
     assert!(difference(&both, &draw(&[other.clone(), one.clone()])) <= TOLERANCE);
-    let alone = draw(&[other.clone()]);
+    let alone = draw(std::slice::from_ref(&other));
     assert!(draw(&[one.clone().with_visibility(false), other.clone()]) == alone);
     assert!(draw(&[other.clone(), one.clone().with_visibility(false)]) == alone);
     assert!(difference(&both, &alone) > 0.1);
@@ -153,7 +153,7 @@ fn the_nearest_surface_is_seen() {
     let (lo, hi) = volume.range();
     let [inner, outer] = [0.7, 0.3].map(|share| lo + share * (hi - lo));
     let settings = Settings { blend: Blend::Iso(outer), ..Settings::default() };
-    let alone = pictures(&mut Renderer::from_channels(&[channel.clone()]).unwrap(), &cameras, &settings);
+    let alone = pictures(&mut Renderer::from_channels(std::slice::from_ref(&channel)).unwrap(), &cameras, &settings);
     let both = [channel.clone().with_iso(inner), channel.clone()];
     // The surface of the larger values lies inside the other one.
     let together = pictures(&mut Renderer::from_channels(&both).unwrap(), &cameras, &settings);
@@ -204,7 +204,7 @@ fn a_larger_grid_changes_nothing_within_it() {
     let crop = CropBox { lowest: DVec3::new(3.0, 4.0, 5.0), highest: DVec3::new(20.0, f64::INFINITY, 18.0) };
     for crop in [None, Some(crop)] {
         let settings = Settings { clipping: Clipping { crop, ..Clipping::default() }, ..Settings::default() };
-        let mut renderer = Renderer::from_channels(&[one.clone()]).unwrap();
+        let mut renderer = Renderer::from_channels(std::slice::from_ref(&one)).unwrap();
         let alone = pictures(&mut renderer, &cameras, &settings);
         renderer.set_channels(&[one.clone(), empty.clone()]).unwrap();
         assert_ne!(renderer.grid().dims(), volume.grid().dims());
@@ -222,7 +222,7 @@ fn a_larger_grid_changes_nothing_within_it() {
 fn bad_channels_are_refused() {
     let device = device();
     let (_, [one, other]) = scene(&device);
-    let mut renderer = Renderer::from_channels(&[one.clone()]).unwrap();
+    let mut renderer = Renderer::from_channels(std::slice::from_ref(&one)).unwrap();
     let many = vec![one.clone(); Channel::MOST + 1];
     for channels in [&[][..], &many] {
         assert!(matches!(renderer.set_channels(channels), Err(Error::Settings { field: "channels", .. })));

@@ -2,6 +2,7 @@
 
 mod change;
 mod ids;
+mod mask;
 mod open;
 mod table;
 
