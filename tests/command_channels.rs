@@ -87,7 +87,8 @@ fn masks_leave_what_lies_within() {
     std::fs::write(f.join("block_16x16x16_uint8.raw"), voxels).unwrap();
     let shown = ["--opacity", "0:0,99:0,100:1", "--transfer", "grey", "--fit", "volume", "--background-value", "0"];
     let draw = |mask: &str| {
-        picture(f, &[&["block_16x16x16_uint8.raw"][..], if mask.is_empty() { &[] } else { &["--mask", mask] }, &shown].concat())
+        let mask: &[&str] = if mask.is_empty() { &[] } else { &["--mask", mask] };
+        picture(f, &[&["block_16x16x16_uint8.raw"], mask, &shown].concat())
     };
     let lit = |pixels: &[u8]| pixels.chunks_exact(3).filter(|pixel| pixel[0] > 20).count();
     let (whole, all, ball) = (lit(&draw("")), lit(&draw("mask.nrrd")), lit(&draw("mask.nrrd:3")));
