@@ -8,7 +8,8 @@ use common::*;
 use glam::DVec3;
 use layersplat::device::{DeviceKind, Tuning};
 use layersplat::layers::{Density, Kernel};
-use layersplat::settings::{Algorithm, Classification, Clipping, Evaluation, Layered};
+use layersplat::renderer::{Channel, UploadedColors, UploadedVolume};
+use layersplat::settings::{Algorithm, Blend, Classification, Clipping, Evaluation, Layered};
 use layersplat::{Camera, Device, Orbit, Projection, Renderer, Settings};
 
 /// Sums of floats in another order, because rows and tiles start elsewhere.
@@ -162,4 +163,38 @@ fn lists_of_splats_change_no_bit() {
         drawn.push(first);
     }
     assert_ne!(drawn[0].pixels(), drawn[1].pixels(), "different pictures must be detected");
+}
+
+/// Several fields and colours, which have one schedule each, with every vector width.
+#[test]
+fn fields_and_colors_at_every_width() {
+    /// Positions are rounded in another order, and one table entry is another.
+    const WIDTHS: f64 = 2e-3;
+    let (volume, transfer, size) = (bump(), smooth_transfer(), viewport(21, 19));
+    let camera = parallel(&volume, size, 25.0, 15.0);
+    let entries: Vec<[f64; 4]> = (0..256).map(|n| [n as f64 / 255.0, 0.5, 1.0 - n as f64 / 255.0, n as f64 / 400.0]).collect();
+    let ids: Vec<u8> = (0..volume.grid().voxel_count()).map(|n| (n * 7 % 251) as u8).collect();
+    let labels = layersplat::Volume::new("labels", volume.grid().clone(), ids).unwrap();
+    let cast = Settings { algorithm: Algorithm::Raycast { kernel: Kernel::Cubic, step: 0.5 }, ..Settings::default() };
+    let mut first: Option<Vec<layersplat::Frame>> = None;
+    for (name, device) in &devices() {
+        let uploaded = UploadedVolume::new(device, &volume).unwrap();
+        let channels = [0.3, 1.5].map(|factor| Channel::new(&uploaded, &transfer).with_factor(factor).unwrap());
+        let mut several = Renderer::from_channels(&channels).unwrap();
+        let labels = UploadedVolume::new(device, &labels).unwrap();
+        let mut colors = Renderer::from_colors(&UploadedColors::from_labels(&[(&labels, &entries)]).unwrap()).unwrap();
+        let mut draw = |renderer: &mut Renderer, settings| renderer.render(&camera, size, settings).unwrap().0;
+        let maximum = Settings { blend: Blend::Maximum, shading: None, ..Settings::default() };
+        let found = vec![
+            draw(&mut several, &Settings::default()),
+            draw(&mut several, &cast),
+            draw(&mut several, &maximum),
+            draw(&mut colors, &Settings::default()),
+        ];
+        let first = first.get_or_insert_with(|| found.clone());
+        for (n, (found, first)) in found.iter().zip(first.iter()).enumerate() {
+            assert_close(&format!("{name}, picture {n}"), found, first, WIDTHS);
+            assert!(found.pixels().iter().any(|pixel| pixel[3] > 0.1), "{name}, picture {n} shows something");
+        }
+    }
 }
