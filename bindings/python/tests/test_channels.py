@@ -102,6 +102,8 @@ def test_options_of_channels(arrays):
     assert one.transfer.color(0.5) == (1.0, 0.0, 0.0) and one.transfer.range == (0.2, 0.8)
     assert (one.factor, two.factor, one.visible, two.visible) == (2.0, 1.0, True, False)
     assert "hidden" in repr(two)
+    picture = layersplat.render(arrays, factor=[3, 1], visible=[True, False], names=["DAPI", None], **VIEW)
+    assert picture[..., 2].max() > 20 and picture[..., 2].sum() > 1.5 * picture[..., 0].sum(), "blue"
     [ramp] = layersplat.channels(arrays[:1], blend="maximum")
     assert ramp.transfer.color(ramp.transfer.range[0]) == (0.0, 0.0, 0.0)
     [named] = layersplat.channels(arrays[:1], cmap=["viridis"])
@@ -175,7 +177,8 @@ def test_wrong_arguments_are_refused(arrays, transfer):
     refused("transfer", Renderer, [Channel(arrays[0])], transfer)
     refused("direct", render, stacked, colors="rgb")
     refused("give one of", render, stacked, colors="direct", labels=True)
-    refused("cmap, clim and opacity", render, stacked, colors="direct", cmap="fire")
+    refused("cmap: leave out", render, stacked, colors="direct", cmap="fire")
+    refused("factor: leave out", render, arrays[0], factor=[1.0])
     refused("components: give 3", Colors, stacked)
     refused("axes", Colors, arrays[0])
     refused("type int16", Colors, np.zeros((2, 2, 2, 3), np.int16))

@@ -1,6 +1,6 @@
 """Channels from arrays, and pictures of channels, colours and labels."""
 
-from typing import Any, List, Optional, Sequence, Tuple, Union
+from typing import Any, Dict, List, Optional, Sequence, Tuple, Union
 
 import numpy as np
 
@@ -108,23 +108,29 @@ Fields = Union[List[Channel], Colors, Labels]
 
 
 def fields_of(
-    data: Any, spacing: Any, transfer: Tuple[Any, Any, Any], channel_axis: Optional[int], colors: Optional[str], labels: Any, blend: Any
+    data: Any, spacing: Any, options: Dict[str, Any], channel_axis: Optional[int], colors: Optional[str], labels: Any, blend: Any
 ) -> Optional[Fields]:
-    """What :func:`render` draws; None for one scalar volume."""
+    """What :func:`render` draws; None for one scalar volume. options: those of channels that are lists."""
     if colors is not None and colors != "direct":
         raise InvalidValue(f"colors is {colors!r}: expected direct, or leave it out")
     if sum([channel_axis is not None, colors is not None, labels is not None]) > 1:
         raise InvalidValue("give one of channel_axis, colors and labels")
     is_made = isinstance(data, (Colors, Labels))
     if is_made or colors is not None or labels is not None:
-        if any(value is not None for value in transfer):
-            raise InvalidValue("cmap, clim and opacity: leave them out, colours and labels have their own")
+        _refuse(options, "colours and labels have their own")
         if is_made:
             return data
         return Colors(data, spacing) if labels is None else Labels(data, None if labels is True else labels, spacing)
     if channel_axis is None and not are_channels(data):
+        _refuse({name: value for name, value in options.items() if name not in ("clim", "cmap", "opacity")}, "there is one volume")
         return None
-    return channels(data, spacing, *transfer, channel_axis=channel_axis, blend=blend)
+    return channels(data, spacing, channel_axis=channel_axis, blend=blend, **options)
+
+
+def _refuse(options: Dict[str, Any], reason: str) -> None:
+    given = [name for name, value in options.items() if value is not None]
+    if given:
+        raise InvalidValue(f"{', '.join(given)}: leave out, {reason}")
 
 
 def picture(

@@ -2,7 +2,7 @@
 
 import pathlib
 import sys
-from typing import TYPE_CHECKING, Any, Dict, List, Optional, Tuple, Union
+from typing import TYPE_CHECKING, Any, Dict, List, Optional, Sequence, Tuple, Union
 
 import numpy as np
 
@@ -240,6 +240,10 @@ def render(
     shade: Optional[Union[bool, Shading]] = None,
     *,
     channel_axis: Optional[int] = None,
+    color: Optional[Sequence[Any]] = None,
+    factor: Optional[Sequence[float]] = None,
+    visible: Optional[Sequence[bool]] = None,
+    names: Optional[Sequence[Optional[str]]] = None,
     colors: Optional[str] = None,
     labels: Any = None,
     **view: Any,
@@ -247,10 +251,11 @@ def render(
     """The picture of :func:`volshow`: (height, width, 4), uint8, straight alpha, row 0 on top.
 
     Several volumes are drawn together: a list of them, or of Channels; an array of four axes with channel_axis; or an xarray with a dimension
-    ``c`` or ``channel``. cmap, clim and opacity are lists then, see :func:`channels`. colors: ``direct`` for an array (z, y, x, 3) or
+    ``c`` or ``channel``. cmap, clim, opacity, color, factor, visible and names are lists then, see :func:`channels`. colors: ``direct`` for an array (z, y, x, 3) or
     (z, y, x, 4) of colours, see Colors. labels: True for an array of ids, or their table, see Labels. data may also be a Colors or a Labels.
     """
-    fields = fields_of(data, spacing, (clim, cmap, opacity), channel_axis, colors, labels, blend)
+    options = {"clim": clim, "cmap": cmap, "opacity": opacity, "color": color, "factor": factor, "visible": visible, "names": names}
+    fields = fields_of(data, spacing, options, channel_axis, colors, labels, blend)
     if fields is not None:
         return picture(fields, blend, shade, **view)
     return View(data, spacing, clim, cmap, opacity, blend, shade, **view).render()
