@@ -37,17 +37,16 @@ pub struct Channel {
     pub gradient_opacity: [[f64; 2]; 8],
 }
 
-/// Sizes of all versions of the struct, all of which are accepted. Before fields are appended, the present size becomes a constant here.
-const VERSIONS: [usize; 1] = [size_of::<Channel>()];
+/// Size of the only version of the struct.
+const SIZE: usize = size_of::<Channel>();
 
 fn check_size(size: usize) -> Result<(), Failure> {
-    if VERSIONS.contains(&size) {
+    if size == SIZE {
         return Ok(());
     }
     Err(Failure::invalid(format!(
-        "a channel has {size} bytes, and this version of layersplat expects {}: initialise it with layersplat_channel_default(), and \
-         use the library that matches the header",
-        VERSIONS[0]
+        "a channel has {size} bytes, and this version of layersplat expects {SIZE}: initialise it with layersplat_channel_default(), \
+         and use the library that matches the header"
     )))
 }
 
@@ -66,15 +65,18 @@ impl Channel {
     }
 }
 
-/// The channels of an array, whose structs may be of an older version.
+/// The channels of an array. The size of the first is checked before anything else is read.
 unsafe fn checked(channels: *const Channel, count: usize) -> Result<Vec<renderer::Channel>, Failure> {
-    // SAFETY: upheld by the caller: the array begins with the size of its structs, if there are any.
-    let channels = unsafe { values(channels, count, "channels") }?;
     if count > renderer::Channel::MOST {
         return Err(Failure::invalid(format!("there are {count} channels: a renderer draws 1 to {}", renderer::Channel::MOST)));
     }
+    if count > 0 && !channels.is_null() {
+        // SAFETY: upheld by the caller: an array begins with the size of its structs.
+        check_size(unsafe { (&raw const (*channels).size).read() })?;
+    }
+    // SAFETY: upheld by the caller, here and below: the structs have the size of this version.
+    let channels = unsafe { values(channels, count, "channels") }?;
     channels.iter().try_for_each(|channel| check_size(channel.size))?;
-    // SAFETY: as above.
     channels.iter().map(|channel| unsafe { channel.checked() }).collect()
 }
 
@@ -124,7 +126,7 @@ pub unsafe extern "C" fn layersplat_channel_default(
             gradient_point_count: 0,
             gradient_opacity: [[0.0; 2]; 8],
         };
-        // SAFETY: upheld by the caller: a struct of `size` bytes, which is that of a version.
+        // SAFETY: upheld by the caller: a struct of `size` bytes, which was compared.
         unsafe { Out::new(channel, "channel") }?.set_first(default, size);
         Ok(())
     })

@@ -9,12 +9,14 @@ use crate::settings::Settings;
 use crate::transfer::{TransferFunction, checked_color};
 use crate::uploads::Voxels;
 use crate::volume::Volume;
+use crate::warned::{warn, warned};
 use layersplat::framing::Framing as OurFraming;
 use layersplat::renderer::Channel as Ours;
 use layersplat::settings::{Blend, GradientOpacity};
 use layersplat::volume::ChannelDescription;
-use layersplat::{Device, Error, Settings as OurSettings, TransferFunction as Transfer};
+use layersplat::{Device, Error, OpenOptions, Settings as OurSettings, TransferFunction as Transfer, Volume as OurVolume};
 use pyo3::prelude::*;
+use std::path::PathBuf;
 
 /// A volume that is drawn together with others, by Renderer([channel, …]): extinctions add, and colours are weighted by them.
 ///
@@ -126,6 +128,31 @@ impl Channel {
             iso: iso.map(iso_from).transpose()?,
             gradient_opacity: gradient_opacity.map(|points| GradientOpacity::new(&points)).transpose()?,
         }))
+    }
+
+    /// Opens all channels of a file as a list. Colours, windows of values and hidden channels are those that the file states (OME-Zarr, OME-TIFF,
+    /// ImageJ's TIFF); the other colours are those of channel_colors, the other windows automatic.
+    #[staticmethod]
+    fn open(py: Python, path: Argument<PathBuf>) -> Result<Vec<Self>> {
+        extract!(path);
+        let (channels, warnings) = warned(py, move || {
+            let described = ChannelDescription::of_file(&path, &OpenOptions::default())?;
+            let colors = ChannelDescription::colors(&described);
+            let open = |(n, (channel, color)): (usize, (&ChannelDescription, [f64; 3]))| {
+                let options = OpenOptions { channel: Some(n), ..OpenOptions::default() };
+                let volume = OurVolume::open(&path, &options)?;
+                let automatic = Transfer::channel(&volume, color);
+                let transfer = match channel.window {
+                    Some((lo, hi)) => automatic.stretched(lo, hi)?,
+                    None => automatic,
+                };
+                let voxels = Voxels::new(volume);
+                Ok(Self(Drawn { voxels, transfer, factor: 1.0, visible: channel.active, iso: None, gradient_opacity: None }))
+            };
+            described.iter().zip(colors).enumerate().map(open).collect::<Result<Vec<_>>>()
+        })?;
+        warn(py, warnings)?;
+        Ok(channels)
     }
 
     /// A copy with other properties; what is None stays. The copy shares the voxels on the device.

@@ -1,5 +1,7 @@
 """Several channels, colours and labels."""
 
+import json
+
 import numpy as np
 import pytest
 
@@ -95,6 +97,25 @@ def test_channels_are_replaced_and_keep_their_voxels():
     assert (renderer.render(camera, SIZE) == before).all()
     # On another device they are uploaded anew.
     assert (Renderer(channels).render(camera, SIZE) == before).all()
+
+
+def test_channels_of_a_file_are_opened_with_its_colours(tmp_path, arrays):
+    # OME-Zarr, uncompressed, with the metadata of two channels.
+    (tmp_path / "0").mkdir()
+    stacked = np.stack([(255 * array).astype(np.uint8) for array in arrays])
+    stacked.tofile(tmp_path / "0" / "0.0.0.0")
+    shape = list(stacked.shape)
+    array = {"zarr_format": 2, "shape": shape, "chunks": shape, "dtype": "|u1", "order": "C", "compressor": None, "fill_value": 0}
+    axes = [{"name": name, "type": "channel" if name == "c" else "space"} for name in "czyx"]
+    sets = [{"path": "0", "coordinateTransformations": [{"type": "scale", "scale": [1, 1, 1, 1]}]}]
+    stated = [{"label": "one", "color": "FF0000", "window": {"start": 10, "end": 90, "min": 0, "max": 255}}, {"active": False}]
+    group = {"multiscales": [{"version": "0.4", "axes": axes, "datasets": sets}], "omero": {"channels": stated}}
+    for name, metadata in {"0/.zarray": {**array, "filters": None}, ".zattrs": group, ".zgroup": {"zarr_format": 2}}.items():
+        (tmp_path / name).write_text(json.dumps(metadata))
+    one, two = Channel.open(tmp_path)
+    assert one.transfer.color(50) == (1.0, 0.0, 0.0) and one.transfer.range == (10.0, 90.0)
+    assert (one.visible, two.visible) == (True, False) and one.volume.range == (0.0, stacked[0].max())
+    assert layersplat.render([one, two], **VIEW)[..., 0].max() > 20
 
 
 def test_options_of_channels(arrays):

@@ -581,6 +581,11 @@ class Channel:
         iso: Optional[float] = None,
         gradient_opacity: Optional[Sequence[Tuple[float, float]]] = None,
     ) -> Channel: ...
+    @staticmethod
+    def open(path: Path) -> List[Channel]:
+        """Opens all channels of a file as a list. Colours, windows of values and hidden channels are those that the file states (OME-Zarr,
+        OME-TIFF, ImageJ's TIFF); the other colours are those of channel_colors, the other windows automatic.
+        """
     def replaced(
         self,
         *,
