@@ -204,6 +204,11 @@ impl Renderer {
         self.engine.set_channels(channels)
     }
 
+    /// The device that draws, for uploading further volumes.
+    pub fn device(&self) -> &Device {
+        &self.engine.device
+    }
+
     /// The grid that places the voxels in the world.
     pub fn grid(&self) -> &Grid {
         self.engine.field().description().grid()

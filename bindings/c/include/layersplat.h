@@ -12,8 +12,8 @@
  * Ownership  A function whose last argument is the address of a handle creates that handle, and sets it to null on
  *            failure. Free it with the ..._free function of its type, in any order. OpenCL objects of the caller are
  *            retained while they are in use. Returned events belong to the caller.
- * Threads    Several threads may use a device, volume, sequence, transfer function or cancellation flag at the same
- *            time, but only one thread a renderer or a playback. Do not free a handle while another call uses it.
+ * Threads    Several threads may use a device, volume, sequence, transfer function, cancellation flag, or voxels, colours
+ *            and labels on a device at the same time, but only one thread a renderer or a playback. Do not free a handle while another call uses it.
  * Enums      An int32_t that is documented as, for example, "a layersplat_quality" takes the constants of that enum.
  * OpenCL     CL/cl.h is not needed, and may be included before or after this file: struct _cl_mem * is a cl_mem.
  *            libOpenCL.so.1 is loaded when the first device is opened.
@@ -279,6 +279,24 @@ typedef enum layersplat_light_grid {
 } layersplat_light_grid;
 
 /**
+ * Where the opacity of colours comes from.
+ */
+typedef enum layersplat_color_opacity {
+  /**
+   * The fourth component, per smallest spacing.
+   */
+  LAYERSPLAT_COLOR_OPACITY_ALPHA = 0,
+  /**
+   * The luminance (BT.709).
+   */
+  LAYERSPLAT_COLOR_OPACITY_LUMINANCE = 1,
+  /**
+   * The largest difference of a component from a background colour.
+   */
+  LAYERSPLAT_COLOR_OPACITY_BACKGROUND = 2,
+} layersplat_color_opacity;
+
+/**
  * Projection of a camera.
  */
 typedef enum layersplat_projection {
@@ -343,6 +361,11 @@ typedef enum layersplat_slice_axis {
 typedef struct layersplat_cancel layersplat_cancel;
 
 /**
+ * A volume of colours or labels on a device. It is immutable, and several threads may use it at the same time.
+ */
+typedef struct layersplat_colors layersplat_colors;
+
+/**
  * An OpenCL device with a context, a queue and its compiled kernels. Several threads may use it at the same time.
  */
 typedef struct layersplat_device layersplat_device;
@@ -368,6 +391,11 @@ typedef struct layersplat_sequence layersplat_sequence;
  * A transfer function: colour and opacity by data value. It is immutable, and several threads may use it at the same time.
  */
 typedef struct layersplat_transfer layersplat_transfer;
+
+/**
+ * Voxels on a device, which several renderers and channels may share. It is immutable, and several threads may use it at the same time.
+ */
+typedef struct layersplat_uploaded layersplat_uploaded;
 
 /**
  * A volume in host memory or in a file. It is immutable, and several threads may use it at the same time.
@@ -465,6 +493,85 @@ typedef struct layersplat_grid {
    */
   double direction[3][3];
 } layersplat_grid;
+
+/**
+ * A field that is drawn together with others, and how it is shown. Initialise it with layersplat_channel_default() before changing fields:
+ * later versions have more of them.
+ */
+typedef struct layersplat_channel {
+  /**
+   * Size of this struct in bytes in the program's header. layersplat_channel_default() sets it; do not change it.
+   */
+  size_t size;
+  /**
+   * Its voxels.
+   */
+  const struct layersplat_uploaded *volume;
+  /**
+   * Its transfer function.
+   */
+  const struct layersplat_transfer *transfer;
+  /**
+   * Factor of the extinction, at least 0.
+   */
+  double factor;
+  /**
+   * 1, or 0 to hide it. A hidden channel costs nothing.
+   */
+  int32_t visible;
+  /**
+   * 1: `iso_value` replaces that of the settings; 0: it does not.
+   */
+  int32_t has_iso_value;
+  /**
+   * Value of its iso-surface.
+   */
+  double iso_value;
+  /**
+   * Number of points of `gradient_opacity` in use; 0: the gradient opacity of the settings.
+   */
+  int32_t gradient_point_count;
+  /**
+   * Points of its gradient opacity function: gradient magnitude in values per world unit, ascending, and opacity factor.
+   */
+  double gradient_opacity[8][2];
+} layersplat_channel;
+
+/**
+ * How colours become opaque.
+ */
+typedef struct layersplat_color_options {
+  /**
+   * A layersplat_color_opacity.
+   */
+  int32_t opacity;
+  /**
+   * The transparent colour of LAYERSPLAT_COLOR_OPACITY_BACKGROUND, 0 to 1.
+   */
+  double background[3];
+  /**
+   * Opacities by luminance or by the difference from the background, in units of the components; null: from 0 to 0.3.
+   */
+  const struct layersplat_transfer *transfer;
+} layersplat_color_options;
+
+/**
+ * A label.
+ */
+typedef struct layersplat_label {
+  /**
+   * Number of its voxels, at least 1; 0 is the background.
+   */
+  uint32_t id;
+  /**
+   * Red, green and blue, 0 to 1.
+   */
+  double color[3];
+  /**
+   * Opacity per smallest spacing, 0 to 1; 0 hides it.
+   */
+  double opacity;
+} layersplat_label;
 
 /**
  * A white directional light. Its angular diameter is in `light_angles` of layersplat_settings.
@@ -891,6 +998,130 @@ enum layersplat_status layersplat_cancel_reset(const struct layersplat_cancel *c
  * Frees a cancellation flag. Its renderers stay usable without it. Null is ignored.
  */
 void layersplat_cancel_free(struct layersplat_cancel *cancel);
+
+/**
+ * Uploads a volume to a device, for channels. The volume may be freed afterwards. To be freed by layersplat_uploaded_free().
+ */
+enum layersplat_status layersplat_uploaded_new(const struct layersplat_device *device,
+                                               const struct layersplat_volume *volume,
+                                               struct layersplat_uploaded **uploaded);
+
+/**
+ * Frees voxels on a device. Renderers that draw them stay usable. Null is ignored.
+ */
+void layersplat_uploaded_free(struct layersplat_uploaded *uploaded);
+
+/**
+ * A visible channel with factor 1. `volume` and `transfer` are kept by the struct, and must stay until a call has used it. Pass
+ * sizeof(layersplat_channel) as `size`.
+ */
+enum layersplat_status layersplat_channel_default(const struct layersplat_uploaded *volume,
+                                                  const struct layersplat_transfer *transfer,
+                                                  struct layersplat_channel *channel,
+                                                  size_t size);
+
+/**
+ * Creates a renderer that draws 1 to 8 channels together, on the device of their voxels. Extinctions add, and colours are weighted by them;
+ * the order does not matter. The grids may differ. Volumes and transfer functions may be freed afterwards. To be freed by
+ * layersplat_renderer_free().
+ */
+enum layersplat_status layersplat_renderer_from_channels(const struct layersplat_channel *channels,
+                                                         size_t count,
+                                                         struct layersplat_renderer **renderer);
+
+/**
+ * Replaces all that a renderer draws by 1 to 8 channels, effective from the next frame. What belongs to voxels and transfer functions that
+ * stay is not computed again. After an error the renderer keeps what it draws. Renderers that stream their volume return
+ * LAYERSPLAT_STATUS_NEEDS_WHOLE_VOLUME.
+ */
+enum layersplat_status layersplat_renderer_set_channels(struct layersplat_renderer *renderer,
+                                                        const struct layersplat_channel *channels,
+                                                        size_t count);
+
+/**
+ * A transfer function for a channel: one colour (red, green, blue), 0 to 1, and an opacity that rises from the end of the background's noise
+ * to the 99.9th percentile of the voxels. `ramp` 1: colours rise from black too, for LAYERSPLAT_BLEND_MAXIMUM, _MINIMUM and _AVERAGE; else
+ * 0. To be freed by layersplat_transfer_free().
+ */
+enum layersplat_status layersplat_transfer_channel(const struct layersplat_volume *volume,
+                                                   const double *color,
+                                                   int32_t ramp,
+                                                   struct layersplat_transfer **transfer);
+
+/**
+ * Colours of `count` channels, red, green and blue each, for layersplat_transfer_channel(). A fluorophore in a name has its usual colour (DAPI
+ * is blue); other channels get well separated ones, also for the colour-blind. A single channel is white. Names may be null. `capacity` is the
+ * number of values of `colors`, at least 3 `count`.
+ */
+enum layersplat_status layersplat_channel_colors(const char *const *names,
+                                                 size_t count,
+                                                 double *colors,
+                                                 size_t capacity);
+
+/**
+ * Uploads colours. The voxels have `components` values each, red, green, blue and possibly alpha, contiguous and x fastest. `voxel_type` is a
+ * layersplat_voxel_type: UINT8, UINT16, or FLOAT32 from 0 to 1; `bytes` is the total size. `options` may be null: alpha if there is one, else
+ * luminance. Extinction times colour, and extinction, are interpolated, so transparent voxels do not bleed their colour. To be freed by
+ * layersplat_colors_free().
+ */
+enum layersplat_status layersplat_colors_new(const struct layersplat_device *device,
+                                             const void *voxels,
+                                             size_t bytes,
+                                             int32_t voxel_type,
+                                             int32_t components,
+                                             const struct layersplat_grid *grid,
+                                             const struct layersplat_color_options *options,
+                                             struct layersplat_colors **colors);
+
+/**
+ * Uploads labels, which are drawn as smooth surfaces. Voxels are ids, of LAYERSPLAT_VOXEL_TYPE_UINT8 or _UINT16, contiguous and x fastest;
+ * `bytes` is the total size. Ids without a label are opaque, in a colour that depends on the id. To be freed by layersplat_colors_free().
+ */
+enum layersplat_status layersplat_labels_new(const struct layersplat_device *device,
+                                             const void *voxels,
+                                             size_t bytes,
+                                             int32_t voxel_type,
+                                             const struct layersplat_grid *grid,
+                                             const struct layersplat_label *labels,
+                                             size_t label_count,
+                                             struct layersplat_colors **colors);
+
+/**
+ * Opens and uploads a file of labels: .seg.nrrd, NIfTI, OME-Zarr, or any volume of whole numbers up to 4294967295. Names and colours come from
+ * the file `table`; null: from the volume's own metadata. `changes` are texts that change the table, such as 3,7-9:#ff0000:0.4 or liver:only:
+ * colour, opacity, and show, hide, only or highlight. To be freed by layersplat_colors_free().
+ */
+enum layersplat_status layersplat_labels_open(const struct layersplat_device *device,
+                                              const char *source,
+                                              const char *table,
+                                              const char *const *changes,
+                                              size_t change_count,
+                                              struct layersplat_colors **colors);
+
+/**
+ * The grid of colours or labels, for layersplat_camera_fit_grid().
+ */
+enum layersplat_status layersplat_colors_grid(const struct layersplat_colors *colors,
+                                              struct layersplat_grid *grid);
+
+/**
+ * Frees colours or labels. Renderers that draw them stay usable. Null is ignored.
+ */
+void layersplat_colors_free(struct layersplat_colors *colors);
+
+/**
+ * Creates a renderer of colours or labels, on their device. They are drawn by layers, with LAYERSPLAT_BLEND_COMPOSITE. To be freed by
+ * layersplat_renderer_free().
+ */
+enum layersplat_status layersplat_renderer_from_colors(const struct layersplat_colors *colors,
+                                                       struct layersplat_renderer **renderer);
+
+/**
+ * Replaces all that a renderer draws by colours or labels, effective from the next frame. Renderers that stream their volume return
+ * LAYERSPLAT_STATUS_NEEDS_WHOLE_VOLUME.
+ */
+enum layersplat_status layersplat_renderer_set_colors(struct layersplat_renderer *renderer,
+                                                      const struct layersplat_colors *colors);
 
 /**
  * Opens a device with its own context and queue. `name` is an index, or part of a device or platform name (case-insensitive). Null

@@ -114,6 +114,18 @@ pub enum LightGridChoice {
     Quarter = 2,
 }
 
+/// Where the opacity of colours comes from.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub enum ColorOpacityChoice {
+    /// The fourth component, per smallest spacing.
+    Alpha = 0,
+    /// The luminance (BT.709).
+    Luminance = 1,
+    /// The largest difference of a component from a background colour.
+    Background = 2,
+}
+
 /// Projection of a camera.
 #[repr(C)]
 #[derive(Clone, Copy)]
@@ -172,6 +184,7 @@ from_number!(KernelChoice, "kernel", Automatic Cubic Linear CatmullRom Bspline G
 from_number!(GradientChoice, "gradient", Automatic Central Sobel Own Gaussian);
 from_number!(BlendChoice, "blend mode", Composite Maximum Minimum Average Iso);
 from_number!(LightGridChoice, "light grid", Full Half Quarter);
+from_number!(ColorOpacityChoice, "color opacity", Alpha Luminance Background);
 from_number!(ProjectionChoice, "projection", Parallel Perspective);
 from_number!(PixelFormat, "pixel format", Rgba8 Floats);
 from_number!(SliceAxisChoice, "slice axis", X Y Z Axial Coronal Sagittal);

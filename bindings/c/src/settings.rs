@@ -239,13 +239,7 @@ impl Settings {
     }
 
     fn gradient_opacity(&self) -> Result<Option<GradientOpacity>, Failure> {
-        let count = usize::try_from(self.gradient_point_count).ok().filter(|&count| count <= self.gradient_opacity.len());
-        let Some(count) = count else {
-            let (count, most) = (self.gradient_point_count, self.gradient_opacity.len());
-            return Err(Failure::invalid(format!("gradient_point_count is {count}: expected 0 to {most}")));
-        };
-        let points: Vec<_> = self.gradient_opacity[..count].iter().map(|&[length, factor]| (length, factor)).collect();
-        Ok((count > 0).then(|| GradientOpacity::new(&points)).transpose()?)
+        gradient_points(self.gradient_point_count, &self.gradient_opacity)
     }
 
     fn algorithm(&self) -> Result<Algorithm, Failure> {
@@ -278,7 +272,16 @@ impl Settings {
     }
 }
 
-fn flag(name: &str, number: i32) -> Result<bool, Failure> {
+/// The gradient opacity of the points in use, if there are any.
+pub(crate) fn gradient_points(count: i32, points: &[[f64; 2]]) -> Result<Option<GradientOpacity>, Failure> {
+    let Some(used) = usize::try_from(count).ok().and_then(|count| points.get(..count)) else {
+        return Err(Failure::invalid(format!("gradient_point_count is {count}: expected 0 to {}", points.len())));
+    };
+    let points: Vec<_> = used.iter().map(|&[length, factor]| (length, factor)).collect();
+    Ok((!points.is_empty()).then(|| GradientOpacity::new(&points)).transpose()?)
+}
+
+pub(crate) fn flag(name: &str, number: i32) -> Result<bool, Failure> {
     match number {
         0 => Ok(false),
         1 => Ok(true),

@@ -10,7 +10,8 @@ use std::ffi::{c_char, c_void};
 pub struct Volume(pub(crate) layersplat::Volume<'static>);
 
 /// Borrowed voxels of the caller.
-struct BorrowedBytes {
+#[derive(Clone, Copy)]
+pub(crate) struct BorrowedBytes {
     first: *const u8,
     bytes: usize,
 }
@@ -27,14 +28,15 @@ impl AsRef<[u8]> for BorrowedBytes {
     }
 }
 
-/// Checks the arguments that describe the caller's voxels.
+/// Checks the arguments that describe the caller's voxels, each of which has `components` values.
 ///
 /// # Errors
 /// Null pointers, an invalid type or grid, and a size that does not match them.
-unsafe fn checked(
+pub(crate) unsafe fn checked(
     voxels: *const c_void,
     bytes: usize,
     voxel_type: i32,
+    components: usize,
     grid: *const Grid,
 ) -> Result<(BorrowedBytes, volume::VoxelType, volume::Grid), Failure> {
     // SAFETY: upheld by the caller.
@@ -43,10 +45,12 @@ unsafe fn checked(
     if voxels.is_null() {
         return Err(Failure::new(Status::NullArgument, "voxels is null"));
     }
-    let expected = grid.voxel_count() as u128 * voxel_type.bytes() as u128;
+    let expected = grid.voxel_count() as u128 * (components * voxel_type.bytes()) as u128;
     if bytes as u128 != expected {
         let [x, y, z] = grid.dims();
-        return Err(Failure::invalid(format!("{x}x{y}x{z} voxels of {voxel_type} are {expected} bytes, found {bytes}")));
+        return Err(Failure::invalid(format!(
+            "{x}x{y}x{z} voxels of {components} {voxel_type} are {expected} bytes, found {bytes}"
+        )));
     }
     Ok((BorrowedBytes { first: voxels.cast(), bytes }, voxel_type, grid))
 }
@@ -68,7 +72,7 @@ pub unsafe extern "C" fn layersplat_volume_copy(
     guard(|| {
         // SAFETY: upheld by the caller, here and below.
         let out = unsafe { Out::handle(volume, "volume") }?;
-        let (borrowed, voxel_type, grid) = unsafe { checked(voxels, bytes, voxel_type, grid) }?;
+        let (borrowed, voxel_type, grid) = unsafe { checked(voxels, bytes, voxel_type, 1, grid) }?;
         out.set_handle(from_storage(Storage::from_bytes(borrowed.as_ref().to_vec(), voxel_type), grid)?);
         Ok(())
     })
@@ -88,7 +92,7 @@ pub unsafe extern "C" fn layersplat_volume_borrow(
     guard(|| {
         // SAFETY: upheld by the caller, here and below.
         let out = unsafe { Out::handle(volume, "volume") }?;
-        let (borrowed, voxel_type, grid) = unsafe { checked(voxels, bytes, voxel_type, grid) }?;
+        let (borrowed, voxel_type, grid) = unsafe { checked(voxels, bytes, voxel_type, 1, grid) }?;
         out.set_handle(from_storage(Storage::from_bytes(borrowed, voxel_type), grid)?);
         Ok(())
     })

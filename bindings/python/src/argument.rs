@@ -138,6 +138,7 @@ accepted! {
     isize: "a whole number";
     Vec<usize>: "a list of whole numbers from 0 on";
     String: "a string";
+    Vec<String>: "a list of strings";
     PathBuf: "a path: a string or a pathlib.Path";
     (f64, f64): "two numbers";
     (usize, usize): "two whole numbers from 0 on";

@@ -189,6 +189,12 @@ impl Camera {
 #[pyclass(frozen, module = "layersplat")]
 pub struct Framing(OurFraming);
 
+impl Framing {
+    pub fn from_library(framing: OurFraming) -> Self {
+        Self(framing)
+    }
+}
+
 #[pymethods]
 impl Framing {
     /// The framing of what these settings show: voxels that the transfer function makes visible, the iso-surface, or all voxels, each
@@ -223,6 +229,12 @@ impl Framing {
     fn whole(volume: Argument<Bound<Volume>>) -> Result<Self> {
         extract!(volume);
         Ok(Self(OurFraming::whole(volume.get().ours())))
+    }
+
+    /// The framing of both, such as two channels.
+    fn joined(&self, other: Argument<Bound<Self>>) -> Result<Self> {
+        extract!(other);
+        Ok(Self(self.0.clone().joined(other.get().0.clone())))
     }
 
     /// World position (x, y, z) of its centre.

@@ -6,20 +6,26 @@ mod argument;
 mod arrays;
 mod calls;
 mod camera;
+mod channel;
+mod colors;
 mod device;
 mod device_volume;
 mod errors;
 mod event;
 mod exclusive;
 mod handles;
+mod labels;
 mod live;
 mod names;
 mod pickled;
 mod renderer;
 mod sequence;
 mod settings;
+mod shown;
 mod slice;
+mod stream_plan;
 mod transfer;
+mod uploads;
 mod volume;
 mod warned;
 
@@ -30,11 +36,17 @@ mod _layersplat {
     #[pymodule_export]
     use super::camera::{Camera, Framing};
     #[pymodule_export]
+    use super::channel::{Channel, channel_colors};
+    #[pymodule_export]
+    use super::colors::Colors;
+    #[pymodule_export]
     use super::device::Device;
     #[pymodule_export]
     use super::device_volume::DeviceVolume;
     #[pymodule_export]
     use super::event::Event;
+    #[pymodule_export]
+    use super::labels::Labels;
     #[pymodule_export]
     use super::live::{LivePage, LiveScene};
     #[pymodule_export]

@@ -11,10 +11,12 @@ use crate::exclusive::{AnyRenderer, Exclusive};
 use crate::handles::{events, memory};
 use crate::names::{Over, Size, orbit, picture_format};
 use crate::settings::{Settings, kernel};
+use crate::shown::Shown;
 use crate::slice::{Slice, colors};
+use crate::stream_plan::stream_plan;
 use crate::transfer::TransferFunction;
 use crate::volume::Volume;
-use layersplat::renderer::{PictureMemory, StreamPlan, volume_renderer};
+use layersplat::renderer::{PictureMemory, volume_renderer};
 use layersplat::volume::Grid;
 use layersplat::{Renderer as Ours, Settings as OurSettings, TransferFunction as Transfer, Viewport};
 use numpy::{Element, IntoPyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods, ToPyArray};
@@ -27,7 +29,8 @@ use std::time::Duration;
 ///
 /// volume: a Volume, or anything that Volume() takes, is uploaded. A DeviceVolume or a pyopencl.array.Array (z, y, x) is rendered in
 /// place. transfer: a TransferFunction; by default one from the histogram, for voxels on the host. device: a Device, its name or index;
-/// or the caller's context, device and queue, see Device. time_limit: time limit per frame in seconds; None: no limit.
+/// or the caller's context, device and queue, see Device. time_limit: time limit per frame in seconds; None: no limit. Instead of a volume,
+/// a list of Channel is drawn together, and a Colors or a Labels by itself; they have their own colours, so transfer is left out.
 ///
 /// If the Device has a memory budget, or the volume exceeds its largest buffer, the voxels are uploaded during frames, in parts if they
 /// do not fit. The renderer then keeps the Volume. See stream_plan.
@@ -51,24 +54,6 @@ fn picture<T: Element>(py: Python<'_>, values: Vec<T>, viewport: Viewport) -> Py
 
 /// A depth map (height, width).
 type Depths<'py> = Bound<'py, PyArray2<f32>>;
-
-fn stream_plan<'py>(py: Python<'py>, plan: &StreamPlan) -> PyResult<Bound<'py, PyDict>> {
-    let lattices = plan.lattices.iter().map(|lattice| {
-        let dict = PyDict::new(py);
-        dict.set_item("axis", format!("{:?}", lattice.axis).to_lowercase())?;
-        dict.set_item("parts", lattice.parts)?;
-        dict.set_item("held_layers", lattice.held_layers)?;
-        Ok(dict)
-    });
-    let dict = PyDict::new(py);
-    dict.set_item("lattices", lattices.collect::<PyResult<Vec<_>>>()?)?;
-    dict.set_item("voxel_bytes", plan.voxel_bytes)?;
-    dict.set_item("light_bytes", plan.light_bytes)?;
-    dict.set_item("volume_bytes", plan.volume_bytes)?;
-    dict.set_item("device_bytes", plan.device_bytes)?;
-    dict.set_item("available_bytes", plan.memory)?;
-    Ok(dict)
-}
 
 fn chosen(settings: Option<Bound<Settings>>) -> OurSettings {
     settings.map_or_else(OurSettings::default, |settings| *settings.get().ours())
@@ -96,6 +81,10 @@ impl Renderer {
         let time_limit = longest(time_limit)?;
         let transfer = transfer.as_ref().map(Bound::get);
         let py = volume.py();
+        if let Some(shown) = Shown::from_object(volume)? {
+            let renderer = shown.renderer(py, transfer.is_some(), device_from_arguments(device, context, queue)?)?;
+            return Ok(Self::with_limit(renderer, None, time_limit));
+        }
         if let Ok(uploaded) = volume.cast::<DeviceVolume>() {
             return Self::from_device_volume(py, uploaded.get(), transfer, device, context, queue, time_limit);
         }
@@ -280,11 +269,15 @@ impl Renderer {
         Ok(Event::new(event))
     }
 
-    /// Replaces the volume, from the next frame on: a Volume, or anything that Volume() takes. Shape, type and range may differ.
+    /// Replaces the volume, from the next frame on: a Volume, or anything that Volume() takes. Shape, type and range may differ. A list of
+    /// Channel, a Colors or a Labels replaces all that is drawn; voxels that are on the device stay there.
     ///
     /// Raises InvalidType for voxels on a device (a DeviceVolume or a pyopencl.array.Array): they need a new Renderer. Raises
     /// OutOfMemory if device memory is insufficient; the renderer may then have no volume until one is set.
     fn set_volume(&self, volume: &Bound<PyAny>) -> Result<()> {
+        if let Some(shown) = Shown::from_object(volume)? {
+            return self.shared.interruptible(volume.py(), move |renderer| shown.replace(renderer));
+        }
         refuse_voxels_on_device(volume)?;
         let made;
         let ours = match volume.cast::<Volume>() {

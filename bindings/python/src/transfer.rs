@@ -2,7 +2,7 @@
 
 use crate::argument::{Argument, accepted, either, extract};
 use crate::calls::abandonable;
-use crate::errors::Result;
+use crate::errors::{Result, out_of_range};
 use crate::pickled::{Reduced, reduced};
 use crate::volume::Volume;
 use crate::warned::{warn, warned};
@@ -83,6 +83,22 @@ impl TransferFunction {
         Ok(Self(abandonable(py, move || Ok(Ours::automatic(&volume)))?))
     }
 
+    /// The transfer function of a channel that is drawn with others: one color (red, green, blue), 0 … 1, and an opacity that rises from the
+    /// end of the background's noise to the 99.9th percentile of the voxels. ramp: colours rise from black too, for the blend modes maximum,
+    /// minimum and average.
+    #[staticmethod]
+    #[pyo3(
+        signature = (volume, color, *, ramp = Argument::Default(false)),
+        text_signature = "(volume, color, *, ramp=False)"
+    )]
+    fn channel(py: Python, volume: Argument<Bound<Volume>>, color: Argument<[f64; 3]>, ramp: Argument<bool>) -> Result<Self> {
+        extract!(volume, color, ramp);
+        let color = checked_color(color)?;
+        let volume = volume.get().ours().clone();
+        let made = move || Ok(if ramp { Ours::channel_ramp(&volume, color) } else { Ours::channel(&volume, color) });
+        Ok(Self(abandonable(py, made)?))
+    }
+
     /// A built-in transfer function by name, or a ParaView colour map: FILE or FILE#PRESET.
     #[staticmethod]
     fn open(py: Python, source: Argument<PathBuf>, volume: Argument<Bound<Volume>>) -> Result<Self> {
@@ -157,6 +173,17 @@ impl TransferFunction {
         let (lo, hi) = self.0.range();
         format!("<layersplat.TransferFunction {} from {lo} to {hi}>", self.0.name())
     }
+}
+
+/// A colour whose components are in range.
+///
+/// # Errors
+/// `InvalidValue` otherwise.
+pub fn checked_color(color: [f64; 3]) -> Result<[f64; 3]> {
+    if color.iter().all(|c| (0.0..=1.0).contains(c)) {
+        return Ok(color);
+    }
+    Err(out_of_range("color", format!("{color:?}"), "red, green and blue from 0 to 1"))
 }
 
 /// A dummy volume with the range 0 to 1: the library fits built-in functions to a volume.

@@ -9,6 +9,7 @@ Arrays and ``spacing`` are in the order (z, y, x). World coordinates (cameras, p
 
 import atexit
 
+from ._channels import channels
 from ._errors import (
     Cancelled,
     DataWarning,
@@ -26,10 +27,13 @@ from ._errors import (
 )
 from ._layersplat import (
     Camera,
+    Channel,
+    Colors,
     Device,
     DeviceVolume,
     Event,
     Framing,
+    Labels,
     Renderer,
     Settings,
     Slice,
@@ -47,6 +51,8 @@ atexit.register(wait_for_interrupted_calls)
 __all__ = [
     "Camera",
     "Cancelled",
+    "Channel",
+    "Colors",
     "DataWarning",
     "Device",
     "DeviceError",
@@ -60,6 +66,7 @@ __all__ = [
     "InvalidFile",
     "InvalidType",
     "InvalidValue",
+    "Labels",
     "OutOfMemory",
     "PermissionDenied",
     "Renderer",
@@ -70,6 +77,7 @@ __all__ = [
     "View",
     "Volume",
     "VolumeSequence",
+    "channels",
     "render",
     "transfer_function",
     "volshow",

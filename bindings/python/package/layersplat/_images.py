@@ -8,6 +8,12 @@ import numpy as np
 from ._errors import InvalidValue
 
 
+NIBABEL = ("dataobj", "affine")
+ITK = ("GetSpacing", "GetOrigin", "GetDirection")
+XARRAY = ("dims", "coords", "data")
+"""Attributes by which objects are recognised."""
+
+
 class Image(NamedTuple):
     """An image: voxels (z, y, x) and their grid in the world."""
 
@@ -21,13 +27,25 @@ class Image(NamedTuple):
 
 def recognised(data) -> Optional[Image]:
     """The image of an image object; None for plain arrays."""
-    if all(hasattr(data, name) for name in ("dataobj", "affine")):
+    if all(hasattr(data, name) for name in NIBABEL):
         return _nibabel(data)
-    if all(hasattr(data, name) for name in ("GetSpacing", "GetOrigin", "GetDirection")):
+    if all(hasattr(data, name) for name in ITK):
         return _itk(data)
-    if all(hasattr(data, name) for name in ("dims", "coords", "data")):
+    if all(hasattr(data, name) for name in XARRAY):
         return _xarray(data)
     return None
+
+
+def is_image(data) -> bool:
+    """Whether data is an image object."""
+    return any(all(hasattr(data, name) for name in names) for names in (NIBABEL, ITK, XARRAY))
+
+
+def channel_dimension(data) -> Optional[str]:
+    """The dimension of channels of an xarray with three others; None without one, and for other data."""
+    if not all(hasattr(data, name) for name in XARRAY) or len(data.dims) != 4:
+        return None
+    return next((str(name) for name in data.dims if str(name).lower() in ("c", "channel")), None)
 
 
 def _nibabel(image) -> Image:

@@ -9,10 +9,13 @@ from ._types import AmbientOcclusion, Background, Blend, Handle, Path, Point, Qu
 
 __all__ = [
     "Camera",
+    "Channel",
+    "Colors",
     "Device",
     "DeviceVolume",
     "Event",
     "Framing",
+    "Labels",
     "LivePage",
     "LiveScene",
     "PAGE_MODULE",
@@ -24,6 +27,7 @@ __all__ = [
     "Volume",
     "VolumeSequence",
     "__version__",
+    "channel_colors",
     "wait_for_interrupted_calls",
 ]
 
@@ -189,6 +193,12 @@ class TransferFunction:
     def automatic(volume: Volume) -> TransferFunction:
         """A default transfer function from the volume's histogram."""
     @staticmethod
+    def channel(volume: Volume, color: Point, *, ramp: bool = False) -> TransferFunction:
+        """The transfer function of a channel that is drawn with others: one color (red, green, blue), 0 … 1, and an opacity that rises from
+        the end of the background's noise to the 99.9th percentile of the voxels. ramp: colours rise from black too, for the blend modes
+        maximum, minimum and average.
+        """
+    @staticmethod
     def open(source: Path, volume: Volume) -> TransferFunction:
         """A built-in transfer function by name, or a ParaView colour map: FILE or FILE#PRESET."""
     def stretched(self, lo: float, hi: float) -> TransferFunction:
@@ -330,6 +340,8 @@ class Framing:
     @staticmethod
     def whole(volume: Volume) -> Framing:
         """The framing of the whole volume."""
+    def joined(self, other: Framing) -> Framing:
+        """The framing of both, such as two channels."""
     @property
     def centre(self) -> Point:
         """World position (x, y, z) of its centre."""
@@ -548,12 +560,140 @@ class LivePage:
         """Ends the page, and waits until its running kernel has ended."""
 
 @final
+class Channel:
+    """A volume that is drawn together with others, by Renderer([channel, …]): extinctions add, and colours are weighted by them.
+
+    volume: a Volume, or anything that Volume() takes. transfer: a TransferFunction, by default TransferFunction.channel(volume, color).
+    color: (red, green, blue), 0 … 1, by default white, instead of transfer. factor: factor of the extinction, at least 0. visible:
+    hidden channels cost nothing. iso: value of the iso-surface, instead of that of the settings. gradient_opacity: see Settings, which
+    has that of channels without one.
+
+    A renderer draws up to eight channels, with grids of their own. Channels made by replaced share the voxels on the device.
+    """
+
+    def __new__(
+        cls,
+        volume: Any,
+        transfer: Optional[TransferFunction] = None,
+        *,
+        color: Optional[Point] = None,
+        factor: float = 1.0,
+        visible: bool = True,
+        iso: Optional[float] = None,
+        gradient_opacity: Optional[Sequence[Tuple[float, float]]] = None,
+    ) -> Channel: ...
+    @staticmethod
+    def open(path: Path) -> List[Channel]:
+        """Opens all channels of a file as a list. Colours, windows of values and hidden channels are those that the file states (OME-Zarr,
+        OME-TIFF, ImageJ's TIFF); the other colours are those of channel_colors, the other windows automatic.
+        """
+    def replaced(
+        self,
+        *,
+        transfer: Optional[TransferFunction] = None,
+        factor: Optional[float] = None,
+        visible: Optional[bool] = None,
+        iso: Optional[float] = None,
+        gradient_opacity: Optional[Sequence[Tuple[float, float]]] = None,
+    ) -> Channel:
+        """A copy with other properties; what is None stays. The copy shares the voxels on the device."""
+    def framing(self, settings: Optional[Settings] = None) -> Framing:
+        """The framing of what these settings show of the channel, see Framing.of. Clipping is not considered. Scans all voxels."""
+    @property
+    def volume(self) -> Volume:
+        """The voxels."""
+    @property
+    def transfer(self) -> TransferFunction:
+        """The transfer function."""
+    @property
+    def factor(self) -> float:
+        """Factor of the extinction."""
+    @property
+    def visible(self) -> bool:
+        """Whether it is drawn."""
+    @property
+    def iso(self) -> Optional[float]:
+        """Value of its own iso-surface; None: that of the settings."""
+
+@final
+class Colors:
+    """A volume of colours, drawn by Renderer(colors).
+
+    data: an array (z, y, x, 3) or (z, y, x, 4) of uint8, uint16 or float32: red, green, blue and possibly alpha. Integers are
+    intensities up to the largest number of their type; floats are 0 … 1. spacing: one number or (z, y, x), in world units. opacity:
+    alpha, the fourth component, per smallest spacing; luminance; or a background colour (red, green, blue), 0 … 1, from which colours
+    differ. By default alpha if there is one, else luminance. transfer: its opacities apply to luminance and to the difference from the
+    background, in units of the components; by default they rise from 0 to 0.3.
+
+    Extinction and extinction times colour are interpolated, so transparent voxels do not bleed their colour. Colours are drawn in
+    point-sampled layers with the blend mode composite.
+    """
+
+    def __new__(
+        cls,
+        data: Any,
+        spacing: Optional[Union[float, Sequence[float]]] = None,
+        *,
+        opacity: Optional[Union[str, Point]] = None,
+        transfer: Optional[TransferFunction] = None,
+    ) -> Colors: ...
+    def framing(self) -> Framing:
+        """The framing of voxels whose alpha is above 0, otherwise of all voxels."""
+    @property
+    def shape(self) -> Tuple[int, int, int, int]:
+        """Number of voxels along z, y, x, and of components."""
+
+@final
+class Labels:
+    """A volume of labels, drawn by Renderer(labels): smooth surfaces in the colours of a table. Ids are never mixed.
+
+    data: an array (z, y, x) of ids, whole numbers from 0, the background, to 2³² − 1, with at most 65535 different ones; or an image
+    object, see Volume. table: a dict from ids to a name, a colour (#rrggbb, or red, green, blue and possibly opacity, 0 … 1), or a dict
+    with any of name, color, opacity and visible; or a file: look-up tables of FreeSurfer, ITK-SNAP and 3D Slicer, or JSON. Ids without
+    an entry are opaque, in a colour that depends on the id. changes: texts such as 3,7-9:#ff0000:0.4 or liver:only, which change the
+    table: colour, opacity, and show, hide, only or highlight. spacing: one number, or one per axis of the data.
+
+    Labels are drawn in point-sampled layers with the blend mode composite.
+    """
+
+    def __new__(
+        cls,
+        data: Any,
+        table: Any = None,
+        spacing: Optional[Union[float, Sequence[float]]] = None,
+        *,
+        changes: Optional[Sequence[str]] = None,
+    ) -> Labels: ...
+    @staticmethod
+    def open(path: Path, table: Optional[Path] = None, *, changes: Optional[Sequence[str]] = None) -> Labels:
+        """Opens a file: .seg.nrrd, also with segments that overlap, NIfTI, OME-Zarr, or any volume of whole numbers. Names and colours come
+        from the file table, otherwise from the volume's own metadata. changes: see Labels.
+        """
+    def framing(self) -> Framing:
+        """The framing of the visible labels. Scans all voxels."""
+    @property
+    def table(self) -> Dict[int, Dict[str, Any]]:
+        """The labels that voxels have: a dict from ids to dicts of name, color, opacity and visible. It can be changed, and given to
+        Labels.
+        """
+    @property
+    def shape(self) -> Tuple[int, int, int]:
+        """Number of voxels along z, y, x."""
+
+def channel_colors(names: Sequence[Optional[str]]) -> List[Point]:
+    """Colours (red, green, blue) of channels that have these names, or None. A fluorophore in a name has its usual colour (DAPI is blue);
+    others get well separated ones, also for the colour-blind: green, magenta, cyan, yellow, red, blue. A single channel is white.
+    """
+
+@final
 class Renderer:
     """A renderer of one volume on one device. Threads may share it.
 
     volume: a Volume, or anything that Volume() takes, is uploaded. A DeviceVolume or a pyopencl.array.Array (z, y, x) is rendered in
     place. transfer: a TransferFunction; by default one from the histogram, for voxels on the host. device: a Device, its name or index;
-    or the caller's context, device and queue, see Device. time_limit: time limit per frame in seconds; None: no limit.
+    or the caller's context, device and queue, see Device. time_limit: time limit per frame in seconds; None: no limit. Instead of a
+    volume, a list of Channel is drawn together, and a Colors or a Labels by itself; they have their own colours, so transfer is left
+    out.
 
     If the Device has a memory budget, or the volume exceeds its largest buffer, the voxels are uploaded during frames, in parts if they
     do not fit. The renderer then keeps the Volume. See stream_plan.
@@ -642,7 +782,8 @@ class Renderer:
         the renderer. They raise Cancelled before their next kernel. Later calls are not affected. Does not block.
         """
     def set_volume(self, volume: Any) -> None:
-        """Replaces the volume, from the next frame on: a Volume, or anything that Volume() takes. Shape, type and range may differ.
+        """Replaces the volume, from the next frame on: a Volume, or anything that Volume() takes. Shape, type and range may differ. A list
+        of Channel, a Colors or a Labels replaces all that is drawn; voxels that are on the device stay there.
 
         Raises InvalidType for voxels on a device (a DeviceVolume or a pyopencl.array.Array): they need a new Renderer. Raises
         OutOfMemory if device memory is insufficient; the renderer may then have no volume until one is set.

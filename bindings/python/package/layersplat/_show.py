@@ -2,11 +2,12 @@
 
 import pathlib
 import sys
-from typing import TYPE_CHECKING, Any, Dict, List, Optional, Tuple, Union
+from typing import TYPE_CHECKING, Any, Dict, List, Optional, Sequence, Tuple, Union
 
 import numpy as np
 
-from . import _default
+from . import _options
+from ._channels import fields_of, picture
 from ._checks import accepting, cannot_write
 from ._errors import InvalidValue
 from ._layersplat import Camera, Device, Framing, LiveScene, Settings, TransferFunction, Volume
@@ -73,20 +74,13 @@ class View(Observed):
         settings: Optional[Settings] = None,
         device: Optional[Union[Device, str, int]] = None,
     ) -> None:
-        options = [name for name, value in [("blend", blend), ("shade", shade), ("quality", quality)] if value is not None]
-        if settings is not None and options:
-            raise InvalidValue(f"settings already contain {' and '.join(options)}: give either")
+        settings = _options.settings(settings, quality, blend, shade)
         if isinstance(data, Volume) and spacing is not None:
             raise InvalidValue("spacing: leave it out, a Volume already has one")
         super().__init__()
         self._widget: Optional["Widget"] = None
         self.volume = data if isinstance(data, Volume) else Volume(data, spacing)
-        if settings is None:
-            settings = Settings(quality, blend=blend, shading=shade)
-        if device is None:
-            device = _default.device()
-        elif not isinstance(device, Device):
-            device = Device(device)
+        device = _options.device(device)
         transfer = transfer_function(self.volume, cmap, clim, opacity)
         self._scene = LiveScene(self.volume, transfer, device)
         self._renderer = self._scene.renderer(transfer)
@@ -239,12 +233,29 @@ def volshow(
 def render(
     data: Any,
     spacing: Spacing = None,
-    clim: Limits = None,
+    clim: Any = None,
     cmap: Any = None,
     opacity: Any = None,
     blend: Optional[Blend] = None,
     shade: Optional[Union[bool, Shading]] = None,
+    *,
+    channel_axis: Optional[int] = None,
+    color: Optional[Sequence[Any]] = None,
+    factor: Optional[Sequence[float]] = None,
+    visible: Optional[Sequence[bool]] = None,
+    names: Optional[Sequence[Optional[str]]] = None,
+    colors: Optional[str] = None,
+    labels: Any = None,
     **view: Any,
 ) -> np.ndarray:
-    """The picture of :func:`volshow`: (height, width, 4), uint8, straight alpha, row 0 on top."""
+    """The picture of :func:`volshow`: (height, width, 4), uint8, straight alpha, row 0 on top.
+
+    Several volumes are drawn together: a list of them, or of Channels; an array of four axes with channel_axis; or an xarray with a dimension
+    ``c`` or ``channel``. cmap, clim, opacity, color, factor, visible and names are lists then, see :func:`channels`. colors: ``direct`` for an array (z, y, x, 3) or
+    (z, y, x, 4) of colours, see Colors. labels: True for an array of ids, or their table, see Labels. data may also be a Colors or a Labels.
+    """
+    options = {"clim": clim, "cmap": cmap, "opacity": opacity, "color": color, "factor": factor, "visible": visible, "names": names}
+    fields = fields_of(data, spacing, options, channel_axis, colors, labels, blend)
+    if fields is not None:
+        return picture(fields, blend, shade, **view)
     return View(data, spacing, clim, cmap, opacity, blend, shade, **view).render()

@@ -1,0 +1,150 @@
+//! Volumes of colours.
+
+use crate::argument::{Argument, accepted, either, extract};
+use crate::calls::abandonable;
+use crate::camera::Framing;
+use crate::errors::{Result, unknown};
+use crate::transfer::{TransferFunction, checked_color};
+use crate::volume::Volume;
+use layersplat::framing::Framing as OurFraming;
+use layersplat::renderer::{ColorOpacity, UploadedColors};
+use layersplat::volume::VoxelType;
+use layersplat::{Device, Error, TransferFunction as Transfer, Volume as OurVolume};
+use pyo3::Borrowed;
+use pyo3::prelude::*;
+use std::sync::Arc;
+
+/// Largest opacity of colours without alpha: of the brightest, or of those that differ most from the background.
+const OPACITY: f64 = 0.3;
+
+/// A volume of colours, drawn by Renderer(colors).
+///
+/// data: an array (z, y, x, 3) or (z, y, x, 4) of uint8, uint16 or float32: red, green, blue and possibly alpha. Integers are intensities up to
+/// the largest number of their type; floats are 0 … 1. spacing: one number or (z, y, x), in world units. opacity: alpha, the fourth
+/// component, per smallest spacing; luminance; or a background colour (red, green, blue), 0 … 1, from which colours differ. By default
+/// alpha if there is one, else luminance. transfer: its opacities apply to luminance and to the difference from the background, in units
+/// of the components; by default they rise from 0 to 0.3.
+///
+/// Extinction and extinction times colour are interpolated, so transparent voxels do not bleed their colour. Colours are drawn in
+/// point-sampled layers with the blend mode composite.
+#[pyclass(frozen, module = "layersplat")]
+pub struct Colors(Drawn);
+
+/// Colours, independent of Python.
+#[derive(Clone)]
+pub struct Drawn {
+    components: Arc<[OurVolume<'static>]>,
+    opacity: ColorOpacity,
+    transfer: Transfer,
+}
+
+impl Drawn {
+    /// The colours on a device.
+    ///
+    /// # Errors
+    /// If memory is insufficient.
+    pub fn on(&self, device: &Device) -> std::result::Result<UploadedColors, Error> {
+        UploadedColors::new(device, &self.components, self.opacity, &self.transfer)
+    }
+
+    fn framing(&self) -> OurFraming {
+        let whole = OurFraming::whole(&self.components[0]);
+        let (ColorOpacity::Alpha, Some(alpha)) = (self.opacity, self.components.get(3)) else { return whole };
+        opacities(alpha.range().1, 1.0).map_or(whole, |visible| OurFraming::visible(alpha, &visible, None))
+    }
+}
+
+/// White, with an opacity that rises from 0.
+fn opacities(full: f64, most: f64) -> std::result::Result<Transfer, Error> {
+    Transfer::new("colors", vec![(0.0, [1.0; 3])], vec![(0.0, 0.0), (full, most)])
+}
+
+/// An argument for the opacity.
+enum Opacity {
+    Name(String),
+    Background([f64; 3]),
+}
+
+accepted! {
+    Opacity: "alpha, luminance, or a background colour (red, green, blue)";
+}
+
+impl<'a, 'py> FromPyObject<'a, 'py> for Opacity {
+    type Error = PyErr;
+
+    fn extract(object: Borrowed<'a, 'py, PyAny>) -> PyResult<Self> {
+        either(object, Opacity::Name, Opacity::Background)
+    }
+}
+
+impl Opacity {
+    fn checked(self) -> Result<ColorOpacity> {
+        match self {
+            Self::Background(color) => Ok(ColorOpacity::FromBackground(checked_color(color)?)),
+            Self::Name(name) => match name.as_str() {
+                "alpha" => Ok(ColorOpacity::Alpha),
+                "luminance" => Ok(ColorOpacity::Luminance),
+                _ => Err(unknown("opacity", &name, "alpha, luminance, or a background colour (red, green, blue)")),
+            },
+        }
+    }
+}
+
+impl Colors {
+    pub fn drawn(&self) -> &Drawn {
+        &self.0
+    }
+}
+
+#[pymethods]
+impl Colors {
+    #[new]
+    #[pyo3(signature = (data, spacing = None, *, opacity = None, transfer = None))]
+    fn new(
+        data: &Bound<PyAny>,
+        spacing: Option<&Bound<PyAny>>,
+        opacity: Option<Argument<Opacity>>,
+        transfer: Option<Argument<Bound<TransferFunction>>>,
+    ) -> Result<Self> {
+        extract!(opacity, transfer);
+        let py = data.py();
+        let made: Vec<Bound<Volume>> = py.import("layersplat._fields")?.call_method1("components", (data, spacing))?.extract()?;
+        let components: Arc<[_]> = made.iter().map(|volume| volume.get().ours().clone()).collect();
+        let opacity = match opacity {
+            Some(opacity) => opacity.checked()?,
+            None if components.len() == 4 => ColorOpacity::Alpha,
+            None => ColorOpacity::Luminance,
+        };
+        if opacity == ColorOpacity::Alpha && components.len() < 4 {
+            return Err(crate::errors::conflict("opacity", "there is no alpha in three components: use luminance or a colour"));
+        }
+        let full = match components[0].voxel_type() {
+            VoxelType::Uint8 => 255.0,
+            VoxelType::Uint16 => 65535.0,
+            _ => 1.0,
+        };
+        let transfer = match transfer {
+            Some(transfer) => transfer.get().ours().clone(),
+            None => opacities(full, OPACITY)?,
+        };
+        Ok(Self(Drawn { components, opacity, transfer }))
+    }
+
+    /// The framing of voxels whose alpha is above 0, otherwise of all voxels.
+    fn framing(&self, py: Python) -> Result<Framing> {
+        let drawn = self.0.clone();
+        Ok(Framing::from_library(abandonable(py, move || Ok(drawn.framing()))?))
+    }
+
+    /// Number of voxels along z, y, x, and of components.
+    #[getter]
+    fn shape(&self) -> (usize, usize, usize, usize) {
+        let [x, y, z] = self.0.components[0].grid().dims();
+        (z, y, x, self.0.components.len())
+    }
+
+    fn __repr__(&self) -> String {
+        let (z, y, x, count) = self.shape();
+        format!("<layersplat.Colors of {z}x{y}x{x} (z, y, x), {count} components>")
+    }
+}
