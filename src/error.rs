@@ -115,6 +115,16 @@ pub enum Error {
         /// What is wrong with it and what to do.
         problem: String,
     },
+    /// An invalid line in a table of labels.
+    #[error("{path}, line {line}: {problem}")]
+    Labels {
+        /// The file.
+        path: PathBuf,
+        /// Line number, from 1.
+        line: u64,
+        /// What is wrong with it and what to do.
+        problem: String,
+    },
     /// An invalid file of key cameras.
     #[error("{path}: {problem}")]
     Keys {

@@ -3,6 +3,8 @@
 use crate::error::Error;
 use std::collections::BTreeSet;
 use std::fs::File;
+#[cfg(feature = "cli")]
+use std::io::Read as _;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError, RwLock, RwLockReadGuard};
@@ -91,6 +93,21 @@ fn is_running(process: u32) -> bool {
     let (mut system, process) = (System::new(), Pid::from_u32(process));
     system.refresh_processes(ProcessesToUpdate::Some(&[process]), true);
     system.process(process).is_some()
+}
+
+/// Reads a file of UTF-8 text of at most `most` bytes.
+///
+/// # Errors
+/// [`Error::Read`] if it cannot be read, is larger, or is no text.
+#[cfg(feature = "cli")]
+pub(crate) fn read_text(path: &Path, most: u64) -> Result<String, Error> {
+    let file = File::open(path).map_err(|e| Error::read(path, e))?;
+    let mut text = String::new();
+    file.take(most + 1).read_to_string(&mut text).map_err(|e| Error::read(path, e))?;
+    if text.len() as u64 > most {
+        return Err(Error::read(path, io::Error::other(format!("it is larger than {most} bytes"))));
+    }
+    Ok(text)
 }
 
 /// Checks that a file can be written in the folder of `path`, before work that takes long.

@@ -306,3 +306,61 @@ fn files_of_several_volumes() {
         assert!(auto == coarse && auto != fine);
     }
 }
+
+/// Ids with their names, voxels and volumes; changed by options, from tables, and refused where the voxels are no ids.
+#[test]
+fn info_tells_voxels_and_volume_of_labels() {
+    let folder = tempfile::tempdir().unwrap();
+    let f = folder.path();
+    let header = "NRRD0004\ntype: uint32\ndimension: 3\nsizes: 2 3 1\nspacings: 0.5 1 4\nendian: little\nencoding: raw\n\n";
+    let numbers = [0u32, 7, 7, 4_000_000_000, 7, 0].map(u32::to_le_bytes).concat();
+    std::fs::write(f.join("ids.nrrd"), [header.as_bytes(), &numbers].concat()).unwrap();
+    std::fs::write(f.join("table.txt"), "7 Liver 255 0 51 51\n9 Absent 1 2 3 0\n").unwrap();
+    // Nothing says that these are labels.
+    assert!(json(f, &["info", "ids.nrrd"])["labels"].is_null());
+    let labels = json(f, &["info", "ids.nrrd", "--labels=table.txt", "--label", "4000000000:#ffffff:hide"])["labels"].clone();
+    let expected = serde_json::json!([
+        {"layer": 0, "id": 7, "name": "Liver", "color": [1.0, 0.0, 0.2], "opacity": 0.8, "visible": true, "voxels": 3, "volume": 6.0},
+        {"layer": 0, "id": 4_000_000_000u32, "name": null, "color": [1.0, 1.0, 1.0], "opacity": 1.0, "visible": false, "voxels": 1,
+         "volume": 2.0}
+    ]);
+    assert_eq!(labels, expected);
+    let text = described(f, "ids.nrrd --labels=table.txt --label liver:only");
+    let lines = [
+        "     label       voxels         volume color   opacity name",
+        "         7            3              6 #ff0033     0.8 Liver",
+        "4000000000            1              2 ",
+    ];
+    let found: Vec<&str> = text.lines().skip_while(|line| !line.starts_with(lines[0])).take(3).collect();
+    assert!(found.iter().zip(lines).all(|(found, line)| found.starts_with(line)) && found[2].ends_with(" - (hidden)"), "{text}");
+    let warning = String::from_utf8(layersplat(f, &["info", "ids.nrrd", "--labels=table.txt"]).stderr).unwrap();
+    assert!(
+        warning.contains("1 of its ids have no entry in the table, and get colours by their number: 4000000000"),
+        "{warning}"
+    );
+    // Files that declare labels need no option.
+    let files = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/formats/files");
+    let layers = files.join("labels/layers.seg.nrrd").display().to_string();
+    let text = described(f, &layers);
+    assert!(
+        text.contains("layer      label ") && text.contains("    1          1           30             15 #0000ff"),
+        "{text}"
+    );
+    std::fs::write(f.join("wrong.txt"), "7 Liver 255 0 51 0\n8 Spleen 255 0 512 0\n").unwrap();
+    let scaled = files.join("nifti/scaled.nii").display().to_string();
+    for (arguments, code, expected) in [
+        (vec!["ids.nrrd", "--labels=wrong.txt"], 1, "wrong.txt, line 2: '8 Spleen 255 0 512 0' is no label: expected id, name"),
+        (
+            vec!["ids.nrrd", "--label", "8:hide"],
+            2,
+            "no label has the id 8: ids are 7 to 4000000000, with gaps (--label IDS:CHANGES)",
+        ),
+        (vec!["ids.nrrd", "--label", "7:hid"], 2, "invalid change '7:hid', which changes nothing; use IDS"),
+        (vec![&scaled, "--labels"], 1, "its voxel 0,0,0 is -12.5: ids of labels are whole numbers"),
+        (vec!["builtin:cube@4", "--labels"], 1, "built-in volumes have values, not labels"),
+    ] {
+        let output = layersplat(f, &[&["info"], &arguments[..]].concat());
+        let message = String::from_utf8(output.stderr).unwrap();
+        assert!(output.status.code() == Some(code) && message.contains(expected), "{arguments:?}: {message}");
+    }
+}

@@ -175,6 +175,16 @@ static inline realv shift_to_front(realv depth) {
     return depth * (1.0f + 0.1f * depth) * rough_reciprocal(12.0f + depth * (1.41f + 0.2f * depth));
 }
 
+// Where along a segment its visible light originates, 0 ... 1, if its whole optical depth is `depth`. The nearer the extinction is to one
+// end, the less of it is dimmed by the rest.
+static inline realv visible_origin(const Segment *s, realv depth) {
+    const realv spread = 4.0f * s->centroid * (1.0f - s->centroid);
+    const realv unclamped = s->centroid - spread * shift_to_front(depth);
+    // Clamped to the front, beyond which no lighting is known; this happens in deep segments with most extinction near the front.
+    // (Not MAX: NaN, from ramps too steep for floats, must stay NaN.)
+    return unclamped < 0.0f ? (realv)(0.0f) : unclamped;
+}
+
 #if BLEND == COMPOSITE
 // Composites one segment, of which `part` is inside the clip interval.
 ALWAYS_INLINE void composite_segment(const SampleParams *p, const Segment *s, const Part *part, realv opacity, const LitSample *front,
@@ -182,13 +192,7 @@ ALWAYS_INLINE void composite_segment(const SampleParams *p, const Segment *s, co
     *active += COUNT_IF(opacity > 0.0f);
     Lighting lighting;
     if (p->light.shading) {
-        // The nearer the extinction is to one end, the less of it is dimmed by the rest.
-        const realv spread = 4.0f * s->centroid * (1.0f - s->centroid);
-        const realv unclamped = s->centroid - spread * shift_to_front(s->depth);
-        // Clamped to the front, beyond which no lighting is known; this happens in deep segments with most extinction near the front.
-        // (Not MAX: NaN, from ramps too steep for floats, must stay NaN.)
-        const realv source = unclamped < 0.0f ? (realv)(0.0f) : unclamped;
-        lighting = interpolate_lighting(p, front, back, SEGMENT_PARAMETER(part, source));
+        lighting = interpolate_lighting(p, front, back, SEGMENT_PARAMETER(part, visible_origin(s, s->depth)));
 #ifdef THINNED
         lighting.extinction_scale = extinction_scale_on_span(front, back, SEGMENT_PARAMETER(part, s->centroid));
 #endif

@@ -30,10 +30,12 @@ ALWAYS_INLINE void accumulate_span(__global const VOXEL *voxels, const VolumeVie
 #define REFINEMENTS 5
 
 // Accumulates an iso-surface: where the value interpolated between the ends crosses the iso value or, REFINED, where the field itself
-// does. Crossings outside the part are ignored.
-ALWAYS_INLINE void accumulate_surface(__global const VOXEL *voxels, const VolumeView *view, const ShadingSource *shading,
+// does. Crossings outside the part are ignored. `crossing`: receives the parameters of the
+// span where it is crossed.
+ALWAYS_INLINE void accumulate_crossing(__global const VOXEL *voxels, const VolumeView *view, const ShadingSource *shading,
                                       const SampleParams *p, const Part *part, const RaySpan *span, const LitSample *lit_front,
-                                      const LitSample *lit_back, Accumulator *a, intv *active) {
+                                      const LitSample *lit_back, realv *crossing, Accumulator *a,
+                                      intv *active) {
     const ClassificationParams *c = &p->classification;
     const realv from = span->from, to = span->to;
     intv crosses =
@@ -66,10 +68,18 @@ ALWAYS_INLINE void accumulate_surface(__global const VOXEL *voxels, const Volume
 #endif
     crosses &= t >= part->from && t <= part->to;
     *active += COUNT_IF(crosses);
+    *crossing = crosses ? t : *crossing;
 #ifdef DEPTHS
-    const realv crossing = a->from + t * a->span;
-    set_depth_range(crossing, crossing, a);
+    const realv depth = a->from + t * a->span;
+    set_depth_range(depth, depth, a);
 #endif
     accumulate_lit(p, (realv)(c->iso_r), (realv)(c->iso_g), (realv)(c->iso_b), CONVERT_REALV(COUNT_IF(crosses)), &lighting, a);
+}
+
+ALWAYS_INLINE void accumulate_surface(__global const VOXEL *voxels, const VolumeView *view, const ShadingSource *shading,
+                                      const SampleParams *p, const Part *part, const RaySpan *span, const LitSample *lit_front,
+                                      const LitSample *lit_back, Accumulator *a, intv *active) {
+    realv crossing;
+    accumulate_crossing(voxels, view, shading, p, part, span, lit_front, lit_back, &crossing, a, active);
 }
 #endif

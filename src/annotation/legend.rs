@@ -14,14 +14,14 @@ const HEIGHT: f64 = 0.44;
 const BAR: f64 = 12.0;
 const PROFILE: f64 = 22.0;
 const TICK: f64 = 4.0;
-const MARGIN: f64 = 12.0;
+pub(super) const MARGIN: f64 = 12.0;
 /// Opacity of the profile.
 pub(super) const PROFILE_OPACITY: f64 = 0.75;
 
 /// Distance of the unit from the bar, in pixels at scale 1.
 const UNIT_GAP: f64 = 8.0;
-/// Room between the bar with its profile and a picture on its left, in pixels at scale 1.
-const GAP: f64 = 6.0;
+/// Room between the bar with its profile, or a list, and a picture on its left, in pixels at scale 1.
+pub(super) const GAP: f64 = 6.0;
 
 /// Width of the column at the right edge that the bar and the unit take.
 pub(super) fn room(transfer: &TransferFunction, blend: Blend, units: Option<&str>, extent: Extent) -> f64 {
@@ -145,7 +145,7 @@ pub(super) fn draw(transfer: &TransferFunction, blend: Blend, units: Option<&str
 }
 
 /// The sides of a border around a rectangle.
-fn frame([from, to]: [DVec2; 2], width: f64) -> [[DVec2; 2]; 4] {
+pub(super) fn frame([from, to]: [DVec2; 2], width: f64) -> [[DVec2; 2]; 4] {
     let outside = DVec2::splat(width);
     let (lo, hi) = (from - outside, to + outside);
     [

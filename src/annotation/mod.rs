@@ -1,11 +1,13 @@
-//! Annotations of finished pictures: colour bar, scale bar, bounding box and axes.
+//! Annotations of finished pictures: colour bar or list of names, scale bar, bounding box and axes.
 //!
 //! They are drawn on the host, over (and parts of the box under) a frame of premultiplied floats, so every file format supports them.
 
 mod axes;
 mod canvas;
 mod extent;
+mod key;
 mod legend;
+mod list;
 mod outline;
 mod scale_bar;
 mod screen;
@@ -22,6 +24,8 @@ use crate::viewport::Viewport;
 use crate::volume::Grid;
 use canvas::Canvas;
 use extent::Extent;
+use key::Key;
+pub use list::{Legend, LegendEntry};
 use rayon::prelude::*;
 use screen::Screen;
 pub use vector::VectorFormat;
@@ -41,6 +45,8 @@ const FONT_SIZES: std::ops::RangeInclusive<f64> = 1.0..=1000.0;
 pub struct Annotations {
     /// A colour bar with the colours, opacities and values of the transfer function; in parallel projections also a scale bar.
     pub legend: bool,
+    /// Labels or channels to list in place of the colour bar.
+    pub list: Option<Legend>,
     /// The bounding box of the voxels. Edges of front faces are drawn over the volume, the other edges under it.
     pub bounding_box: bool,
     /// The world axes, in the lower left corner.
@@ -131,11 +137,11 @@ impl Annotations {
 
     /// Width of the column of the legend.
     fn column(&self, extent: Extent, transfer: &TransferFunction, blend: Blend) -> f64 {
-        let bar = legend::room(transfer, blend, self.units.as_deref(), extent);
+        let bar = Key::new(self, extent, transfer, blend).room(extent);
         bar.max(scale_bar::room(self.length_units.as_deref(), extent))
     }
 
-    /// The colour bar alone, as it is beside a picture of `size`, on transparent pixels.
+    /// The colour bar or the list alone, as it is beside a picture of `size`, on transparent pixels.
     ///
     /// ```
     /// use layersplat::annotation::Annotations;
@@ -159,14 +165,15 @@ impl Annotations {
         background: Background,
     ) -> Result<Frame, Error> {
         self.check()?;
-        let (extent, units) = (self.extent(size), self.units.as_deref());
-        let width = legend::room(transfer, blend, units, extent).ceil() as u32;
+        let extent = self.extent(size);
+        let key = Key::new(self, extent, transfer, blend);
+        let width = key.room(extent).ceil() as u32;
         let viewport = Viewport::new(width, size.height)?;
         // An RGBA8 canvas and a float frame.
         memory::require("annotations", viewport.pixels() as u64 * (4 + 16))?;
         let mut canvas = Canvas::new(Extent { viewport, ..extent }, background)?;
-        legend::draw(transfer, blend, units, &mut canvas);
-        let rows = legend::rows(extent);
+        key.draw(&mut canvas);
+        let rows = key.rows(extent);
         let pixels = (rows.start as usize * width as usize..rows.end as usize * width as usize).map(|n| canvas.pixel(n));
         Ok(Frame::new(Viewport::new(width, rows.end - rows.start)?, pixels.collect()))
     }
@@ -206,7 +213,7 @@ impl Annotations {
             axes::draw(&screen, inner.height < size.height, &mut over);
         }
         if self.legend {
-            legend::draw(shown.transfer, shown.blend, self.units.as_deref(), &mut over);
+            Key::new(self, extent, shown.transfer, shown.blend).draw(&mut over);
             let beside = size.width - inner.width;
             let column = if beside > 0 { f64::from(beside) } else { f64::from(size.width) };
             scale_bar::draw(&screen, self.length_units.as_deref(), column, &mut over);

@@ -117,6 +117,7 @@ fn axes_point_where_they_should() {
 fn what_is_not_drawn_on_is_not_touched() {
     let all = Annotations {
         legend: true,
+        list: None,
         bounding_box: true,
         axes: true,
         units: Some("HU".into()),
@@ -238,4 +239,25 @@ fn the_legend_alone_is_that_beside_a_picture() {
         let drawn = |frame: &Frame| frame.pixels().iter().filter(|pixel| pixel[3] > 0.0).count();
         assert_eq!(drawn(&bar), drawn(&whole), "{blend:?}, {font_size:?}");
     }
+}
+
+/// A list takes the place of the colour bar, with the colours of its entries, and no more room than it needs.
+#[test]
+fn a_list_shows_the_colours_of_its_entries() {
+    let entry = |name: &str, color| LegendEntry { name: name.into(), color };
+    let entries = vec![entry("liver", [1.0, 0.0, 0.0]), entry("spleen", [0.0, 0.4, 1.0])];
+    let list = Annotations { legend: true, list: Some(Legend { entries }), ..Annotations::default() };
+    let colors = |annotations: &Annotations, color: [f32; 3]| {
+        let frame = drawn(annotations, [0.0; 4], PARALLEL);
+        frame.pixels().iter().filter(|pixel| (0..3).all(|i| (pixel[i] - color[i]).abs() < 0.01) && pixel[3] == 1.0).count()
+    };
+    // Swatches of one size; the bar's colours lie between red and blue.
+    let red = colors(&list, [1.0, 0.0, 0.0]);
+    assert!(red > 30 && red == colors(&list, [0.0, 0.4, 1.0]), "{red}");
+    let bar = Annotations { list: None, ..list.clone() };
+    assert_eq!(colors(&bar, [0.0, 0.4, 1.0]), 0);
+    let (_, transfer, viewport) = scene();
+    let alone = list.legend_alone(viewport, &transfer, Blend::Composite, Background::BLACK).unwrap();
+    let beside = viewport.width - list.inner(viewport, &transfer, Blend::Composite).width;
+    assert!(alone.width() <= beside && alone.height() < viewport.height, "{} of {beside}", alone.width());
 }

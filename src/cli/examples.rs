@@ -9,6 +9,7 @@ Volumes:
   NRRD, NIfTI, MetaImage, VTK image data, NumPy, BOV, TIFF, DICOM and HDF5 files.
   Raw files (.raw, .raw.gz); dimensions and type come from a name NAME_XxYxZ_TYPE.raw, or from --dims and --type.
   Folders of Zarr, of DICOM images or of numbered slices; NAME%d.EXT for slices.
+  Steps in time: frames of a file, the files of ParaView's .pvd, or NAME%d.EXT of files that hold volumes; --frame N chooses one.
   Built-in volumes: marschner-lobb, hydrogen, shepp-logan, gyroid, torus-knot and cube, sized as in builtin:hydrogen@64 or builtin:cube@3x4x5."
     };
 }
@@ -72,6 +73,7 @@ pub(super) const VIEW: &str = concat!(
     "\
 Examples:
   layersplat view engine_256x256x128_uint8.raw.gz            # opens the browser; Ctrl-C ends it
+  layersplat view step_*.vti                                 # a sequence in time, with a slider
   layersplat view head.nii.gz --preset ct-bone --shadows on
   layersplat view big.nrrd --port 8000 --no-browser          # over SSH: prints the command for the tunnel
 
@@ -95,7 +97,7 @@ Key cameras (--keys FILE): a JSON list, for example
   Times are in seconds. The other fields are those of `layersplat render --cameras`.
 
 Time (--time): the steps are the frames of a file, as --frame counts them, or several files, one after the other,
-  or those that a .pvd names.
+  or those that a .pvd names or that match NAME%d.EXT.
   By default a picture is drawn per step. With --frames or --keys, picture n shows the step nearest to its place between the first and the
   last, so steps repeat or are left out. Instead of --time, keys may have a \"frame\": it is interpolated between keys and rounded.
   All steps must have one size and voxel type. Percentiles, the range of values, the automatic transfer function and the fit are those of
@@ -125,7 +127,8 @@ pub(super) const INFO: &str = concat!(
     "\
 Examples:
   layersplat info engine_256x256x128_uint8.raw.gz
-  layersplat info builtin:hydrogen --json",
+  layersplat info builtin:hydrogen --json
+  layersplat info brain.nii.gz --labels=FreeSurferColorLUT.txt --label 'Left-Thalamus:only'",
     volumes!(),
     transfer_functions!()
 );

@@ -3,7 +3,7 @@
 use crate::error::Error;
 
 /// Field names as in [`Error::fields`], and the options that set them; sorted by field.
-const OPTIONS: [(&str, &str); 63] = [
+const OPTIONS: [(&str, &str); 65] = [
     ("algorithm", "--algorithm"),
     ("ambient_occlusion", "--ambient-occlusion on|off"),
     ("ao_reach", "--ao-reach inf|LENGTH"),
@@ -14,7 +14,7 @@ const OPTIONS: [(&str, &str); 63] = [
     ("bits", "--bits N"),
     ("blend", "--blend composite|maximum|minimum|average|iso"),
     ("cameras", "--cameras FILE"),
-    ("channel", "--channel N"),
+    ("channel", "--channel N|magnitude"),
     ("classification", "--classification post|preintegrated"),
     ("clipping", "--clip X,Y,Z,NX,NY,NZ"),
     ("correction", "--correction none|constant|sublayers"),
@@ -36,6 +36,8 @@ const OPTIONS: [(&str, &str); 63] = [
     ("gradient_opacity", "--gradient-opacity G:F,G:F"),
     ("header_bytes", "--header-bytes N"),
     ("kernel", "--kernel cubic|linear|catmull-rom|bspline|gaussian"),
+    ("label", "--label IDS:CHANGES"),
+    ("labels", "--labels=TABLE"),
     ("layer_axis", "--layer-axis auto|x|y|z"),
     ("level", "--level N|auto"),
     ("light", "--light X,Y,Z[:S[:DEGREES]]"),
@@ -84,9 +86,9 @@ mod tests {
     #[test]
     fn options_exist() {
         let command = super::super::Cli::command();
-        let commands = ["render", "slice", "rotate"].map(|name| command.find_subcommand(name).unwrap());
+        let commands = ["render", "slice", "rotate", "info"].map(|name| command.find_subcommand(name).unwrap());
         for (field, option) in OPTIONS {
-            let name = option.split(' ').next().unwrap().strip_prefix("--").unwrap();
+            let name = option.split([' ', '=']).next().unwrap().strip_prefix("--").unwrap();
             let mut arguments = commands.iter().flat_map(|command| command.get_arguments());
             let found = arguments.find(|argument| argument.get_long() == Some(name));
             let found = found.unwrap_or_else(|| panic!("{field}: no option {option}"));

@@ -1,7 +1,8 @@
 //! `layersplat info`.
 
+use super::labels::{self, LabelReport};
 use super::numbers::shortened;
-use super::options::{TransferOptions, VolumeOptions};
+use super::options::{LabelOptions, TransferOptions, VolumeOptions};
 use super::orientation::{self, UpReport};
 use super::scene::{describe, open_transfer};
 use super::transfer::TransferReport;
@@ -19,6 +20,8 @@ pub(super) struct Arguments {
     #[command(flatten)]
     volume: VolumeOptions,
     #[command(flatten)]
+    labels: LabelOptions,
+    #[command(flatten)]
     transfer: TransferOptions,
     /// Print the report as one line of JSON
     #[arg(long)]
@@ -33,6 +36,8 @@ struct Info {
     /// Components of each voxel in the file, and which one is described here.
     channels: usize,
     channel: usize,
+    /// Whether the magnitude of all components is described.
+    magnitude: bool,
     /// Volumes of a sequence, usually times, and which one is described here.
     frames: usize,
     frame: usize,
@@ -60,10 +65,12 @@ struct Info {
     histogram: Vec<u64>,
     effective_splats: Option<u64>,
     transfer: TransferReport,
+    /// Labels that voxels have, if the voxels are labels.
+    labels: Option<Vec<LabelReport>>,
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
-    let volume = arguments.volume.open(None, None)?;
+    let (volume, labels) = arguments.volume.open_labelled(&arguments.labels)?;
     let transfer = open_transfer(&arguments.transfer, &volume, Blend::Composite)?;
     let effective_splats = arguments.transfer.transfer.is_some().then(|| transfer.effective_splats(&volume));
     let statistics = volume.statistics();
@@ -74,6 +81,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         voxel_type: volume.voxel_type().to_string(),
         channels: contents.channels,
         channel: contents.channel,
+        magnitude: contents.magnitude,
         frames: contents.frames,
         frame: contents.frame,
         frame_spacing: contents.frame_spacing.as_ref().map(|spacing| spacing.distance),
@@ -93,6 +101,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         histogram: statistics.histogram.clone(),
         effective_splats,
         transfer: TransferReport::new(&transfer),
+        labels: labels.as_ref().map(LabelReport::all),
     };
     super::report(arguments.json, &info, || text(&info, &transfer, &statistics, &volume))?;
     Ok(ExitCode::SUCCESS)
@@ -123,16 +132,18 @@ fn text(info: &Info, transfer: &TransferFunction, statistics: &Statistics, volum
         lines.push(format!("effective splats {count} ({share:.2} %)"));
     }
     lines.push(format!("transfer  {}", describe(transfer)));
+    lines.extend(info.labels.iter().flat_map(|reports| labels::lines(reports)));
     lines.extend(histogram(statistics));
     lines.join("\n")
 }
 
 /// Lines about channels, frames and resolutions, where the file has several, with the options that choose others.
 fn several(contents: &Contents) -> Vec<String> {
-    let Contents { channels, channel, frames, frame, levels, level, .. } = contents;
+    let Contents { channels, channel, magnitude, frames, frame, levels, level, .. } = contents;
     let mut lines = Vec::new();
     if *channels > 1 {
-        lines.push(format!("channels  {channels}; this is {channel} (--channel)"));
+        let this = if *magnitude { "their magnitude".into() } else { channel.to_string() };
+        lines.push(format!("channels  {channels}; this is {this} (--channel)"));
     }
     if *frames > 1 {
         let unit = |unit: &Option<String>| unit.as_ref().map_or(String::new(), |unit| format!(" {unit}"));

@@ -4,6 +4,7 @@ use super::scene::Cameras;
 use super::view::View;
 use crate::camera::{Camera, CameraPath, Key, Orbit, Projection};
 use crate::error::Error;
+use crate::volume::steps_along;
 use serde_json::{Map, Value};
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -78,17 +79,9 @@ impl Keys {
             let problem = format!("key {}: its frame, {frame}, is not in the sequence, whose frames are 0 to {last}", n + 1);
             return Err(Error::Keys { path: self.path.clone(), problem });
         }
-        let each = self.duration() / f64::from(count.max(2) - 1);
-        Ok((0..count).map(|n| self.frame_at(self.keys[0].0 + each * f64::from(n)).round() as usize).collect())
-    }
-
-    /// The frame at a time in seconds, if any key has one.
-    fn frame_at(&self, time: f64) -> f64 {
-        let after = self.frames.partition_point(|(_, t, _)| *t <= time);
-        let (Some((_, to, end)), Some((_, from, start))) = (self.frames.get(after), self.frames[..after].last()) else {
-            return self.frames[after.saturating_sub(1)].2;
-        };
-        start + (end - start) * (time - from) / (to - from)
+        let frames: Vec<(f64, f64)> = self.frames.iter().map(|&(_, time, frame)| (time, frame)).collect();
+        let start = self.keys[0].0;
+        Ok(steps_along(&frames, start, start + self.duration(), count))
     }
 
     /// Cameras along the path, evenly spaced in time from the first key to the last.

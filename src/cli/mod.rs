@@ -5,7 +5,9 @@ mod bench;
 mod blending;
 #[cfg(feature = "viewer")]
 mod browser;
+mod channels;
 mod check;
+mod colors;
 mod command_line;
 mod compare;
 mod compiling;
@@ -16,6 +18,7 @@ mod fields;
 mod film;
 mod info;
 mod keys;
+mod labels;
 mod many;
 mod names;
 mod notice;

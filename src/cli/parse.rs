@@ -1,9 +1,10 @@
 //! Parsers of option values.
 
 use super::names;
-use super::options::{LevelChoice, Opacities, Reach, Tent};
+use super::options::{ChannelChoice, LevelChoice, Opacities, Reach, Tent};
 use super::slice::Along;
 use crate::camera::Up;
+use crate::error::Error;
 use crate::framing::Side;
 use crate::image::{Background, BitDepth};
 use crate::layers::{Axis, Correction, Density, MAX_SAMPLES_PER_VOXEL};
@@ -11,6 +12,7 @@ use crate::settings::{ClipPlane, CropBox, Evaluation, GradientOpacity, LayerAxis
 use crate::slice::SliceAxis;
 use crate::transfer::Value;
 use crate::viewport::Viewport;
+use crate::volume::LabelChange;
 use clap::builder::TypedValueParser;
 use glam::DVec3;
 use std::time::Duration;
@@ -67,6 +69,17 @@ pub(super) fn level(text: &str) -> Result<LevelChoice, String> {
     match text {
         "auto" => Ok(LevelChoice::Auto),
         _ => text.parse().map(LevelChoice::Number).map_err(|_| format!("invalid level '{text}'; use a number from 0, or auto")),
+    }
+}
+
+/// Parses a component: a number, or `magnitude`.
+pub(super) fn channel(text: &str) -> Result<ChannelChoice, String> {
+    match text {
+        "magnitude" => Ok(ChannelChoice::Magnitude),
+        _ => text
+            .parse()
+            .map(ChannelChoice::Number)
+            .map_err(|_| format!("invalid channel '{text}'; use a number from 0, or magnitude")),
     }
 }
 
@@ -230,6 +243,14 @@ pub(super) fn window(text: &str) -> Result<(Value, f64), String> {
     })
 }
 
+/// Parses a change of labels: `IDS[:COLOR][:OPACITY][:show|hide|only|highlight]`.
+pub(super) fn label(text: &str) -> Result<LabelChange, String> {
+    text.parse().map_err(|e: Error| match e {
+        Error::Settings { problem, .. } => problem,
+        e => e.to_string(),
+    })
+}
+
 /// Default opacity at the peak of a tent.
 const TENT_OPACITY: f64 = 0.5;
 
@@ -379,6 +400,7 @@ mod tests {
             assert!(along(bad).is_err(), "{bad}");
         }
         assert_eq!((along("-3.5"), along("25 %")), (Ok(Along::Coordinate(-3.5)), Ok(Along::Share(0.25))));
+        assert!(label("3,7-9:#ff0000:0.4").is_ok() && label("3").unwrap_err().starts_with("invalid change '3'"));
         assert!(samples("0").is_err() && samples("17").is_err() && samples("x").is_err() && samples("16") == Ok(16));
         assert!(sub_layers("0").is_err() && sub_layers("17").is_err());
     }

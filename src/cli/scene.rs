@@ -1,13 +1,18 @@
 //! The scene of a picture, built from the shared options.
 
 use super::blending::BlendOptions;
+use super::channels::{ChannelOptions, Field, Look};
 use super::check;
+use super::colors::{ColorOptions, Shown};
 use super::notice;
 use super::numbers::shortened;
-use super::options::{CameraOptions, DeviceOptions, Fit, LightOptions, QualityOptions, Tent, TransferOptions, VolumeOptions};
+use super::options::{
+    CameraOptions, DeviceOptions, Fit, LabelOptions, LightOptions, QualityOptions, Tent, TransferOptions, VolumeOptions,
+};
 use super::orientation::Angles;
 use super::processes::{Processes, TeamOptions};
 use super::viewer::BoundOptions;
+use crate::annotation::Legend;
 use crate::camera::{Camera, Orbit, Projection};
 use crate::device::Device;
 use crate::error::Error;
@@ -27,6 +32,12 @@ use std::time::{Duration, Instant};
 pub(super) struct SceneOptions {
     #[command(flatten)]
     pub volume: VolumeOptions,
+    #[command(flatten)]
+    pub channels: ChannelOptions,
+    #[command(flatten)]
+    pub colors: ColorOptions,
+    #[command(flatten)]
+    pub labels: LabelOptions,
     #[command(flatten)]
     pub transfer: TransferOptions,
     #[command(flatten)]
@@ -48,6 +59,14 @@ pub(super) struct Scene {
     /// The volume, or the first step of a sequence.
     pub volume: Volume<'static>,
     pub transfer: TransferFunction,
+    /// How the volume is shown beside other fields.
+    pub look: Look,
+    /// Fields that are drawn together with the volume.
+    pub others: Vec<Field>,
+    /// Colours or labels that are shown instead of values.
+    pub shown: Option<Shown>,
+    /// Names and colours for the legend, instead of the transfer function's.
+    pub legend: Option<Legend>,
     pub settings: Settings,
     pub device: Device,
     /// The processes of the run. Those of a team share the volume.
@@ -58,6 +77,8 @@ pub(super) struct Scene {
     pub opened_at: Instant,
     /// Duration of opening the volume, which is a pass over all voxels for their range.
     pub first_pass: Duration,
+    /// A sample of all steps of a sequence.
+    pub overview: Option<Volume<'static>>,
     /// Bounds of what the steps of a sequence show, if views are fitted to them.
     pub shown_by_steps: Option<Framing>,
 }
@@ -98,10 +119,20 @@ impl Scene {
             eprintln!("volume: {}, which is built in; name a file to render your own", VolumeOptions::DEFAULT);
         }
         let opened_at = Instant::now();
+        let shown = match sequence {
+            None => options.colors.open(&options.volume, &options.labels, options.camera.size)?,
+            Some(_) => None,
+        };
         let volume = match sequence {
-            None => processes.open(&options.volume, Some(options.camera.size), memory)?,
+            None if shown.is_some() => shown.as_ref().map(|shown| shown.volume().clone()).expect("colours or labels"),
+            None => match options.channels.first_component() {
+                Some(first) => options.volume.open_component(first, Some(options.camera.size))?,
+                None => processes.open(&options.volume, Some(options.camera.size), memory)?,
+            },
             Some(sequence) => sequence.step(0)?,
         };
+        let mut fields = options.channels.open(&options.volume, &volume, options.camera.size)?;
+        let volume = fields.first.take().unwrap_or(volume);
         let overview = sequence.map(Sequence::overview).transpose()?;
         let values = overview.as_ref().unwrap_or(&volume);
         let first_pass = opened_at.elapsed();
@@ -116,8 +147,18 @@ impl Scene {
         }
         let transfer = match surface_color {
             Some(color) => TransferFunction::new("surface", vec![(0.0, color)], vec![(0.0, 1.0)])?,
-            None => open_transfer(&options.transfer, values, settings.blend)?,
+            None if shown.is_some() => {
+                let opacities = shown.as_ref().map(Shown::opacities).expect("colours or labels");
+                adjusted(&options.transfer, values, opacities)?
+            }
+            None => match fields.first_transfer(values, settings.blend)?.filter(|_| !options.transfer.is_given()) {
+                Some(transfer) => adjusted(&options.transfer, values, transfer)?,
+                None => open_transfer(&options.transfer, values, settings.blend)?,
+            },
         };
+        let look = fields.first_look(&volume);
+        let legend = fields.legend(&volume).or_else(|| shown.as_ref().and_then(Shown::legend));
+        let others = fields.into_others(settings.blend)?;
         // A function that options have changed is the user's own.
         if processes.leads() && !options.transfer.changes_opacity() {
             announce(&transfer);
@@ -127,7 +168,22 @@ impl Scene {
         let device = memory.map_or(device.clone(), |bytes| device.with_memory(bytes));
         let time_limit = options.bounds.time_limit;
         let (processes, shown_by_steps) = (processes.clone(), None);
-        Ok(Self { volume, transfer, settings, device, processes, time_limit, opened_at, first_pass, shown_by_steps })
+        Ok(Self {
+            volume,
+            transfer,
+            look,
+            others,
+            shown,
+            legend,
+            settings,
+            device,
+            processes,
+            time_limit,
+            opened_at,
+            first_pass,
+            overview,
+            shown_by_steps,
+        })
     }
 
     /// The settings with other options of light.
@@ -146,6 +202,16 @@ impl Scene {
         Ok(())
     }
 
+    /// Whether the volume is drawn together with others, or not as one alone.
+    pub fn has_channels(&self) -> bool {
+        !self.others.is_empty() || self.look != Look::default()
+    }
+
+    /// A volume with the values of the volume, or of all steps of a sequence.
+    pub fn values(&self) -> &Volume<'static> {
+        self.overview.as_ref().unwrap_or(&self.volume)
+    }
+
     /// Bounds of the visible part.
     fn framing(&self) -> Framing {
         self.shown_by_steps.clone().unwrap_or_else(|| self.framing_of(&self.volume))
@@ -153,14 +219,24 @@ impl Scene {
 
     /// Bounds of the visible part of the volume, or of another step.
     fn framing_of(&self, volume: &Volume) -> Framing {
-        let framing = match self.settings.blend {
-            Blend::Composite => Framing::visible(volume, &self.transfer, self.settings.unit_distance),
-            Blend::Iso(value) => Framing::iso(volume, value),
-            _ => Framing::whole(volume),
+        let framing = match &self.shown {
+            Some(shown) => shown.framing(),
+            None => self.visible_part(volume, &self.transfer, None),
         };
-        match self.settings.clipping.crop {
+        let framing = match self.settings.clipping.crop {
             Some(CropBox { lowest, highest }) => framing.cropped(volume.grid(), lowest, highest),
             None => framing,
+        };
+        let visible = self.others.iter().filter(|field| field.is_visible());
+        visible.fold(framing, |framing, field| framing.joined(self.visible_part(&field.volume, &field.transfer, field.iso())))
+    }
+
+    /// Bounds of the visible part of one field. `iso`: the value of its surface, unless it is that of the settings.
+    fn visible_part(&self, volume: &Volume, transfer: &TransferFunction, iso: Option<f64>) -> Framing {
+        match self.settings.blend {
+            Blend::Composite => Framing::visible(volume, transfer, self.settings.unit_distance),
+            Blend::Iso(value) => Framing::iso(volume, iso.unwrap_or(value)),
+            _ => Framing::whole(volume),
         }
     }
 
@@ -204,8 +280,7 @@ fn announce(transfer: &TransferFunction) {
 
 /// Opens the transfer function given by the options, or derives one from the histogram: a grey ramp for projections of values.
 pub(super) fn open_transfer(options: &TransferOptions, volume: &Volume, blend: Blend) -> Result<TransferFunction, Error> {
-    let find = Value::finder(volume);
-    let mut transfer = match (&options.transfer, &options.preset, &options.palette) {
+    let transfer = match (&options.transfer, &options.preset, &options.palette) {
         (Some(source), ..) => TransferFunction::open(source, volume)?,
         (None, Some(preset), _) => TransferFunction::preset(preset, volume)?,
         (None, None, Some(palette)) => TransferFunction::automatic_in(volume, palette)?,
@@ -216,6 +291,12 @@ pub(super) fn open_transfer(options: &TransferOptions, volume: &Volume, blend: B
             _ => TransferFunction::automatic(volume),
         },
     };
+    adjusted(options, volume, transfer)
+}
+
+/// A transfer function with the changes that the options ask for.
+fn adjusted(options: &TransferOptions, volume: &Volume, mut transfer: TransferFunction) -> Result<TransferFunction, Error> {
+    let find = Value::finder(volume);
     if let Some((lo, hi)) = options.transfer_range {
         transfer = transfer.stretched(find(lo), find(hi))?;
     }

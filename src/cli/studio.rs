@@ -78,7 +78,7 @@ impl<'a> Studio<'a> {
     /// Creates a studio. `background` selects contrasting annotation colours; the default is black.
     pub fn new(scene: &'a Scene, options: &'a PictureOptions, background: Option<Background>) -> Result<Self, Error> {
         let background = background.unwrap_or(Background::BLACK);
-        let annotations = options.annotations();
+        let annotations = options.annotations(scene);
         Ok(Self {
             scene,
             options,
@@ -185,7 +185,7 @@ impl PictureOptions {
     /// Size of the volume's part of a picture, beside which legend and axes are.
     pub fn inner(&self, size: Viewport, scene: &Scene) -> Viewport {
         match self.legend_place {
-            LegendPlace::Beside => self.annotations().inner(size, &scene.transfer, scene.settings.blend),
+            LegendPlace::Beside => self.annotations(scene).inner(size, &scene.transfer, scene.settings.blend),
             LegendPlace::Over => size,
         }
     }
@@ -193,7 +193,7 @@ impl PictureOptions {
     /// The colour bar of a scene, as it is beside a picture of `size`.
     pub fn colour_bar(&self, size: Viewport, scene: &Scene, background: Option<Background>) -> Result<Frame, Error> {
         let background = background.unwrap_or(Background::BLACK);
-        self.annotations().legend_alone(size, &scene.transfer, scene.settings.blend, background)
+        self.annotations(scene).legend_alone(size, &scene.transfer, scene.settings.blend, background)
     }
 
     /// As [`colour_bar`](Self::colour_bar), as a file of vector graphics.
@@ -205,13 +205,13 @@ impl PictureOptions {
         format: VectorFormat,
     ) -> Result<Vec<u8>, Error> {
         let (background, encoding) = (background.unwrap_or(Background::BLACK), self.encoding.encoding());
-        self.annotations().legend_document(size, &scene.transfer, scene.settings.blend, background, format, &encoding)
+        self.annotations(scene).legend_document(size, &scene.transfer, scene.settings.blend, background, format, &encoding)
     }
 
-    fn annotations(&self) -> Annotations {
+    fn annotations(&self, scene: &Scene) -> Annotations {
         let Self { legend, bounding_box, axes, .. } = *self;
         let (units, length_units) = (self.units.clone(), self.length_units.clone());
-        Annotations { legend, bounding_box, axes, units, length_units, font_size: self.font_pixels() }
+        Annotations { legend, list: scene.legend.clone(), bounding_box, axes, units, length_units, font_size: self.font_pixels() }
     }
 
     /// Size of letters in pixels, if given.
@@ -224,7 +224,8 @@ impl PictureOptions {
     /// # Errors
     /// [`Error::Settings`] if the frame would exceed [`Viewport::MAX_SIDE`], or letters cannot be drawn.
     pub fn rendered(&self, size: Viewport) -> Result<Viewport, Error> {
-        self.annotations().check()?;
+        let annotations = Annotations { legend: self.legend, font_size: self.font_pixels(), ..Annotations::default() };
+        annotations.check()?;
         let n = self.samples;
         let [width, height] = [size.width, size.height].map(|side| side.saturating_mul(n));
         Viewport::new(width, height).map_err(|_| {

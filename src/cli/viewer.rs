@@ -6,7 +6,7 @@ use crate::camera::Camera;
 #[cfg(feature = "mpi")]
 use crate::distributed;
 use crate::error::Error;
-use crate::renderer::{StreamPlan, VolumeRenderer, volume_renderer};
+use crate::renderer::{Channel, Renderer, StreamPlan, VolumeRenderer, volume_renderer};
 use crate::settings::Settings;
 use crate::viewport::Viewport;
 use clap::Args;
@@ -40,6 +40,16 @@ impl Viewer {
             renderer.limit(*time_limit);
             return Ok(Self { renderer: Box::new(renderer), is_streamed: false });
         }
+        if let Some(shown) = &scene.shown {
+            let mut renderer = Renderer::from_colors(&shown.upload(device, transfer)?)?;
+            renderer.limit(*time_limit);
+            return Ok(Self { renderer: Box::new(renderer), is_streamed: false });
+        }
+        if scene.has_channels() {
+            let mut renderer = channel_renderer(scene)?;
+            renderer.limit(*time_limit);
+            return Ok(Self { renderer: Box::new(renderer), is_streamed: false });
+        }
         let mut renderer = volume_renderer(device, volume, transfer)?;
         renderer.limit(*time_limit);
         Ok(Self { is_streamed: renderer.whole().is_none(), renderer })
@@ -66,4 +76,13 @@ impl Viewer {
     pub fn is_streamed(&self) -> bool {
         self.is_streamed
     }
+}
+
+/// The renderer of several fields. They are not streamed.
+fn channel_renderer(scene: &Scene) -> Result<Renderer, Error> {
+    let Scene { device, volume, transfer, look, others, .. } = scene;
+    let first = look.channel(device, volume, transfer)?;
+    let others = others.iter().map(|field| field.channel(device));
+    let channels = std::iter::once(Ok(first)).chain(others).collect::<Result<Vec<Channel>, Error>>()?;
+    Renderer::from_channels(&channels)
 }

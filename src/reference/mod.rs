@@ -3,10 +3,13 @@
 //! [`Layered`] evaluates layered splatting ray by ray from its definition, with exact footprints and without lattice, table, culling and
 //! early ray termination. [`Marched`] and [`Sheets`] do the same for the other algorithms, and [`Slices`] for planes. All of them clip rays to a single interval.
 //! [`Integral`] is the converged volume rendering integral of the reconstructed field, which layered splatting approximates, or of the
-//! analytic function that the voxels sample.
+//! analytic function that the voxels sample; [`Sum`] is that of several fields, and [`Colors`] that of
+//! volumes of colours.
 
 mod blending;
+mod channels;
 mod coefficients;
+mod colors;
 mod compositing;
 mod depth_cue;
 mod field;
@@ -23,6 +26,8 @@ mod slices;
 mod smoothing;
 mod taps;
 
+pub use channels::Sum;
+pub use colors::Colors;
 pub use integral::Integral;
 pub use layered::Layered;
 pub use march::Marched;

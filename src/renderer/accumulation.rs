@@ -157,10 +157,9 @@ impl Renderer {
         settings: &Settings,
     ) -> Result<(Frame, FrameReport), Error> {
         let part = Viewport::new(length("columns", &columns, viewport.width)?, length("rows", &rows, viewport.height)?)?;
-        let field = &self.engine.field;
-        let (rays, settings) = field.world().normalised_view(field.grid(), camera, viewport, settings)?;
+        let (rays, settings) = self.engine.normalised_view(camera, viewport, settings)?;
         let rays = Jitter::from_pixel(columns.start, rows.start).apply(rays);
-        let planned = Planned::new(rays, part, settings, field.grid(), self.engine.steepness())?;
+        let planned = Planned::new(rays, part, settings, self.engine.field().grid(), self.engine.steepness())?;
         self.render_planned(&planned)
     }
 
@@ -171,9 +170,8 @@ impl Renderer {
         settings: &Settings,
         jitter: Jitter,
     ) -> Result<(Frame, FrameReport), Error> {
-        let field = &self.engine.field;
-        let (rays, settings) = field.world().normalised_view(field.grid(), camera, viewport, settings)?;
-        let planned = Planned::new(jitter.apply(rays), viewport, settings, field.grid(), self.engine.steepness())?;
+        let (rays, settings) = self.engine.normalised_view(camera, viewport, settings)?;
+        let planned = Planned::new(jitter.apply(rays), viewport, settings, self.engine.field().grid(), self.engine.steepness())?;
         self.render_planned(&planned)
     }
 }

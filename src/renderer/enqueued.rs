@@ -113,7 +113,7 @@ impl Renderer {
     /// the events `wait`. The returned event completes when those do; frames wait for it automatically.
     pub fn volume_changed(&mut self, wait: &[&Event]) -> Result<Event, Error> {
         self.engine.device.begin(wait)?;
-        self.engine.field.voxels_changed();
+        self.engine.field_mut().voxels_changed();
         self.engine.device.end()
     }
 

@@ -1,7 +1,9 @@
 //! Rendering: resources kept on the device, frame planning and execution.
 
 mod accumulation;
+mod channels;
 mod classification;
+mod colors;
 mod depth_cue;
 mod depths;
 #[cfg(feature = "mpi")]
@@ -42,6 +44,8 @@ mod world;
 pub use accumulation::Accumulation;
 #[cfg(feature = "mpi")]
 pub(crate) use accumulation::Jitter;
+pub use channels::Channel;
+pub use colors::{ColorOpacity, UploadedColors};
 #[cfg(any(feature = "cli", feature = "page"))]
 pub(crate) use depths::depth_settings;
 #[cfg(feature = "mpi")]
@@ -134,7 +138,7 @@ impl Renderer {
 
     /// The current transfer function.
     pub fn transfer_function(&self) -> &TransferFunction {
-        self.engine.classification.transfer_function()
+        self.engine.classification().transfer_function()
     }
 
     /// Replaces the volume, from the next frame on. Size, type and range may differ. The new voxels reuse the old buffer if they
@@ -157,9 +161,52 @@ impl Renderer {
         self.engine.set_field(volume)
     }
 
+    /// Creates a renderer that draws several fields together, at most [`Channel::MOST`].
+    ///
+    /// # Errors
+    /// As for [`set_channels`](Self::set_channels).
+    pub fn from_channels(channels: &[Channel]) -> Result<Self, Error> {
+        let Some(first) = channels.first() else {
+            return Err(Error::Settings { field: "channels", problem: "there is none: give at least one".into() });
+        };
+        let mut renderer = Self::from_uploaded(&first.volume, &first.transfer)?;
+        renderer.set_channels(channels)?;
+        Ok(renderer)
+    }
+
+    /// Creates a renderer of a volume of colours or labels. They are composited in point-sampled layers.
+    ///
+    /// # Errors
+    /// Those of the device.
+    pub fn from_colors(colors: &UploadedColors) -> Result<Self, Error> {
+        let (volume, transfer) = colors.visibility();
+        let mut renderer = Self::from_uploaded(&volume, &transfer)?;
+        renderer.set_colors(colors)?;
+        Ok(renderer)
+    }
+
+    /// Replaces all fields by a volume of colours or labels, from the next frame on.
+    ///
+    /// # Errors
+    /// If it is on a device of another context.
+    pub fn set_colors(&mut self, colors: &UploadedColors) -> Result<(), Error> {
+        self.engine.set_colors(colors)
+    }
+
+    /// Replaces all fields and how they are shown, from the next frame on. Data derived from fields and transfer functions that stay are
+    /// kept. The first channel replaces the renderer's volume and its transfer function.
+    ///
+    /// # Errors
+    /// For other numbers of channels than 1 to [`Channel::MOST`], parts of volumes, and devices of other contexts. The renderer keeps its
+    /// channels then.
+    pub fn set_channels(&mut self, channels: &[Channel]) -> Result<(), Error> {
+        channels.iter().try_for_each(|channel| check_whole(&channel.volume))?;
+        self.engine.set_channels(channels)
+    }
+
     /// The grid that places the voxels in the world.
     pub fn grid(&self) -> &Grid {
-        self.engine.field.description().grid()
+        self.engine.field().description().grid()
     }
 
     /// Enables frame statistics in reports, from the next frame on. Without them a frame is read back once, and that is the only
@@ -251,10 +298,8 @@ impl Renderer {
     }
 
     fn planned(&self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<Planned, Error> {
-        let field = &self.engine.field;
-        let (rays, settings) = field.world().normalised_view(field.grid(), camera, viewport, settings)?;
-        let steepness = self.engine.steepness();
-        Planned::new(rays, viewport, settings, field.grid(), steepness)
+        let (rays, settings) = self.engine.normalised_view(camera, viewport, settings)?;
+        Planned::new(rays, viewport, settings, self.engine.field().grid(), self.engine.steepness())
     }
 }
 

@@ -1,18 +1,22 @@
 //! Ray casting, with and without pre-integrated segments, and slicing.
 
-use super::classification::{SLAB_VALUES, TableSizes};
+use super::channels::{CHANNELS, FieldInputs, Together, declare_channels};
+use super::classification::{SLAB_VALUES, Table, TableSizes};
 use super::frame::{Declaring, Resources};
 use super::region::Region;
 use super::scene::Scene;
 use super::screen::screen_params;
 use super::tiles::{Drawn, Target, Tiles, declare_target};
+use crate::device::launch::layered::Channels;
 use crate::device::launch::rays::{
-    CastSegments, CastSegmentsArguments, CastValues, CastValuesArguments, Raycast, RaycastArguments, Slicing, SlicingArguments,
+    CastSegments, CastSegmentsArguments, CastValues, CastValuesArguments, ChannelRaycast, ChannelRaycastArguments, Raycast,
+    RaycastArguments, Slicing, SlicingArguments,
 };
 use crate::device::launch::structs::{ClassificationParams, MarchParams, SegmentParams};
-use crate::device::launch::{Launcher, Rendering};
+use crate::device::launch::{Launcher, PerChannel, Rendering};
 use crate::error::Error;
 use crate::layers::{Axis, Kernel};
+use std::sync::Arc;
 
 /// Layer axis of the uploaded layout, in which rays are marched.
 const AXIS: Axis = Axis::Z;
@@ -35,19 +39,23 @@ pub(super) struct MarchedRays {
     slicing: Launcher<Slicing>,
     segments: Launcher<CastSegments>,
     values: Launcher<CastValues>,
+    channels: Launcher<ChannelRaycast>,
 }
 
 /// Declares the resources of [`MarchedRays::cast`] and [`MarchedRays::cast_values`].
 pub(super) fn declare_casting(declaring: &Declaring, kernel: Kernel, resources: &mut Resources) {
     declare_rays(declaring, resources);
-    declaring.visibility(AXIS, kernel, resources);
-    declaring.gradients(AXIS, kernel, resources);
+    declare_channels(declaring, resources);
+    declaring.for_each_channel(|declaring| {
+        declaring.visibility(AXIS, kernel, resources);
+        declaring.gradients(AXIS, kernel, resources);
+    });
 }
 
 /// Declares the resources of [`MarchedRays::slice`].
 pub(super) fn declare_slicing(declaring: &Declaring, resources: &mut Resources) {
     declare_segments(declaring, Kernel::Linear, resources);
-    resources.kept(("the table of slicing", None, None), [TableSizes::slicing()]);
+    resources.kept(("the table of slicing", None, None, 0), [TableSizes::slicing()]);
 }
 
 /// Declares the resources of [`MarchedRays::cast_segments`].
@@ -58,6 +66,28 @@ pub(super) fn declare_segments(declaring: &Declaring, kernel: Kernel, resources:
 
 fn declare_rays(declaring: &Declaring, resources: &mut Resources) {
     declare_target(declaring.viewport.pixels(), Tiles::for_screen(declaring.viewport, declaring.tuning), resources);
+}
+
+/// What rays cast through a field read.
+struct RaycastInputs {
+    field: FieldInputs,
+    table: Arc<Table>,
+}
+
+impl RaycastInputs {
+    fn new(scene: &mut Scene, kernel: Kernel, step: f64) -> Result<Self, Error> {
+        let visible = scene.visible_blocks(AXIS, kernel)?;
+        let table = scene.table(kernel)?;
+        let layout = match kernel {
+            Kernel::Gaussian => scene.gaussian_layout()?,
+            _ => scene.weighted(AXIS, kernel)?,
+        };
+        let gradients = scene.gradient_voxels(AXIS, kernel, &layout)?;
+        let steps = scene.steps(1);
+        let sample = scene.table_samples(&table, steps, AXIS.frame());
+        let (region, length) = (Region::marched(scene, kernel, step), steps.shortest());
+        Ok(Self { field: FieldInputs { layout, gradients, visible, sample, region, length }, table })
+    }
 }
 
 impl MarchedRays {
@@ -72,27 +102,42 @@ impl MarchedRays {
     ) -> Result<(), Error> {
         check_steps(scene, step)?;
         let Scene { device, settings, viewport, .. } = *scene;
-        let visible = scene.visible_blocks(AXIS, kernel)?;
-        let table = scene.table(kernel)?;
-        let layout = match kernel {
-            Kernel::Gaussian => scene.gaussian_layout()?,
-            _ => scene.weighted(AXIS, kernel)?,
-        };
-        let gradients = scene.gradient_voxels(AXIS, kernel, &layout)?;
-        let illumination = scene.illumination()?;
-        let [light, sky] = illumination.arguments(&visible.flags);
-        let steps = scene.steps(1);
-        let sample = scene.table_samples(&table, steps, AXIS.frame());
-        let region = Region::marched(scene, kernel, step);
         let tiles = Tiles::for_screen(viewport, device.tuning());
         let Drawn { samples: frame, active_samples, .. } = &target.prepare(tiles);
+        let steps = scene.steps(1);
+        let s = screen_params(scene, steps, AXIS.frame(), tiles);
+        let depths = gathers == RayOutput::Depths;
+        let params = |blocks| MarchParams { length: (step * steps.shortest()) as f32, ..march_params(blocks, settings.culling) };
+        if scene.channels() > 1 {
+            let inputs = scene.for_each_channel(|scene| RaycastInputs::new(scene, kernel, step))?;
+            let together = Together::new(inputs.iter().map(|inputs| &inputs.field).collect())?;
+            let tables: Vec<_> = inputs.iter().map(|inputs| &inputs.table.entries).collect();
+            let rendering = Rendering { depths, ..together.rendering };
+            let arguments = ChannelRaycastArguments {
+                voxels: together.voxels(),
+                gradient_voxels: together.gradient_voxels(),
+                visible: together.visible(),
+                tables: PerChannel::new(&tables),
+                channel_params: &together.params(device, CHANNELS.name)?,
+                count: together.count() as i32,
+                light: together.unused(),
+                sky: together.unused(),
+                s,
+                p: params(together.blocks()),
+                clip: together.region.for_kernels(AXIS.frame()),
+                frame,
+                active_samples,
+            };
+            let variant = (together.kind, kernel, rendering, Channels::new(together.count()));
+            return self.channels.launch(device, variant, &arguments);
+        }
+        let RaycastInputs { field: inputs, table } = RaycastInputs::new(scene, kernel, step)?;
+        let FieldInputs { layout, gradients, visible, sample, region, .. } = &inputs;
+        let illumination = scene.illumination()?;
+        let [light, sky] = illumination.arguments(&visible.flags);
         self.raycast.launch(
             device,
-            (
-                layout.voxels.kind(),
-                kernel,
-                Rendering { depths: gathers == RayOutput::Depths, ..region.rendering_from(&gradients) },
-            ),
+            (layout.voxels.kind(), kernel, Rendering { depths, ..region.rendering_from(gradients) }),
             &RaycastArguments {
                 voxels: &layout.voxels,
                 view: layout.view,
@@ -102,9 +147,9 @@ impl MarchedRays {
                 sky,
                 visible: &visible.flags,
                 table: &table.entries,
-                s: screen_params(scene, steps, AXIS.frame(), tiles),
-                p: MarchParams { length: (step * steps.shortest()) as f32, ..march_params(visible.blocks, settings.culling) },
-                sample,
+                s,
+                p: params(visible.blocks),
+                sample: *sample,
                 clip: region.for_kernels(AXIS.frame()),
                 frame,
                 active_samples,

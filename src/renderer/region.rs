@@ -17,6 +17,7 @@ const STEP_MARGIN: f64 = 1.01;
 const EMPTY_HALF_SPACE: (DVec3, f64) = (DVec3::ZERO, -1.0);
 
 /// The part of a volume in which rays are evaluated: a box and half-spaces, in voxels (x, y, z).
+#[derive(Clone)]
 pub(super) struct Region {
     lowest: DVec3,
     highest: DVec3,
@@ -103,6 +104,17 @@ impl Region {
             vec![EMPTY_HALF_SPACE]
         };
         Self { lowest, highest, planes, rendering }
+    }
+
+    /// The part that several regions with the same clip planes share.
+    pub fn intersection<'a>(regions: impl Iterator<Item = &'a Self>) -> Self {
+        let shared = |one: Self, other: &Self| Self {
+            lowest: one.lowest.max(other.lowest),
+            highest: one.highest.min(other.highest),
+            planes: if one.planes.len() < other.planes.len() { other.planes.clone() } else { one.planes },
+            rendering: Rendering { clipped: one.rendering.clipped || other.rendering.clipped, ..one.rendering },
+        };
+        regions.cloned().reduce(|one, other| shared(one, &other)).expect("a scene has a field")
     }
 
     /// Kernel permutation flags for gradients that are estimated from these voxels.

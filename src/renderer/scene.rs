@@ -39,6 +39,18 @@ pub(super) struct Scene<'a> {
     pub rays: &'a Rays,
     pub viewport: Viewport,
     pub settings: &'a Settings,
+    /// Fields that are drawn together with this one.
+    others: Vec<OtherField<'a>>,
+    /// Extinction times red, green and blue, if the scene's field is the extinction of colours.
+    colors: Option<&'a [Field; 3]>,
+}
+
+/// A field that a scene draws together with its own.
+pub(super) struct OtherField<'a> {
+    pub field: &'a Field,
+    pub classification: &'a mut Classification,
+    /// In normalised world units.
+    pub settings: Settings,
 }
 
 impl<'a> Scene<'a> {
@@ -49,7 +61,59 @@ impl<'a> Scene<'a> {
         kernels: &'a mut PreparationKernels,
         light: &'a mut LightVolumes,
     ) -> Self {
-        Self { device, field, classification, kernels, light, rays, viewport, settings }
+        Self { device, field, classification, kernels, light, rays, viewport, settings, others: Vec::new(), colors: None }
+    }
+
+    /// Adds fields that are drawn together with this one.
+    pub fn with_others(self, others: Vec<OtherField<'a>>) -> Self {
+        Self { others, ..self }
+    }
+
+    /// Makes the scene's field the extinction of colours.
+    pub fn with_colors(self, colors: Option<&'a [Field; 3]>) -> Self {
+        Self { colors, ..self }
+    }
+
+    /// Whether the scene shows colours.
+    pub fn has_colors(&self) -> bool {
+        self.colors.is_some()
+    }
+
+    /// Extinction times red, green and blue, as input of a kernel.
+    pub fn color_layouts(&mut self, axis: Axis, kernel: Kernel) -> Result<Vec<Layout>, Error> {
+        let fields = self.colors.iter().copied().flatten();
+        fields.map(|field| field.weighted(&mut self.kernels.field, self.device, axis, kernel)).collect()
+    }
+
+    /// Number of fields.
+    pub fn channels(&self) -> usize {
+        1 + self.others.len()
+    }
+
+    /// Rejects several fields, which `what` does not draw.
+    pub fn require_one_channel(&self, what: &str) -> Result<(), Error> {
+        if self.others.is_empty() {
+            return Ok(());
+        }
+        let problem = format!("{what} show one channel: show one alone, or choose pre-integrated layers or ray casting");
+        Err(Error::Settings { field: "channels", problem })
+    }
+
+    /// Results of `work` for the scene of each field alone, beginning with this one.
+    ///
+    /// # Errors
+    /// Those of `work`, and for light volumes, which are of one field.
+    pub fn for_each_channel<T>(&mut self, mut work: impl FnMut(&mut Scene) -> Result<T, Error>) -> Result<Vec<T>, Error> {
+        if self.settings.sweeps_light() {
+            self.require_one_channel("shadows and ambient occlusion")?;
+        }
+        let mut results = vec![work(self)?];
+        let Self { device, kernels, light, rays, viewport, .. } = self;
+        for OtherField { field, classification, settings } in &mut self.others {
+            let view = View { device, rays, viewport: *viewport, settings };
+            results.push(work(&mut Scene::new(view, field, classification, kernels, light))?);
+        }
+        Ok(results)
     }
 }
 
@@ -132,7 +196,7 @@ impl Scene<'_> {
     /// Step lengths with this number of samples per layer.
     pub fn steps(&self, samples_per_layer: u32) -> Steps {
         let spacing = self.field.grid().spacing();
-        let unit = self.settings.unit_distance.unwrap_or(spacing.min_element()) * f64::from(samples_per_layer);
+        let unit = self.settings.unit_distance.unwrap_or(self.field.unit_distance()) * f64::from(samples_per_layer);
         Steps(spacing / unit)
     }
 

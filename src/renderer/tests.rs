@@ -35,7 +35,7 @@ fn renderer() -> (Renderer, [Camera; 2], Viewport) {
 
 /// Number of values that a renderer has made.
 fn made(renderer: &Renderer) -> usize {
-    renderer.engine.field.made() + renderer.engine.classification.made()
+    renderer.engine.field().made() + renderer.engine.classification().made()
 }
 
 #[test]
@@ -106,7 +106,7 @@ fn a_new_volume_replaces_the_previous_one() {
         let camera = camera(volume, viewport, 20.0);
         Renderer::new(&device, volume, &transfer).unwrap().render(&camera, viewport, &settings).unwrap().0
     });
-    let (programs, buffer) = (device.programs(), renderer.engine.field.voxel_buffer());
+    let (programs, buffer) = (device.programs(), renderer.engine.field().voxel_buffer());
     for (volume, expected) in volumes.into_iter().zip(expected) {
         renderer.set_volume(volume).unwrap();
         let camera = camera(volume, viewport, 20.0);
@@ -114,7 +114,7 @@ fn a_new_volume_replaces_the_previous_one() {
         assert_eq!(renderer.grid(), volume.grid());
     }
     assert_eq!(device.programs(), programs, "no program is built again");
-    assert_eq!(renderer.engine.field.voxel_buffer(), buffer, "the voxels are in the buffer of the first volume");
+    assert_eq!(renderer.engine.field().voxel_buffer(), buffer, "the voxels are in the buffer of the first volume");
     // A volume uploaded in the meantime, and one that another renderer uses.
     let uploaded = UploadedVolume::new(&device, &second).unwrap();
     let camera = camera(&second, viewport, 20.0);
@@ -229,7 +229,7 @@ fn voxels_far_apart() {
     match VoxelBuffer::with_gaps(&device, bytes.chunks(layer), DIMS[0] * ROWS) {
         Ok(voxels) => {
             assert!(voxels.kind().far);
-            renderer.engine.field.exchange(voxels, placed);
+            renderer.engine.field_mut().exchange(voxels, placed);
         }
         Err(e) => return eprintln!("SKIPPED: not enough device memory for voxels far apart: {e}"),
     }

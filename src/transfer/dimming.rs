@@ -20,6 +20,31 @@ impl TransferTable {
         pairs.map(|(a, b)| self.dimming_between(at(a), at(b), length)).fold(0.0, f64::max)
     }
 
+    /// The same for two fields that are drawn together: of a segment with this one's extinction in its front half and the other's in its
+    /// back half.
+    pub fn dimming_with(&self, other: &Self, length: f64) -> f64 {
+        let sampled = |table: &Self| {
+            let last = table.entries.len() - 1;
+            (0..VALUES).map(|n| table.entries[n * last / (VALUES - 1)].map(f64::from)).collect::<Vec<_>>()
+        };
+        let backs = sampled(other);
+        let half = |[r, g, b, extinction]: [f64; 4]| ([r, g, b], (0.5 * length * extinction).min(f64::from(f32::MAX)));
+        let error = |front: [f64; 4], back: [f64; 4]| {
+            let ((front, front_depth), (back, back_depth)) = (half(front), half(back));
+            let depth = front_depth + back_depth;
+            if depth == 0.0 {
+                return 0.0;
+            }
+            let [one, both] = [front_depth, depth].map(|depth| -(-depth).exp_m1());
+            let channel = |c: usize| {
+                let seen = one * front[c] + (both - one) * back[c];
+                (seen - both * (front_depth * front[c] + back_depth * back[c]) / depth).abs()
+            };
+            (0..3).map(channel).fold(0.0, f64::max)
+        };
+        sampled(self).into_iter().flat_map(|front| backs.iter().map(move |&back| error(front, back))).fold(0.0, f64::max)
+    }
+
     fn dimming_between(&self, from: f64, to: f64, length: f64) -> f64 {
         let (mut seen, mut sum, mut depth, mut transmittance) = ([0.0; 3], [0.0; 3], 0.0, 1.0);
         for n in 0..PARTS {
@@ -60,5 +85,17 @@ mod tests {
         let two = dimming(vec![(0.0, [1.0, 0.0, 0.0]), (100.0, [0.0, 1.0, 0.0])], 0.9);
         assert_abs_diff_eq!(two, 1.0 - 0.9 / 10f64.ln() - 0.45, epsilon = 5e-3);
         assert!(dimming(vec![(0.0, [1.0, 0.0, 0.0]), (100.0, [0.0, 1.0, 0.0])], 0.1) < 2e-3);
+    }
+
+    #[test]
+    fn two_fields_of_one_hue_do_not_dim_each_other_and_two_hues_have_the_closed_form() {
+        let table = |color, opacity| {
+            let transfer = TransferFunction::new("t", vec![(0.0, color)], vec![(0.0, opacity), (100.0, opacity)]).unwrap();
+            TransferTable::new(&transfer, (0.0, 100.0), Extinction::Exponential)
+        };
+        let (red, green) = (table([1.0, 0.0, 0.0], 0.75), table([0.0, 1.0, 0.0], 0.75));
+        // Each half has the optical depth ln 4 / 2: half of the light passes it. Of the opacity 3/4, red is 1/2 instead of 3/8.
+        assert_abs_diff_eq!(red.dimming_with(&green, 1.0), 0.125, epsilon = 1e-6);
+        assert_abs_diff_eq!(red.dimming_with(&red, 1.0), 0.0, epsilon = 1e-6);
     }
 }

@@ -2,6 +2,7 @@
 
 mod automatic;
 mod builtin;
+mod channels;
 mod dimming;
 mod format;
 mod grey_ramp;

@@ -76,6 +76,12 @@ impl TransferTable {
         Self { entries, first: lo, per_value }
     }
 
+    /// The table with its extinctions (with [`Extinction::Linear`], its opacities per unit distance) times a factor of at least 0.
+    pub fn scaled(mut self, factor: f64) -> Self {
+        self.entries.iter_mut().for_each(|entry| entry[3] = (f64::from(entry[3]) * factor).min(OPAQUE) as f32);
+        self
+    }
+
     /// Number of entries of the table.
     pub(crate) fn entry_count(transfer: &TransferFunction, field_range: (f64, f64)) -> usize {
         let (lo, hi) = sampled_range(transfer, field_range);

@@ -19,7 +19,7 @@ macro_rules! asset {
 pub(super) const PAGE: Asset = asset!("index.html", "text/html; charset=utf-8");
 
 /// All that the page loads.
-pub(super) const ASSETS: [Asset; 31] = [
+pub(super) const ASSETS: [Asset; 32] = [
     asset!("style.css", "text/css; charset=utf-8"),
     asset!("icon.svg", "image/svg+xml"),
     asset!("adjusting.js", SCRIPT),
@@ -51,6 +51,7 @@ pub(super) const ASSETS: [Asset; 31] = [
     asset!("state.js", SCRIPT),
     asset!("status.js", SCRIPT),
     asset!("tents.js", SCRIPT),
+    asset!("time.js", SCRIPT),
 ];
 
 #[cfg(test)]

@@ -12,6 +12,7 @@ use crate::files::Scratch;
 use crate::image::Animation;
 use crate::transfer::FileFormat;
 use crate::viewport::Viewport;
+use crate::volume::steps_along;
 use serde::Deserialize;
 use serde_json::json;
 use std::io::{self, Read};
@@ -43,12 +44,14 @@ pub(super) struct Film {
     pub format: FilmFormat,
 }
 
-/// A camera and its time in seconds.
+/// A camera, its time in seconds, and the step of a sequence that is shown then.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub(super) struct FilmKey {
     pub time: f64,
     pub camera: PageCamera,
+    #[serde(default)]
+    pub frame: usize,
 }
 
 /// Format of a film.
@@ -117,8 +120,19 @@ impl Film {
         (self.duration() * f64::from(self.rate)).round() as u32 + 1
     }
 
-    /// The key cameras as a file of `--keys`.
-    fn keys_text(&self) -> String {
+    /// The step that each picture shows, as of `layersplat rotate --keys`.
+    fn steps(&self) -> Vec<usize> {
+        let keys: Vec<(f64, f64)> = self.keys.iter().map(|key| (key.time, key.frame as f64)).collect();
+        steps_along(&keys, keys[0].0, keys[0].0 + self.duration(), self.frames())
+    }
+
+    /// The step of the first picture.
+    pub fn first_step(&self) -> usize {
+        self.keys[0].frame
+    }
+
+    /// The key cameras as a file of `--keys`, with frames for a sequence.
+    fn keys_text(&self, is_sequence: bool) -> String {
         let key = |key: &FilmKey| {
             let PageCamera { azimuth, elevation, roll, center, projection } = key.camera;
             let mut view =
@@ -129,6 +143,9 @@ impl Film {
                     (view["perspective"], view["distance"]) = (field_of_view.into(), distance.into());
                 }
             }
+            if is_sequence {
+                view["frame"] = key.frame.into();
+            }
             format!("  {view}")
         };
         format!("[\n{}\n]\n", self.keys.iter().map(key).collect::<Vec<_>>().join(",\n"))
@@ -138,7 +155,8 @@ impl Film {
 impl Maker {
     /// Draws a film as `layersplat rotate --keys` does, and sends it in parts.
     pub(super) fn film(&self, order: &Order, renderer: &mut PageRenderer, film: &Film) -> Result<(), Error> {
-        let (scene, size) = (&self.scene, film.check()?);
+        let (scene, size, steps) = (&self.scene, film.check()?, film.steps());
+        film.keys.iter().try_for_each(|key| scene.check_step(key.frame))?;
         let key = |key: &FilmKey| Ok(Key { time: key.time, camera: scene.camera(&key.camera)?, orbit: Some(key.camera.orbit()) });
         let keys: Vec<Key> = film.keys.iter().map(key).collect::<Result<_, Error>>()?;
         let cameras = CameraPath::new(keys)?.in_frame(scene.frame()).evenly(film.frames());
@@ -158,8 +176,14 @@ impl Maker {
         let path = folder.path().join(film.format.file_name());
         let mut animation = Animation::create(&path, size, film.frames(), film.rate, look.background()?).map_err(without_path)?;
         let progress = |state, done| self.outgoing.reply(&Reply::Film { id: film.id, state, done, of: film.frames() });
-        for (done, camera) in (0..).zip(&cameras) {
-            progress(FilmState::Drawing, done);
+        let mut changes = steps.clone();
+        changes.dedup();
+        let mut played = scene.play(changes.split_off(1));
+        for (n, camera) in cameras.iter().enumerate() {
+            progress(FilmState::Drawing, n as u32);
+            if let Some(played) = played.as_mut().filter(|_| n > 0 && steps[n] != steps[n - 1]) {
+                renderer.set_volume(&played.next().expect("a step is read for every change")?)?;
+            }
             let (Some(frame), _) = renderer.render(camera, rendered, &settings)? else { return Ok(()) };
             let frame = if film.samples > 1 { frame.averaged(film.samples)? } else { frame };
             animation.add(&annotated(frame, scene, (&look, &order.transfer), camera, settings.blend)?).map_err(without_path)?;
@@ -188,7 +212,7 @@ impl Maker {
             id: film.id,
             line: line.as_deref(),
             keys_name: KEYS_NAME,
-            keys_text: &film.keys_text(),
+            keys_text: &film.keys_text(self.scene.steps() > 1),
             transfer_name: TRANSFER_NAME,
             transfer_text: &transfer_text,
         });
@@ -232,7 +256,7 @@ mod tests {
             center: [0.0; 3],
             projection: PageProjection::Perspective([30.0, 9.0]),
         };
-        let keys = times.iter().map(|&time| FilmKey { time, camera }).collect();
+        let keys = times.iter().map(|&time| FilmKey { time, camera, frame: 0 }).collect();
         Film { id: 1, keys, width: 64, height: 48, samples: 1, rate: 25, format: FilmFormat::Gif }
     }
 
@@ -240,7 +264,11 @@ mod tests {
     fn films_are_bounded() {
         let good = film(&[0.0, 0.5, 2.0]);
         assert_eq!((good.check().unwrap().width, good.frames()), (64, 51));
-        assert!(good.keys_text().contains(r#""distance":9.0"#) && good.keys_text().starts_with("[\n"));
+        assert!(good.keys_text(false).contains(r#""distance":9.0"#) && good.keys_text(false).starts_with("[\n"));
+        assert!(good.keys_text(true).contains(r#""frame":0"#) && !good.keys_text(false).contains("frame"));
+        let mut timed = film(&[0.0, 1.0]);
+        timed.keys[1].frame = 5;
+        assert_eq!((timed.steps().len(), timed.steps()[12], timed.steps()[25]), (26, 2, 5));
         for bad in [
             film(&[0.0]),
             film(&[0.0, 0.0]),

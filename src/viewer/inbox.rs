@@ -222,7 +222,7 @@ mod tests {
     }
 
     fn view(id: u32) -> View {
-        View { id, camera: camera(), width: 4, height: 4, moving: true }
+        View { id, camera: camera(), width: 4, height: 4, moving: true, playing: false }
     }
 
     fn look() -> Look {

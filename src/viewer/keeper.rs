@@ -27,6 +27,16 @@ pub(super) struct Order {
     pub transfer: TransferFunction,
 }
 
+impl Order {
+    /// The step of a sequence that comes first.
+    fn step(&self) -> usize {
+        match &self.kept {
+            Kept::Picture(_) => self.look.frame,
+            Kept::Film(film) => film.first_step(),
+        }
+    }
+}
+
 /// What is made.
 pub(super) enum Kept {
     Picture(Saving),
@@ -153,7 +163,8 @@ impl Maker {
 
     fn make(&self, order: &Order) -> Result<(), Error> {
         // Dropped when done, with its buffers on the device.
-        let mut renderer = self.scene.renderer(&order.transfer)?;
+        let volume = self.scene.step(order.step())?;
+        let mut renderer = self.scene.renderer_of(&volume, &order.transfer)?;
         renderer.set_cancel(Some(self.keeper.cancel.clone()));
         renderer.set_bands(Some(self.keeper.bands.clone()));
         match &order.kept {

@@ -46,6 +46,8 @@ pub struct Look {
     pub bounding_box: bool,
     /// The world axes.
     pub axes: bool,
+    /// Step of a sequence, from 0; 0 for other volumes.
+    pub frame: usize,
 }
 
 /// A white light.
@@ -174,6 +176,7 @@ impl Look {
             legend: false,
             bounding_box: false,
             axes: false,
+            frame: 0,
         }
     }
 

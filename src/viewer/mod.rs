@@ -35,6 +35,7 @@ mod sharpening;
 mod slices;
 #[cfg(feature = "viewer")]
 mod socket;
+mod time;
 mod warming;
 
 #[cfg(feature = "viewer")]
@@ -49,3 +50,4 @@ pub use scene::{FilmWanted, First, Host, Offered, Opening, Scene, Source, Wanted
 #[cfg(feature = "viewer")]
 pub use server::{Server, Stop};
 pub use session::{Change, Message, Received, Session};
+pub use time::Time;

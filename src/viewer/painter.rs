@@ -9,6 +9,7 @@ use super::protocol::{FilmState, Picture, Reply, Step, View, shown_size};
 use super::scene::{First, Scene};
 use super::session::Outgoing;
 use super::sharpening::Sharpening;
+use super::time::Moment;
 use super::warming;
 use crate::camera::Camera;
 use crate::device::{Bands, Cancel};
@@ -28,6 +29,8 @@ pub(super) struct Painter {
     pub outgoing: Outgoing,
     pub renderer: Box<dyn VolumeRenderer<'static> + Send>,
     pub look: Look,
+    /// The step of a sequence that the renderer has.
+    pub moment: Moment,
     pace: Pace,
     current: Option<Current>,
 }
@@ -67,8 +70,8 @@ impl Painter {
     ) -> Result<Self, Error> {
         let mut renderer = scene.renderer(&first.transfer)?;
         renderer.set_cancel(Some(cancel));
-        let look = first.look.clone();
-        Ok(Self { scene, inbox, keeper, outgoing, renderer, look, pace: Pace::default(), current: None })
+        let (moment, look) = (Moment::new(&scene), first.look.clone());
+        Ok(Self { scene, inbox, keeper, outgoing, renderer, look, moment, pace: Pace::default(), current: None })
     }
 
     /// Draws until the page is gone.
@@ -98,8 +101,8 @@ impl Painter {
             self.renderer.set_transfer_function(&transfer);
         }
         if let Some(look) = look {
-            match self.scene.host.settings(&look, None) {
-                Ok(_) => {
+            match self.scene.host.settings(&look, None).and_then(|_| self.go(look.frame)) {
+                Ok(()) => {
                     self.look = look;
                     warming::begin(self);
                 }
@@ -125,10 +128,20 @@ impl Painter {
         }
     }
 
+    /// Gives the renderer another step of a sequence.
+    fn go(&mut self, step: usize) -> Result<(), Error> {
+        if step == self.moment.step() {
+            return Ok(());
+        }
+        self.moment.go(&self.scene, step)?;
+        self.renderer.set_volume(self.moment.volume())
+    }
+
     /// Draws the next picture of the current view.
     fn draw(&mut self) -> Result<(), Error> {
         let Some(mut current) = self.current.take() else { return Ok(()) };
-        let drawn = if current.view.moving { self.draw_moving(&mut current) } else { self.refine(&mut current) };
+        let is_fast = current.view.moving || current.view.playing;
+        let drawn = if is_fast { self.draw_moving(&mut current) } else { self.refine(&mut current) };
         if drawn.as_ref().is_err_and(|error| !matches!(error, Error::Cancelled { .. })) {
             // Said once; the same frame would fail again.
             current.progress = Progress::All;
@@ -244,7 +257,7 @@ impl Painter {
             Job::Fit { camera, size } => {
                 self.scene.camera(&camera)?;
                 let settings = self.scene.host.settings(&self.look, None)?;
-                let camera = self.scene.fitted(&camera, size, &settings, &transfer);
+                let camera = self.scene.fitted(&camera, size, &settings, &transfer)?;
                 self.outgoing.reply(&Reply::Fitted { camera });
                 Ok(())
             }

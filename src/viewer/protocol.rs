@@ -126,6 +126,9 @@ pub(super) struct View {
     pub height: u32,
     /// Whether a hand moves: then speed counts, otherwise quality.
     pub moving: bool,
+    /// Whether time runs. Speed counts, too, but what is kept does not wait for it, as it does for a hand.
+    #[serde(default)]
+    pub playing: bool,
 }
 
 /// Where a named transfer function comes from.

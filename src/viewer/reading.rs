@@ -67,7 +67,7 @@ impl Painter {
             return Ok(None);
         }
         let forward = camera.basis()?.forward;
-        let volume = &self.scene.opening.volume;
+        let volume = self.moment.volume();
         let point = |depth: f64| {
             let position = camera.position + forward * depth;
             let voxel = volume.grid().world_to_voxel(position);

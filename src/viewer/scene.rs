@@ -5,14 +5,15 @@ use super::page_camera::{PageCamera, PageProjection};
 use super::protocol::{Kind, NamedTransfer, Reply, SavedFormat};
 use super::readiness::Readiness;
 use super::slices;
+use super::time::Time;
 use crate::camera::OrbitFrame;
 use crate::device::Device;
 use crate::error::Error;
 #[cfg(feature = "viewer")]
 use crate::files::Scratch;
-use crate::framing::{Fixed, Framing, Orientation, Side};
+use crate::framing::{Fixed, Orientation, Side};
 use crate::renderer::{Renderer, UploadedVolume, VolumeRenderer, volume_renderer};
-use crate::settings::{Blend, CropBox, Quality, Settings};
+use crate::settings::{Quality, Settings};
 use crate::transfer::TransferFunction;
 use crate::viewport::Viewport;
 use crate::volume::{Statistics, Volume};
@@ -139,8 +140,10 @@ pub enum Source<'a> {
 
 /// How a volume is shown first.
 pub struct Opening {
-    /// The volume. Its name is that of the file, without folders.
+    /// The volume, or the first step of a sequence. Its name is that of the file, without folders.
     pub volume: Volume<'static>,
+    /// The sequence, if the volume is one.
+    pub time: Option<Time>,
     /// The first transfer function.
     pub transfer: TransferFunction,
     /// The device.
@@ -184,7 +187,7 @@ pub struct Scene {
     number: u32,
     pub(super) opening: Opening,
     pub(super) host: Box<dyn Host>,
-    /// `None` if the volume is streamed.
+    /// `None` if the volume is streamed, and for a sequence: each page has its own step on the device.
     uploaded: Option<UploadedVolume>,
     /// Counted for the first page.
     statistics: OnceLock<Statistics>,
@@ -208,7 +211,8 @@ impl Scene {
         let Opening { volume, device, .. } = &opening;
         let bytes = volume.grid().voxel_count() as u64 * volume.voxel_type().bytes() as u64;
         let is_streamed = device.memory_budget().is_some() || bytes > device.largest_buffer_bytes();
-        let uploaded = if is_streamed { None } else { Some(UploadedVolume::new(device, volume)?) };
+        let is_shared = !is_streamed && opening.time.is_none();
+        let uploaded = if is_shared { Some(UploadedVolume::new(device, volume)?) } else { None };
         let (statistics, warming, ready) = (OnceLock::new(), Default::default(), Readiness::default());
         Ok(Self {
             number: 0,
@@ -229,12 +233,21 @@ impl Scene {
         Self { number, _held: folder, ..self }
     }
 
-    /// A renderer of its own for a page, or for the program. All share the voxels.
+    /// A renderer of its own for a page, or for the program. All share the voxels, unless these are a step of a sequence: the first one.
     ///
     /// # Errors
     /// Insufficient memory of the device.
     pub fn renderer(&self, transfer: &TransferFunction) -> Result<Box<dyn VolumeRenderer<'static> + Send>, Error> {
-        let Opening { volume, device, time_limit, .. } = &self.opening;
+        self.renderer_of(&self.opening.volume, transfer)
+    }
+
+    /// A renderer for a step.
+    pub(super) fn renderer_of(
+        &self,
+        volume: &Volume<'static>,
+        transfer: &TransferFunction,
+    ) -> Result<Box<dyn VolumeRenderer<'static> + Send>, Error> {
+        let Opening { device, time_limit, .. } = &self.opening;
         let mut renderer: Box<dyn VolumeRenderer<'static> + Send> = match &self.uploaded {
             Some(uploaded) => Box::new(Renderer::from_uploaded(uploaded, transfer)?),
             None => volume_renderer(device, volume, transfer)?,
@@ -262,34 +275,28 @@ impl Scene {
     }
 
     /// The camera with these angles and this kind of projection that fits what is visible.
+    ///
+    /// # Errors
+    /// Those of reading the steps of a sequence.
     pub(super) fn fitted(
         &self,
         camera: &PageCamera,
         size: Viewport,
         settings: &Settings,
         transfer: &TransferFunction,
-    ) -> PageCamera {
-        let volume = &self.opening.volume;
-        let framing = match settings.blend {
-            Blend::Composite => Framing::visible(volume, transfer, settings.unit_distance),
-            Blend::Iso(value) => Framing::iso(volume, value),
-            _ => Framing::whole(volume),
-        };
-        let framing = match settings.clipping.crop {
-            Some(CropBox { lowest, highest }) => framing.cropped(volume.grid(), lowest, highest),
-            None => framing,
-        };
+    ) -> Result<PageCamera, Error> {
+        let framing = self.framing(settings, transfer)?;
         let orbit = self.frame().orbit(camera.orbit());
         let fitted = match camera.projection {
             PageProjection::ParallelScale(_) => framing.parallel(orbit, size, Fixed::default()),
             PageProjection::Perspective([field_of_view, _]) => framing.perspective(orbit, size, field_of_view, Fixed::default()),
         };
-        PageCamera::new(&fitted, camera.orbit())
+        Ok(PageCamera::new(&fitted, camera.orbit()))
     }
 
     /// A transfer function by name.
     pub(super) fn named(&self, kind: Kind, name: &str) -> Result<TransferFunction, Error> {
-        let volume = &self.opening.volume;
+        let volume = self.values();
         match kind {
             Kind::Automatic => TransferFunction::automatic_in(volume, name),
             Kind::Preset => TransferFunction::preset(name, volume),
@@ -303,14 +310,15 @@ impl Scene {
         let Opening { volume, orientation, .. } = &self.opening;
         let First { camera, camera_is_given, look, transfer } = first;
         let (grid, frame) = (volume.grid(), self.frame());
-        let statistics = self.statistics.get_or_init(|| volume.statistics());
+        let values = self.values();
+        let statistics = self.statistics.get_or_init(|| values.statistics());
         let sides = Side::ALL.map(|side| {
             let orbit = orientation.side(side);
             json!({ "name": side.name(), "seen_from": orientation.seen_from(orbit), "azimuth": orbit.azimuth, "elevation": orbit.elevation })
         });
         let is_layered = self.host.settings(look, None).is_ok_and(|settings| settings.layered().is_some());
         let presets = TransferFunction::presets().map(|(name, shows)| {
-            let colors = TransferFunction::preset(name, volume).map_or_else(|_| Vec::new(), |preset| strip(&preset));
+            let colors = TransferFunction::preset(name, values).map_or_else(|_| Vec::new(), |preset| strip(&preset));
             json!({ "name": name, "shows": shows, "colors": colors })
         });
         let maps = TransferFunction::names().map(|name| json!({ "name": name, "colors": self.preview(name) }));
@@ -330,7 +338,8 @@ impl Scene {
             "palettes": TransferFunction::palette_colors().map(|(name, colors)| json!({ "name": name, "colors": colors })).collect::<Vec<_>>(),
             "presets": presets.collect::<Vec<_>>(),
             "maps": maps.collect::<Vec<_>>(),
-            "slices": slices::described(volume),
+            "slices": slices::described(grid, values),
+            "steps": self.steps(),
             "is_layered": is_layered,
             "scene": self.number,
             "opens_volumes": self.host.opens_volumes(),
@@ -347,7 +356,7 @@ impl Scene {
 
     /// Colours of a map.
     fn preview(&self, name: &str) -> Vec<[f64; 3]> {
-        TransferFunction::builtin(name, &self.opening.volume).map_or_else(|_| Vec::new(), |map| strip(&map))
+        TransferFunction::builtin(name, self.values()).map_or_else(|_| Vec::new(), |map| strip(&map))
     }
 }
 

@@ -140,8 +140,8 @@ fn value_at(renderer: &mut Renderer, grid: &Grid, point: DVec3, kernel: Kernel) 
 }
 
 /// What the page needs to know about the slices of a volume: its axes, with coordinates that are affine in world points, and a window.
-pub(super) fn described(volume: &Volume) -> Value {
-    let grid = volume.grid();
+/// `values`: a volume with its values.
+pub(super) fn described(grid: &Grid, values: &Volume) -> Value {
     let axes = SliceAxis::three(grid).map(|axis| {
         let offset = axis.coordinate(grid, DVec3::ZERO);
         let per_unit = DVec3::AXES.map(|unit| axis.coordinate(grid, unit) - offset);
@@ -153,7 +153,7 @@ pub(super) fn described(volume: &Volume) -> Value {
             "offset": offset, "per_unit": per_unit, "range": [lo, hi],
         })
     });
-    let (lo, hi) = TransferFunction::grey_ramp(volume).range();
+    let (lo, hi) = TransferFunction::grey_ramp(values).range();
     json!({ "axes": axes, "has_anatomy": grid.has_anatomy(), "window": [(lo + hi) / 2.0, hi - lo] })
 }
 
@@ -191,7 +191,7 @@ mod tests {
         for grid in [plain.clone(), plain.with_anatomy()] {
             let voxels = crate::volume::Voxels::Uint8(vec![7; 120]);
             let volume = Volume::new("test", grid.clone(), voxels).unwrap();
-            let described = described(&volume);
+            let described = described(&grid, &volume);
             for (axis, found) in SliceAxis::three(&grid).iter().zip(described["axes"].as_array().unwrap()) {
                 let vector = |name: &str| DVec3::from_array(std::array::from_fn(|i| found[name][i].as_f64().unwrap()));
                 let coordinate = |point: DVec3| vector("per_unit").dot(point) + found["offset"].as_f64().unwrap();

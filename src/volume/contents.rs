@@ -25,6 +25,8 @@ pub struct Contents {
     pub channels: usize,
     /// The channel that was read, from 0.
     pub channel: usize,
+    /// Whether the magnitude of all channels was read instead of one of them.
+    pub magnitude: bool,
     /// Dimensions of all resolutions, finest first. Empty if the format has one resolution.
     pub levels: Vec<[usize; 3]>,
     /// The resolution that was read, from 0.
@@ -50,6 +52,7 @@ impl Default for Contents {
             frame_spacing: None,
             channels: 1,
             channel: 0,
+            magnitude: false,
             levels: Vec::new(),
             level: 0,
         }

@@ -98,6 +98,11 @@ impl Description {
         Self { rescale, background: None, ..self }
     }
 
+    /// The same field at the voxels of another grid, as floats.
+    pub(crate) fn resampled(&self, grid: Grid) -> Self {
+        Self { grid, voxel_type: VoxelType::Float32, ..self.clone() }
+    }
+
     /// Warns of values that 32-bit floats cannot represent or sum accurately. Call it once per volume after reading its voxels;
     /// `invalid` is the number of invalid ones.
     pub(crate) fn warn_of_values(&self, invalid: u64) {

@@ -1,10 +1,13 @@
 //! Volumes: grids, voxels and file formats. This module does not depend on rendering.
 
 mod builtin;
+mod channels;
+mod colors;
 mod contents;
 mod description;
 mod format;
 mod grid;
+mod labels;
 mod part;
 mod placed;
 mod rescale;
@@ -22,15 +25,17 @@ mod write;
 #[cfg(feature = "viewer")]
 pub(crate) use builtin::BUILTIN;
 pub use builtin::builtin_volume;
+pub use channels::ChannelDescription;
 pub use contents::{Contents, FrameSpacing};
 pub use description::Description;
 pub(crate) use description::Stored;
 pub use format::{Level, OpenOptions};
 pub use grid::Grid;
+pub use labels::{Label, LabelChange, LabelLayer, LabelTable, LabelVisibility, Labels};
 pub(crate) use part::Held;
 pub use part::VolumePart;
 pub use rescale::Rescale;
-pub use sequence::{Playback, Sequence};
+pub use sequence::{Playback, Sequence, steps_along};
 #[cfg(feature = "mpi")]
 pub(crate) use shared::Together;
 pub use shared::VoxelBox;
@@ -73,7 +78,8 @@ pub struct Volume<'a> {
 
 impl Volume<'static> {
     /// Opens `builtin:NAME[@SIZE]`, a file, or one file per slice: a folder of numbered `.png` or `.tif` files, or a name with `%d` in
-    /// place of the number.
+    /// place of the number. Where the numbered files hold volumes, or where a `.pvd` names them, [`OpenOptions::frame`] counts the frames of
+    /// all files, as in a [`Sequence`].
     ///
     /// Formats recognised by content: NRRD, NIfTI-1 and -2, MetaImage, VTK image data (`.vti` with the feature `vtk`, legacy `.vtk`), NumPy
     /// arrays (`.npz` with the feature `npz`), TIFF (feature `tiff`), PNG and VisIt's `.bov`. Raw files are named
@@ -137,6 +143,19 @@ impl<'a> Volume<'a> {
         description.warn_of_values(invalid as u64);
         let description = if invalid > 0 { description.with_invalid_voxels() } else { description };
         Ok(Self { description, voxels, invalid, shared: None, contents: Contents::default() })
+    }
+
+    /// Places the voxels on another grid of the same dimensions.
+    ///
+    /// # Errors
+    /// [`Error::Grid`] for other dimensions.
+    pub fn with_grid(mut self, grid: Grid) -> Result<Self, Error> {
+        if grid.dims() != self.grid().dims() {
+            let problem = format!("it has {:?} voxels, and the volume {:?}", grid.dims(), self.grid().dims());
+            return Err(Error::Grid { problem });
+        }
+        self.description.grid = grid;
+        Ok(self)
     }
 
     /// See [`Description::with_background`].

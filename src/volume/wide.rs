@@ -32,7 +32,8 @@ pub(super) struct Numbers<'a> {
 }
 
 impl Numbers<'_> {
-    fn len(self) -> usize {
+    /// How many there are.
+    pub fn count(self) -> usize {
         self.bytes.len() / self.scalar.bytes()
     }
 
@@ -65,7 +66,7 @@ impl Numbers<'_> {
         let within = |a: (f64, f64), b: (f64, f64)| (a.0.min(b.0), a.1.max(b.1));
         // `min` and `max` ignore NaN.
         let of = |range, i| within(range, (self.get(i), self.get(i)));
-        let range = (0..self.len()).into_par_iter().with_min_len(BLOCK).fold(|| empty, of).reduce(|| empty, within);
+        let range = (0..self.count()).into_par_iter().with_min_len(BLOCK).fold(|| empty, of).reduce(|| empty, within);
         (range.0 <= range.1).then_some(range)
     }
 
@@ -78,16 +79,16 @@ impl Numbers<'_> {
                 }
             });
         };
-        let bytes = (self.len() * size_of::<T>()) as u64;
+        let bytes = (self.count() * size_of::<T>()) as u64;
         if most.is_none_or(|most| bytes <= most) {
-            let mut voxels = memory::zeroed::<T>(name, self.len())?;
+            let mut voxels = memory::zeroed::<T>(name, self.count())?;
             convert(0, &mut voxels);
             return Ok(voxels.into());
         }
         let mut spool = Spool::new(name, bytes)?;
-        let mut piece = memory::zeroed::<T>(name, PIECE.min(self.len()))?;
-        for first in (0..self.len()).step_by(PIECE) {
-            let voxels = &mut piece[..PIECE.min(self.len() - first)];
+        let mut piece = memory::zeroed::<T>(name, PIECE.min(self.count()))?;
+        for first in (0..self.count()).step_by(PIECE) {
+            let voxels = &mut piece[..PIECE.min(self.count() - first)];
             convert(first, voxels);
             spool.put(bytemuck::cast_slice(voxels))?;
         }
@@ -96,8 +97,8 @@ impl Numbers<'_> {
 
     /// Range of the bulk of the numbers, estimated from a sample.
     fn bulk(self) -> Option<(f64, f64)> {
-        let every = self.len().div_ceil(ASKED);
-        let mut some: Vec<f64> = (0..self.len()).step_by(every).map(|i| self.get(i)).filter(|n| !n.is_nan()).collect();
+        let every = self.count().div_ceil(ASKED);
+        let mut some: Vec<f64> = (0..self.count()).step_by(every).map(|i| self.get(i)).filter(|n| !n.is_nan()).collect();
         some.sort_by(f64::total_cmp);
         let at = |share: f64| some.get((share * (some.len() as f64 - 1.0)).round() as usize).copied();
         at(ODD_SHARE).zip(at(1.0 - ODD_SHARE))

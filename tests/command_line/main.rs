@@ -94,7 +94,8 @@ fn info_rotate_devices_and_bench() {
     let f = folder.path();
     let info = json(f, &["info", "builtin:cube@3x4x5"]);
     let placed = ["anatomy", "bounds", "channel", "channels", "dims", "direction", "effective_splats"];
-    let several = ["frame", "frame_spacing", "frame_unit", "frames", "histogram", "level", "levels", "max", "mean", "min"];
+    let several =
+        ["frame", "frame_spacing", "frame_unit", "frames", "histogram", "labels", "level", "levels", "max", "mean", "min"];
     let others = ["origin", "spacing", "spacing_is_assumed", "transfer", "type", "up", "up_reason"];
     assert_eq!(keys(&info), [&placed[..], &several, &others].concat());
     assert_eq!((&info["channels"], &info["frames"], &info["levels"]), (&1.into(), &1.into(), &serde_json::json!([[3, 4, 5]])));

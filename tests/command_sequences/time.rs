@@ -119,6 +119,19 @@ fn steps_repeat_or_are_left_out() {
     assert!(upper(said) > 2.0 * upper(one), "the ramp is that of the sequence");
 }
 
+/// Steps that go through the memory of the device in parts have the bits of whole ones.
+#[test]
+fn sequences_are_streamed() {
+    let folder = folder();
+    let f = folder.path();
+    let options = "beat.nii --time --turn 0 --transfer fire";
+    assert!(film(f, &format!("{options} --memory 253000")) == film(f, options));
+    let said = done(f, &format!("rotate {options} {CAMERA} --memory 253000 -o parts.gif")).stderr;
+    assert!(String::from_utf8_lossy(&said).contains("2 parts"), "{}", String::from_utf8_lossy(&said));
+    let arguments = format!("rotate {options} --size 30x24 --memory 1000 -o no.gif");
+    refused(f, &arguments.split(' ').collect::<Vec<_>>(), 2, &["--memory", "budget"]);
+}
+
 /// The frames of keys: between keys, before the first and after the last; and time over a path whose keys have none.
 #[test]
 fn keys_choose_frames() {
@@ -204,6 +217,26 @@ fn collections_are_sequences() {
     let found = film(f, &format!("run.pvd {look}"));
     assert!(found == film(f, &format!("s0.nrrd s1.nrrd s2.nrrd s3.nrrd {look}")));
     assert!(found != film(f, &format!("s0.nrrd s2.nrrd s1.nrrd s3.nrrd {look}")));
+    assert!(found == film(f, &format!("run/%d.vti {look}")));
+    // Other commands open one step: the first, and say so, or the chosen one.
+    for source in ["run.pvd", "run/%d.vti"] {
+        for step in 0..STEPS {
+            assert!(still(f, &format!("{source} --frame {step}")) == still(f, &format!("run/{step}.vti")), "{source} {step}");
+            let info = json(f, &["info", source, "--frame", &step.to_string()]);
+            assert_eq!((&info["frames"], &info["frame"]), (&STEPS.into(), &step.into()));
+            assert_eq!(info["max"], json(f, &["info", &format!("run/{step}.vti")])["max"]);
+        }
+        assert!(still(f, source) == still(f, "run/0.vti") && still(f, source) != still(f, "run/1.vti"));
+        let said = String::from_utf8(done(f, &format!("render {source} --size 9x9 -o first.png")).stderr).unwrap();
+        assert!(said.contains("using frame 0 of 4"), "{said}");
+        done(f, &format!("transfer {source} --frame 3 -o 3.json"));
+        done(f, "transfer run/3.vti -o alone.json");
+        assert_eq!(std::fs::read(f.join("3.json")).unwrap(), std::fs::read(f.join("alone.json")).unwrap());
+        refused(f, &["render", source, "--frame", "4", "-o", "no.png"], 2, &["--frame", "0 to 3", source]);
+    }
+    // A collection is no step of another one.
+    collection("nested.pvd", &[("0", "run.pvd")]);
+    refused(f, &["render", "nested.pvd", "-o", "no.png"], 1, &["run.pvd", "holds Collection"]);
     collection("twice.pvd", &[("1", "run/0.vti"), ("1", "run/1.vti")]);
     collection("none.pvd", &[]);
     collection("when.pvd", &[("soon", "run/0.vti")]);

@@ -1,7 +1,7 @@
 //! Truncated files and flipped bits give a volume or an error, and never allocate more memory than the file could hold.
 
 use crate::files::{all, folder};
-use layersplat::volume::Volume;
+use layersplat::volume::{ChannelDescription, LabelTable, Labels, Volume};
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -77,6 +77,22 @@ fn damaged(path: &Path, options: &layersplat::OpenOptions) -> usize {
     targets(path).iter().map(|target| damaged_at(path, target, options)).sum()
 }
 
+/// Opens a file as what it is: its metadata of labels and channels may be refused where its voxels are not.
+fn opened(path: &Path, options: &layersplat::OpenOptions) -> Result<(), layersplat::Error> {
+    if path.extension().is_some_and(|ending| ending == "txt") {
+        return LabelTable::open(path).map(|_| ());
+    }
+    let of = |folder: &str| path.components().any(|part| part.as_os_str() == folder);
+    Volume::open(path, options)?;
+    if of("labels") {
+        Labels::open(path, options, None)?;
+    }
+    if of("channels") {
+        ChannelDescription::of_file(path, options)?;
+    }
+    Ok(())
+}
+
 /// Opens a path with all kinds of damage to one of its files.
 fn damaged_at(path: &Path, target: &Path, options: &layersplat::OpenOptions) -> usize {
     let whole = std::fs::read(target).unwrap();
@@ -84,7 +100,7 @@ fn damaged_at(path: &Path, target: &Path, options: &layersplat::OpenOptions) -> 
     let mut try_it = |bytes: &[u8], what: &dyn Fn() -> String| {
         std::fs::write(target, bytes).unwrap();
         LARGEST.store(0, Ordering::Relaxed);
-        refused += usize::from(Volume::open(path, options).is_err());
+        refused += usize::from(opened(path, options).is_err());
         let largest = LARGEST.load(Ordering::Relaxed);
         assert!(largest < MOST, "{} takes {largest} bytes, {}", path.display(), what());
     };
@@ -110,6 +126,8 @@ fn damaged_at(path: &Path, target: &Path, options: &layersplat::OpenOptions) -> 
 fn damaged_files_are_refused_or_read() {
     let temporary = tempfile::tempdir().unwrap();
     copied(&folder(), temporary.path());
+    let table = damaged(&temporary.path().join("labels/atlas.txt"), &layersplat::OpenOptions::default());
+    assert!(table > 0, "no damage of a table was detected");
     let mut seen = BTreeSet::new();
     for expected in all() {
         if seen.insert(expected.file.clone()) {

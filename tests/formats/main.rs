@@ -1,11 +1,14 @@
 //! Files of other programs (scripts in make) are read correctly; damaged files are rejected.
 
 mod anatomy;
+mod channels;
 mod damage;
 mod files;
+mod labels;
 mod nrrd_axes;
 mod refused;
 #[cfg(feature = "npz")]
 mod refused_archives;
 mod refused_pictures;
+mod vectors;
 mod written;

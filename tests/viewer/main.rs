@@ -9,3 +9,4 @@ mod python;
 mod reading;
 mod safety;
 mod slices;
+mod time;

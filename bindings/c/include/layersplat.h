@@ -12,8 +12,8 @@
  * Ownership  A function whose last argument is the address of a handle creates that handle, and sets it to null on
  *            failure. Free it with the ..._free function of its type, in any order. OpenCL objects of the caller are
  *            retained while they are in use. Returned events belong to the caller.
- * Threads    Several threads may use a device, volume, transfer function or cancellation flag at the same time, but
- *            only one thread a renderer. Do not free a handle while another call uses it.
+ * Threads    Several threads may use a device, volume, sequence, transfer function or cancellation flag at the same
+ *            time, but only one thread a renderer or a playback. Do not free a handle while another call uses it.
  * Enums      An int32_t that is documented as, for example, "a layersplat_quality" takes the constants of that enum.
  * OpenCL     CL/cl.h is not needed, and may be included before or after this file: struct _cl_mem * is a cl_mem.
  *            libOpenCL.so.1 is loaded when the first device is opened.
@@ -348,10 +348,21 @@ typedef struct layersplat_cancel layersplat_cancel;
 typedef struct layersplat_device layersplat_device;
 
 /**
+ * Steps of a sequence that are read ahead on a thread. Only one thread may use it at a time: concurrent calls return
+ * LAYERSPLAT_STATUS_BUSY.
+ */
+typedef struct layersplat_playback layersplat_playback;
+
+/**
  * A renderer of one volume on one device. It may move between threads, but only one thread may use it at a time: concurrent calls
  * return LAYERSPLAT_STATUS_BUSY.
  */
 typedef struct layersplat_renderer layersplat_renderer;
+
+/**
+ * Volumes of one size and type in the order of time. It is immutable, and several threads may use it at the same time.
+ */
+typedef struct layersplat_sequence layersplat_sequence;
 
 /**
  * A transfer function: colour and opacity by data value. It is immutable, and several threads may use it at the same time.
@@ -1121,6 +1132,67 @@ enum layersplat_status layersplat_renderer_limit(struct layersplat_renderer *ren
  * Frees a renderer and its device memory. No call may be using it. Enqueued frames still complete. Null is ignored.
  */
 void layersplat_renderer_free(struct layersplat_renderer *renderer);
+
+/**
+ * Opens the frames of `count` sources as one sequence. A source is what layersplat_volume_open() takes: a file with a time axis has a step
+ * per frame, and a .pvd of ParaView and NAME%d.EXT have those of all their files. Only headers are read; a step is read when it is asked
+ * for. All steps must have the same size and type. To be freed by layersplat_sequence_free().
+ */
+enum layersplat_status layersplat_sequence_open(const char *const *sources,
+                                                size_t count,
+                                                struct layersplat_sequence **sequence);
+
+/**
+ * Number of steps, at least 1.
+ */
+enum layersplat_status layersplat_sequence_length(const struct layersplat_sequence *sequence, size_t *length);
+
+/**
+ * Reads a step, counted from 0. To be freed by layersplat_volume_free().
+ */
+enum layersplat_status layersplat_sequence_step(const struct layersplat_sequence *sequence,
+                                                size_t step,
+                                                struct layersplat_volume **volume);
+
+/**
+ * A volume with the values of all steps, or of 16 from the first to the last, for layersplat_transfer_automatic() and
+ * layersplat_transfer_open(). It is not to be drawn. To be freed by layersplat_volume_free().
+ */
+enum layersplat_status layersplat_sequence_overview(const struct layersplat_sequence *sequence,
+                                                    struct layersplat_volume **volume);
+
+/**
+ * Frees a sequence. Volumes and playbacks that were made from it stay usable. Null is ignored.
+ */
+void layersplat_sequence_free(struct layersplat_sequence *sequence);
+
+/**
+ * Reads a step and makes it the volume of a renderer, effective from the next frame, as layersplat_renderer_set_volume() does.
+ */
+enum layersplat_status layersplat_renderer_set_step(struct layersplat_renderer *renderer,
+                                                    const struct layersplat_sequence *sequence,
+                                                    size_t step);
+
+/**
+ * Starts to read `count` steps, in any order, on a thread of its own: each while the program uses the one before. The sequence may be freed
+ * afterwards. To be freed by layersplat_playback_free().
+ */
+enum layersplat_status layersplat_sequence_play(const struct layersplat_sequence *sequence,
+                                                const size_t *steps,
+                                                size_t count,
+                                                struct layersplat_playback **playback);
+
+/**
+ * The next step, once it is read: a volume to be freed by layersplat_volume_free(), or null after the last one. Fails if the step cannot be
+ * read; the next call returns the step after it.
+ */
+enum layersplat_status layersplat_playback_next(struct layersplat_playback *playback,
+                                                struct layersplat_volume **volume);
+
+/**
+ * Frees a playback, after the step that is being read. Null is ignored.
+ */
+void layersplat_playback_free(struct layersplat_playback *playback);
 
 /**
  * Default settings of a layersplat_quality: composited, lit from the camera, without clipping. Pass sizeof(layersplat_settings) as

@@ -18,6 +18,7 @@ mod opencl;
 mod picture;
 mod render;
 mod renderer;
+mod sequence;
 mod settings;
 mod slice;
 mod status;
@@ -37,6 +38,7 @@ pub use opencl::{_cl_command_queue, _cl_context, _cl_device_id, _cl_event, _cl_m
 pub use picture::*;
 pub use render::*;
 pub use renderer::*;
+pub use sequence::*;
 pub use settings::*;
 pub use slice::*;
 pub use status::Status;

@@ -51,6 +51,7 @@ impl Status {
             | Error::Write { .. }
             | Error::Volume { .. }
             | Error::FileSize { .. }
+            | Error::Labels { .. }
             | Error::Image { .. }
             | Error::Unnamed { .. } => Status::File,
             Error::VoxelCount { .. }

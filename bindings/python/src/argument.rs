@@ -135,6 +135,8 @@ accepted! {
     u32: "a whole number from 0 on";
     u64: "a whole number from 0 on";
     usize: "a whole number from 0 on";
+    isize: "a whole number";
+    Vec<usize>: "a list of whole numbers from 0 on";
     String: "a string";
     PathBuf: "a path: a string or a pathlib.Path";
     (f64, f64): "two numbers";

@@ -98,6 +98,7 @@ fn class(error: &Error) -> &'static str {
         | Error::FileSize { .. }
         | Error::Unnamed { .. }
         | Error::Image { .. }
+        | Error::Labels { .. }
         | Error::Cameras { .. }
         | Error::Keys { .. } => "InvalidFile",
         Error::HostMemory { .. }
@@ -130,6 +131,7 @@ fn file(error: &Error) -> Option<(&Path, Option<i32>)> {
         | Error::FileSize { path, .. }
         | Error::Unnamed { path, .. }
         | Error::Image { path, .. }
+        | Error::Labels { path, .. }
         | Error::Cameras { path, .. }
         | Error::Keys { path, .. } => Some((path, None)),
         _ => None,

@@ -16,6 +16,7 @@ mod live;
 mod names;
 mod pickled;
 mod renderer;
+mod sequence;
 mod settings;
 mod slice;
 mod transfer;
@@ -38,6 +39,8 @@ mod _layersplat {
     use super::live::{LivePage, LiveScene};
     #[pymodule_export]
     use super::renderer::Renderer;
+    #[pymodule_export]
+    use super::sequence::{Playback, VolumeSequence};
     #[pymodule_export]
     use super::settings::Settings;
     #[pymodule_export]

@@ -124,7 +124,9 @@ impl LiveScene {
         let camera = PageCamera::of(&whole, frame)?;
         let view = View { shown: Mutex::new(Shown { overlay, look: look.clone() }), dims, iso, frame };
         let view = Arc::new(view);
-        let opening = Opening { volume, transfer, device, orientation, camera, camera_is_given: true, look, time_limit: None };
+        let time = None;
+        let opening =
+            Opening { volume, time, transfer, device, orientation, camera, camera_is_given: true, look, time_limit: None };
         let host = Box::new(ViewHost(view.clone()));
         let scene = detached(py, move || Ok(Scene::new(opening, host)?))?;
         Ok(Self { scene: Arc::new(scene), view })

@@ -21,6 +21,47 @@ pub fn grid(shape: [usize; 3], [x, y, z, origin]: Affine) -> Result<Grid> {
     Ok(Grid::from_affine(dims, DAffine3::from_mat3_translation(axes, origin.into()))?)
 }
 
+/// The library's options for opening files.
+#[allow(clippy::too_many_arguments)] // Those of `open`.
+pub fn opening(
+    dims: Option<Argument<[usize; 3]>>,
+    voxel_type: Option<Argument<String>>,
+    spacing: Option<Argument<[f64; 3]>>,
+    endian: Option<Argument<String>>,
+    header_bytes: Option<Argument<u64>>,
+    frame: Option<Argument<usize>>,
+    channel: Option<Argument<usize>>,
+    array: Option<Argument<String>>,
+    series: Option<Argument<String>>,
+    level: Option<Argument<usize>>,
+) -> Result<OpenOptions> {
+    extract!(dims, voxel_type, spacing, endian, header_bytes, frame, channel, array, series, level);
+    let endian = match endian.as_deref() {
+        None => None,
+        Some("little") => Some(Endian::Little),
+        Some("big") => Some(Endian::Big),
+        Some(other) => return Err(unknown("endian", other, "little or big")),
+    };
+    let voxel_type = voxel_type.as_deref().map(|name| {
+        let known = "uint8, int8, uint16, int16, uint32, int32, uint64, int64, float16, float32 or float64";
+        name.parse().map_err(|_| unknown("voxel_type", name, known))
+    });
+    let (voxel_type, spacing, level) = (voxel_type.transpose()?, spacing.map(DVec3::from), level.map(Level::Number));
+    Ok(OpenOptions {
+        dims,
+        voxel_type,
+        spacing,
+        endian,
+        header_bytes,
+        frame,
+        channel,
+        array,
+        series,
+        level,
+        ..OpenOptions::default()
+    })
+}
+
 /// A scalar volume: voxels, their grid in the world, and a background value.
 ///
 /// Volume(data) takes an array (z, y, x), or an image of nibabel (x, y, z), SimpleITK, ITK or xarray.
@@ -40,6 +81,10 @@ pub struct Volume(Ours<'static>);
 impl Volume {
     pub fn ours(&self) -> &Ours<'static> {
         &self.0
+    }
+
+    pub fn from_library(volume: Ours<'static>) -> Self {
+        Self(volume)
     }
 
     /// `Volume(data)`.
@@ -79,9 +124,9 @@ impl Volume {
     /// Opens a file, or builtin:marschner-lobb, builtin:hydrogen or builtin:cube with @N or @XxYxZ.
     ///
     /// dims: number of voxels along x, y, z. voxel_type, endian (little or big), header_bytes: properties of a raw file that its name
-    /// does not contain. spacing: along x, y, z. background: as for Volume(data). frame: index of one of several volumes. channel: index
-    /// of one of several components per voxel. array: a dataset, by name or path. series: a DICOM series in a folder. level: resolution
-    /// level, 0 is the finest.
+    /// does not contain. spacing: along x, y, z. background: as for Volume(data). frame: index of one of several volumes; VolumeSequence opens
+    /// all. channel: index of one of several components per voxel. array: a dataset, by name or path. series: a DICOM series in a folder.
+    /// level: resolution level, 0 is the finest.
     #[staticmethod]
     #[pyo3(signature = (
         path, *, dims = None, voxel_type = None, spacing = None, endian = None, header_bytes = None, background = None, frame = None,
@@ -103,32 +148,8 @@ impl Volume {
         series: Option<Argument<String>>,
         level: Option<Argument<usize>>,
     ) -> Result<Self> {
-        extract!(path, dims, voxel_type, spacing, endian, header_bytes, background, frame, channel, array, series, level);
-        let endian = match endian.as_deref() {
-            None => None,
-            Some("little") => Some(Endian::Little),
-            Some("big") => Some(Endian::Big),
-            Some(other) => return Err(unknown("endian", other, "little or big")),
-        };
-        let voxel_type = voxel_type.as_deref().map(|name| {
-            let known = "uint8, int8, uint16, int16, uint32, int32, uint64, int64, float16, float32 or float64";
-            name.parse().map_err(|_| unknown("voxel_type", name, known))
-        });
-        let voxel_type = voxel_type.transpose()?;
-        let (spacing, level) = (spacing.map(DVec3::from), level.map(Level::Number));
-        let options = OpenOptions {
-            dims,
-            voxel_type,
-            spacing,
-            endian,
-            header_bytes,
-            frame,
-            channel,
-            array,
-            series,
-            level,
-            ..OpenOptions::default()
-        };
+        extract!(path, background);
+        let options = opening(dims, voxel_type, spacing, endian, header_bytes, frame, channel, array, series, level)?;
         let (volume, warnings) = warned(py, move || Ok(Ours::open(path, &options)?))?;
         warn(py, warnings)?;
         Ok(Self(match background {

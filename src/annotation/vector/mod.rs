@@ -1,4 +1,4 @@
-//! Colour bars as vector graphics.
+//! Colour bars and lists of names as vector graphics.
 //!
 //! Text is written as outlines of the embedded font: it looks the same on machines that lack the font, and the layout, which is measured with
 //! this font, holds.
@@ -9,7 +9,9 @@ mod svg;
 use super::Annotations;
 use super::canvas::inks;
 use super::extent::Extent;
+use super::key::Key;
 use super::legend::{self, Layout, Part};
+use super::list;
 use crate::error::Error;
 use crate::image::text::{Step, outlines};
 use crate::image::{Background, Encoding};
@@ -24,7 +26,6 @@ const PARTS: u32 = 512;
 /// Points per pixel without a resolution: a pixel of CSS is 1/96 inch.
 const POINTS_PER_PIXEL: f64 = 0.75;
 const POINTS_PER_INCH: f64 = 72.0;
-const TITLE: &str = "Colour bar";
 /// The program, in the metadata of files.
 const SOFTWARE: &str = concat!("layersplat ", env!("CARGO_PKG_VERSION"));
 
@@ -71,8 +72,9 @@ impl VectorFormat {
     }
 }
 
-/// A colour bar on a page.
+/// A colour bar or a list on a page.
 struct Page<'a> {
+    title: &'static str,
     /// Upper left and lower right corner of the page, in pixels of the picture.
     corners: [DVec2; 2],
     points_per_pixel: f64,
@@ -81,16 +83,25 @@ struct Page<'a> {
     ink: [u8; 3],
     /// Colour, opacity and width of a line around letters, on a transparent page.
     halo: Option<([u8; 3], f64, f64)>,
-    bar: [DVec2; 2],
-    parts: Vec<Part>,
+    /// The colour bar, if it is none of names.
+    bar: Option<Bar>,
+    /// Corners and colours of swatches.
+    swatches: Vec<([DVec2; 2], [u8; 3])>,
     lines: Vec<[DVec2; 2]>,
     /// Texts, their places and their outlines.
     labels: Vec<(DVec2, String, Vec<Step>)>,
     description: Option<&'a str>,
 }
 
+/// A colour bar with its opacities.
+struct Bar {
+    /// Upper left and lower right corner.
+    corners: [DVec2; 2],
+    parts: Vec<Part>,
+}
+
 impl Annotations {
-    /// The colour bar alone as a file of vector graphics, with the shapes and the size of [`legend_alone`](Self::legend_alone). A pixel is
+    /// The colour bar or the list alone as a file of vector graphics, with the shapes and the size of [`legend_alone`](Self::legend_alone). A pixel is
     /// 1/96 inch large, or that of the resolution of `encoding`. Letters are outlines; in SVG their text is in `aria-label`.
     ///
     /// ```
@@ -120,10 +131,11 @@ impl Annotations {
     ) -> Result<Vec<u8>, Error> {
         self.check()?;
         format.check(encoding)?;
-        let (extent, units) = (self.extent(size), self.units.as_deref());
-        let width = legend::room(transfer, blend, units, extent).ceil() as u32;
+        let extent = self.extent(size);
+        let key = Key::new(self, extent, transfer, blend);
+        let width = key.room(extent).ceil() as u32;
         let extent = Extent { viewport: Viewport::new(width, size.height)?, ..extent };
-        let page = Page::new(transfer, blend, units, extent, background, encoding);
+        let page = Page::new(&key, extent, background, encoding);
         Ok(match format {
             VectorFormat::Svg => svg::document(&page).into_bytes(),
             VectorFormat::Pdf => pdf::document(&page),
@@ -132,16 +144,19 @@ impl Annotations {
 }
 
 impl<'a> Page<'a> {
-    fn new(
-        transfer: &TransferFunction,
-        blend: Blend,
-        units: Option<&str>,
-        extent: Extent,
-        background: Background,
-        encoding: &'a Encoding,
-    ) -> Self {
-        let rows = legend::rows(extent);
-        let Layout { bar, lines, labels } = Layout::new(transfer, blend, units, extent);
+    fn new(key: &Key, extent: Extent, background: Background, encoding: &'a Encoding) -> Self {
+        let rows = key.rows(extent);
+        let (title, bar, swatches, lines, labels) = match key {
+            Key::Bar { transfer, blend, units } => {
+                let Layout { bar, lines, labels } = Layout::new(transfer, *blend, *units, extent);
+                let parts = legend::parts(transfer, *blend, extent, PARTS);
+                ("Colour bar", Some(Bar { corners: bar, parts }), Vec::new(), lines, labels)
+            }
+            Key::List(rows) => {
+                let list::Layout { swatches, lines, labels } = rows.layout(extent);
+                ("Legend", None, swatches, lines, labels)
+            }
+        };
         let (ink, halo) = inks(background);
         let (background, halo) = match background {
             Background::Color(color) => (Some(color.map(|c| (c * 255.0 + 0.5) as u8)), None),
@@ -152,13 +167,14 @@ impl<'a> Page<'a> {
             (at, text, steps.into_iter().map(|step| moved(step, at)).collect())
         };
         Self {
+            title,
             corners: [DVec2::new(0.0, rows.start.into()), DVec2::new(extent.viewport.width.into(), rows.end.into())],
             points_per_pixel: encoding.dpi.map_or(POINTS_PER_PIXEL, |dpi| POINTS_PER_INCH / f64::from(dpi.get())),
             background,
             ink,
             halo,
             bar,
-            parts: legend::parts(transfer, blend, extent, PARTS),
+            swatches,
             lines,
             labels: labels.into_iter().map(outlined).collect(),
             description: encoding.description.as_deref(),
@@ -169,17 +185,19 @@ impl<'a> Page<'a> {
     fn points(&self) -> DVec2 {
         (self.corners[1] - self.corners[0]) * self.points_per_pixel
     }
+}
 
+impl Bar {
     /// Ends of the gradient: centres of the first and of the last part.
     fn gradient(&self) -> [f64; 2] {
-        let [from, to] = self.bar;
+        let [from, to] = self.corners;
         let half = (to.y - from.y) / f64::from(2 * PARTS);
         [from.y + half, to.y - half]
     }
 
     /// Corners of the opacity profile; none if there are no opacities.
     fn profile(&self) -> Vec<DVec2> {
-        let [from, to] = [self.bar[0], DVec2::new(self.bar[0].x, self.bar[1].y)];
+        let [from, to] = [self.corners[0], DVec2::new(self.corners[0].x, self.corners[1].y)];
         if self.parts.iter().all(|part| part.reach == 0.0) {
             return Vec::new();
         }

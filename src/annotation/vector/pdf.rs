@@ -1,6 +1,6 @@
-//! A colour bar in PDF 1.4 (ISO 32000): one page with a gradient and paths.
+//! A colour bar or a list in PDF 1.4 (ISO 32000): one page with a gradient and paths.
 
-use super::{PARTS, Page, SOFTWARE, TITLE, number};
+use super::{Bar, PARTS, Page, SOFTWARE, number};
 use crate::annotation::legend::PROFILE_OPACITY;
 use crate::image::text::Step;
 use glam::DVec2;
@@ -9,32 +9,39 @@ use std::fmt::Write;
 pub(super) fn document(page: &Page) -> Vec<u8> {
     let points = page.points();
     let [width, height] = [points.x, points.y].map(number);
-    let [first, last] = page.gradient().map(number);
     let opacity = |name: &str, opacity: f64| {
         let opacity = number(opacity);
         format!("/{name} << /ca {opacity} /CA {opacity} >>")
     };
     let halo = page.halo.map_or(1.0, |(_, opacity, _)| opacity);
     let states = [opacity("Solid", 1.0), opacity("Profile", PROFILE_OPACITY), opacity("Halo", halo)].join(" ");
-    let matrix = to_points(page);
-    let colors: Vec<u8> = page.parts.iter().flat_map(|part| part.color).collect();
-    let sampled = format!("/FunctionType 0 /Domain [0 1] /Range [0 1 0 1 0 1] /Size [{PARTS}] /BitsPerSample 8");
+    let pattern = if page.bar.is_some() { "/Pattern << /Colours 5 0 R >> " } else { "" };
     let mut file = File::new();
     file.object("<< /Type /Catalog /Pages 2 0 R >>".into());
     file.object("<< /Type /Pages /Kids [3 0 R] /Count 1 >>".into());
     file.object(format!(
         "<< /Type /Page /Parent 2 0 R /MediaBox [0 0 {width} {height}] /Contents 4 0 R \
-         /Resources << /Pattern << /Colours 5 0 R >> /ExtGState << {states} >> >> >>"
+         /Resources << {pattern}/ExtGState << {states} >> >> >>"
     ));
     file.stream("", content(page).as_bytes());
+    if let Some(bar) = &page.bar {
+        gradient(&mut file, bar, &to_points(page));
+    }
+    let subject = page.description.map_or(String::new(), |text| format!(" /Subject {}", wide(text)));
+    file.object(format!("<< /Title ({}) /Producer ({SOFTWARE}){subject} >>", page.title));
+    file.finish()
+}
+
+/// Objects 5 and 6: the colours of the bar.
+fn gradient(file: &mut File, bar: &Bar, matrix: &str) {
+    let [first, last] = bar.gradient().map(number);
+    let colors: Vec<u8> = bar.parts.iter().flat_map(|part| part.color).collect();
     file.object(format!(
         "<< /Type /Pattern /PatternType 2 /Matrix [{matrix}] /Shading << /ShadingType 2 /ColorSpace /DeviceRGB \
          /Coords [0 {first} 0 {last}] /Extend [true true] /Function 6 0 R >> >>"
     ));
+    let sampled = format!("/FunctionType 0 /Domain [0 1] /Range [0 1 0 1 0 1] /Size [{PARTS}] /BitsPerSample 8");
     file.stream(&sampled, &colors);
-    let subject = page.description.map_or(String::new(), |text| format!(" /Subject {}", wide(text)));
-    file.object(format!("<< /Title ({TITLE}) /Producer ({SOFTWARE}){subject} >>"));
-    file.finish()
 }
 
 /// Transform from pixels, which count downwards, to points, which count upwards.
@@ -50,11 +57,16 @@ fn content(page: &Page) -> String {
     if let Some(background) = page.background {
         add(format!("{} rg {} f", color(background), area(page.corners)));
     }
-    add(format!("/Pattern cs /Colours scn {} f", area(page.bar)));
-    let profile = page.profile();
-    if let [first, rest @ ..] = &profile[..] {
-        let rest: Vec<String> = rest.iter().map(|&corner| format!("{} l", point(corner))).collect();
-        add(format!("/Profile gs {} m {} h f /Solid gs", point(*first), rest.join(" ")));
+    if let Some(bar) = &page.bar {
+        add(format!("/Pattern cs /Colours scn {} f", area(bar.corners)));
+        let profile = bar.profile();
+        if let [first, rest @ ..] = &profile[..] {
+            let rest: Vec<String> = rest.iter().map(|&corner| format!("{} l", point(corner))).collect();
+            add(format!("/Profile gs {} m {} h f /Solid gs", point(*first), rest.join(" ")));
+        }
+    }
+    for &(swatch, fill) in &page.swatches {
+        add(format!("{} rg {} f", color(fill), area(swatch)));
     }
     let ink = color(page.ink);
     add(format!("{ink} rg"));

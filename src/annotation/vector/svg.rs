@@ -1,6 +1,6 @@
-//! A colour bar in SVG (<https://www.w3.org/TR/SVG11/>).
+//! A colour bar or a list in SVG (<https://www.w3.org/TR/SVG11/>).
 
-use super::{PARTS, Page, SOFTWARE, TITLE, number};
+use super::{Bar, PARTS, Page, SOFTWARE, number};
 use crate::annotation::legend::PROFILE_OPACITY;
 use crate::image::text::Step;
 use glam::DVec2;
@@ -15,21 +15,24 @@ pub(super) fn document(page: &Page) -> String {
         format!(
             r#"<svg xmlns="http://www.w3.org/2000/svg" width="{points_x}pt" height="{points_y}pt" viewBox="0 {top} {width} {height}">"#
         ),
-        format!("<title>{TITLE}</title>"),
+        format!("<title>{}</title>", page.title),
     ];
     if let Some(description) = page.description {
         lines.push(format!("<desc>{}: {}</desc>", SOFTWARE, escaped(description)));
     }
-    lines.push(gradient(page));
+    lines.extend(page.bar.as_ref().map(gradient));
     if let Some(color) = page.background {
         lines.push(format!(r#"<rect y="{top}" width="{width}" height="{height}" fill="{}"/>"#, hex(color)));
     }
-    lines.push(format!("<rect {} fill=\"url(#colours)\"/>", area(page.bar)));
-    let profile: Vec<String> = page.profile().iter().map(|&corner| point(corner)).collect();
-    if !profile.is_empty() {
-        let corners = profile.join(" ");
-        lines.push(format!(r#"<polygon points="{corners}" fill="url(#colours)" fill-opacity="{PROFILE_OPACITY}"/>"#));
+    if let Some(bar) = &page.bar {
+        lines.push(format!("<rect {} fill=\"url(#colours)\"/>", area(bar.corners)));
+        let profile: Vec<String> = bar.profile().iter().map(|&corner| point(corner)).collect();
+        if !profile.is_empty() {
+            let corners = profile.join(" ");
+            lines.push(format!(r#"<polygon points="{corners}" fill="url(#colours)" fill-opacity="{PROFILE_OPACITY}"/>"#));
+        }
     }
+    lines.extend(page.swatches.iter().map(|&(swatch, color)| format!(r#"<rect {} fill="{}"/>"#, area(swatch), hex(color))));
     lines.push(format!(r#"<g fill="{}">"#, hex(page.ink)));
     lines.extend(page.lines.iter().map(|&line| format!("<rect {}/>", area(line))));
     for (_, text, steps) in &page.labels {
@@ -46,9 +49,9 @@ pub(super) fn document(page: &Page) -> String {
 }
 
 /// The colours of the bar. Stops between equal neighbours are left out.
-fn gradient(page: &Page) -> String {
-    let [first, last] = page.gradient().map(number);
-    let colors: Vec<[u8; 3]> = page.parts.iter().map(|part| part.color).collect();
+fn gradient(bar: &Bar) -> String {
+    let [first, last] = bar.gradient().map(number);
+    let colors: Vec<[u8; 3]> = bar.parts.iter().map(|part| part.color).collect();
     let is_needed = |n: usize| n == 0 || n + 1 == colors.len() || colors[n - 1] != colors[n] || colors[n] != colors[n + 1];
     let mut text =
         format!(r#"<defs><linearGradient id="colours" gradientUnits="userSpaceOnUse" x1="0" x2="0" y1="{first}" y2="{last}">"#);

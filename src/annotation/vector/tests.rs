@@ -1,4 +1,5 @@
 use super::*;
+use crate::annotation::{Legend, LegendEntry};
 use std::num::NonZeroU16;
 
 const SIZE: Viewport = Viewport { width: 400, height: 300 };
@@ -127,6 +128,36 @@ fn pdf_has_a_right_cross_reference_table_and_right_lengths() {
         moved.insert(9, b' ');
         assert!(self::objects(&moved).is_err());
     }
+}
+
+/// A list of names has a swatch for each, and no gradient.
+#[test]
+fn lists_of_names_have_swatches() {
+    let entry = |name: &str, color| LegendEntry { name: name.into(), color };
+    let entries = vec![entry("Leber <1>", [1.0, 0.0, 0.0]), entry("Milz", [0.0, 0.4, 1.0])];
+    let annotations = Annotations { list: Some(Legend { entries }), ..Annotations::default() };
+    let of = |format: VectorFormat| {
+        let (background, encoding) = (Background::Color([1.0; 3]), Encoding::default());
+        annotations.legend_document(SIZE, &transfer(), Blend::Composite, background, format, &encoding).unwrap()
+    };
+    let svg = String::from_utf8(of(VectorFormat::Svg)).unwrap();
+    // The page, two swatches, and four sides around each.
+    assert_eq!((svg.matches("<rect ").count(), svg.matches("linearGradient").count()), (1 + 2 + 8, 0));
+    assert!(svg.contains(r##"fill="#ff0000""##) && svg.contains(r##"fill="#0066ff""##), "{svg}");
+    assert!(svg.contains(r#"aria-label="Leber &lt;1&gt;""#) && svg.contains("<title>Legend</title>"));
+    let pdf = of(VectorFormat::Pdf);
+    let objects = objects(&pdf).unwrap();
+    assert_eq!(objects.len(), 5);
+    let content = String::from_utf8(objects[3].to_vec()).unwrap();
+    assert_eq!((content.matches(" re f").count(), content.matches("h f").count()), (1 + 2 + 8, 2));
+    assert!(content.contains("0 0.4 1 rg") && !content.contains("/Pattern"), "{content}");
+    // The picture has the size of the page.
+    let frame = annotations.legend_alone(SIZE, &transfer(), Blend::Composite, Background::BLACK).unwrap();
+    assert!(svg.contains(&format!(
+        r#"width="{}pt" height="{}pt""#,
+        number(f64::from(frame.width()) * 0.75),
+        number(f64::from(frame.height()) * 0.75)
+    )));
 }
 
 /// Sizes in points are those of the picture at its resolution.

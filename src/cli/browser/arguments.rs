@@ -94,11 +94,19 @@ pub(super) fn settings(given: &Given, look: &Look, quality: Option<Quality>, is_
     }))
 }
 
+/// The volume of a picture as commands name it: a step of a sequence, or the volume itself.
+pub(super) struct Source {
+    pub volume: String,
+    /// Frame of a sequence.
+    pub frame: Option<usize>,
+}
+
 /// The command that renders a picture.
-pub(super) fn render(given: &Given, wanted: &Wanted, is_layered: bool) -> String {
+pub(super) fn render(given: &Given, source: Source, wanted: &Wanted, is_layered: bool) -> String {
     let &Wanted { look, camera, size, samples, format, transfer, length_units, .. } = wanted;
-    let mut words = vec!["layersplat".to_owned(), "render".into(), given.volume.clone()];
+    let mut words = vec!["layersplat".to_owned(), "render".into(), source.volume];
     words.extend(given.reading.iter().flat_map(|option| option.words.clone()));
+    words.extend(source.frame.into_iter().flat_map(|frame| ["--frame".to_owned(), frame.to_string()]));
     words.extend(["--transfer".into(), transfer.into()]);
     let mut add = |option: &str, value: String| words.extend([option.to_owned(), value]);
     add("--azimuth", camera.azimuth.to_string());
@@ -122,6 +130,7 @@ pub(super) fn render(given: &Given, wanted: &Wanted, is_layered: bool) -> String
 pub(super) fn rotate(given: &Given, wanted: &FilmWanted, is_layered: bool) -> String {
     let &FilmWanted { look, size, samples, rate, output, keys, transfer, length_units } = wanted;
     let mut words = vec!["layersplat".to_owned(), "rotate".into(), given.volume.clone()];
+    words.extend(given.more.clone());
     words.extend(given.reading.iter().flat_map(|option| option.words.clone()));
     let mut add = |option: &str, value: String| words.extend([option.to_owned(), value]);
     add("--transfer", transfer.into());

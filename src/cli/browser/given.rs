@@ -41,6 +41,8 @@ pub(super) struct GivenOption {
 pub(super) struct Given {
     /// The volume, without folders.
     pub volume: String,
+    /// Further volumes of a sequence.
+    pub more: Vec<String>,
     /// How the volume is read, which way is up, and the device.
     pub reading: Vec<GivenOption>,
     /// The device and its limits, which go with any volume.
@@ -62,11 +64,9 @@ impl Given {
         let (Some(matches), Some(command)) = (matches.subcommand_matches("view"), cli.find_subcommand("view")) else {
             return Self::default();
         };
-        let path =
-            matches.get_raw("volume").and_then(|mut values| values.next().map(|value| value.to_string_lossy().into_owned()));
-        let path = path.unwrap_or_default();
-        // Built-in volumes and standard input have no folder.
-        let name = Path::new(&path).file_name().map_or(path.clone(), |name| name.to_string_lossy().into_owned());
+        let names =
+            |id: &str| matches.get_raw(id).into_iter().flatten().map(|path| file_name(Path::new(path))).collect::<Vec<_>>();
+        let name = names("volume").pop().unwrap_or_default();
         let options = |ids: Vec<String>| -> Vec<GivenOption> {
             let own = command.get_arguments().filter(|arg| ids.iter().any(|id| arg.get_id() == id.as_str()));
             own.filter_map(|arg| given(arg, matches)).collect()
@@ -77,8 +77,14 @@ impl Given {
         let running = ids::<DeviceOptions>().into_iter().chain(ids::<BoundOptions>()).collect();
         let drawing = ids::<QualityOptions>().into_iter().chain(ids::<BlendOptions>());
         let drawing = drawing.filter(|id| !OF_THE_PAGE.contains(&id.as_str())).collect();
-        Self { volume: name, reading: options(reading), running: options(running), drawing: options(drawing) }
+        let more = names("more");
+        Self { volume: name, more, reading: options(reading), running: options(running), drawing: options(drawing) }
     }
+}
+
+/// A volume without folders. Built-in volumes and standard input have none.
+pub(super) fn file_name(path: &Path) -> String {
+    path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
 }
 
 /// Names of the options of a group.

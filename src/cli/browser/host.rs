@@ -1,7 +1,7 @@
 //! What the page asks this command for.
 
-use super::arguments;
-use super::given::Given;
+use super::arguments::{self, Source as VolumeSource};
+use super::given::{Given, file_name};
 use super::opening;
 use super::python;
 use crate::camera::Camera;
@@ -13,7 +13,7 @@ use crate::error::Error;
 use crate::settings::{Quality, Settings};
 use crate::viewer::{FilmWanted, Host, Look, Offered, Opening, Source, Wanted};
 use crate::viewport::Viewport;
-use crate::volume::Grid;
+use crate::volume::{Grid, Sequence};
 use std::collections::BTreeSet;
 use std::sync::{Mutex, PoisonError};
 
@@ -27,6 +27,7 @@ pub(super) struct PageHost {
     device: Device,
     options: DeviceOptions,
     grid: Grid,
+    sequence: Option<Sequence>,
     offered: Vec<Offered>,
     checked: Mutex<BTreeSet<Family>>,
     /// The last settings: parsing options takes longer than a page should wait in every frame.
@@ -39,19 +40,31 @@ impl PageHost {
         let is_layered =
             arguments::settings(&given, &opening.look, None, false).is_ok_and(|settings| settings.layered().is_some());
         let (device, grid) = (opening.device.clone(), opening.volume.grid().clone());
+        let sequence = opening.time.as_ref().map(|time| time.sequence.clone());
         let (offered, checked, last) = (Vec::new(), Mutex::default(), Mutex::default());
-        Self { given, is_layered, device, options, grid, offered, checked, last }
+        Self { given, is_layered, device, options, grid, sequence, offered, checked, last }
     }
 
     /// Offers these volumes to the page.
     pub fn offering(self, offered: &[Offered]) -> Self {
         Self { offered: offered.to_vec(), ..self }
     }
+
+    /// How commands name a step.
+    fn source(&self, step: usize) -> VolumeSource {
+        let several = self.sequence.as_ref().filter(|_| !self.given.more.is_empty());
+        match several.and_then(|sequence| sequence.source(step)) {
+            Some((file, frame)) => VolumeSource { volume: file_name(file), frame: frame.filter(|&frame| frame > 0) },
+            None => VolumeSource { volume: self.given.volume.clone(), frame: self.sequence.as_ref().map(|_| step) },
+        }
+    }
 }
 
 impl Host for PageHost {
     fn settings(&self, look: &Look, quality: Option<Quality>) -> Result<Settings, Error> {
         let quality = quality.or(look.quality.map(Quality::from));
+        // No setting depends on the step.
+        let look = &Look { frame: 0, ..look.clone() };
         let mut last = self.last.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some((.., settings)) = last.iter().find(|(known, of, _)| *of == quality && known == look) {
             return Ok(*settings);
@@ -93,10 +106,10 @@ impl Host for PageHost {
     }
 
     fn command_line(&self, wanted: &Wanted) -> String {
-        arguments::render(&self.given, wanted, self.is_layered)
+        arguments::render(&self.given, self.source(wanted.look.frame), wanted, self.is_layered)
     }
 
     fn python(&self, wanted: &Wanted) -> String {
-        python::program(&self.given, wanted, self.is_layered)
+        python::program(&self.given, &self.source(wanted.look.frame), wanted, self.is_layered)
     }
 }

@@ -12,14 +12,17 @@ use super::options::Fit;
 use super::orientation::{self, OBLIQUE};
 use super::processes::Processes;
 use super::scene::{Cameras, Scene, SceneOptions};
+use super::standard;
 use crate::error::Error;
 use crate::image::Background;
 use crate::layers::Kernel;
 use crate::settings::Quality;
-use crate::viewer::{Look, Opening, PageCamera, PageKernel, PageQuality, Server, Stop};
+use crate::viewer::{Look, Opening, PageCamera, PageKernel, PageQuality, Server, Stop, Time};
+use crate::volume::Sequence;
 use address::AddressOptions;
 use given::Given;
 use host::PageHost;
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -28,8 +31,37 @@ use std::sync::atomic::{AtomicBool, Ordering};
 pub(super) struct Arguments {
     #[command(flatten)]
     scene: SceneOptions,
+    /// Further volumes of a sequence in time, in its order
+    #[arg(value_name = "VOLUME", help_heading = "Volume")]
+    more: Vec<PathBuf>,
     #[command(flatten)]
     address: AddressOptions,
+}
+
+impl Arguments {
+    /// The volume as a sequence, if it has several steps and none is chosen.
+    fn sequence(&self, processes: &Processes) -> Result<Option<Sequence>, Error> {
+        let SceneOptions { volume, camera, bounds, .. } = &self.scene;
+        let is_several = !self.more.is_empty();
+        if processes.counts().is_some() {
+            let problem = "a sequence is shown by one process only: start layersplat without mpirun";
+            return if is_several { Err(Error::volume(&volume.volume, problem)) } else { Ok(None) };
+        }
+        if !is_several && (volume.has_frame() || standard::is_input(&volume.volume)) {
+            return Ok(None);
+        }
+        Ok(Some(volume.sequence(&self.more, Some(camera.size), bounds.memory)?).filter(|sequence| sequence.len() > 1))
+    }
+
+    /// Opens the volume, or the first step of a sequence.
+    fn open(&self, processes: &Processes) -> Result<(Scene, Option<Sequence>), Error> {
+        let sequence = self.sequence(processes)?;
+        let scene = match &sequence {
+            Some(sequence) => Scene::open_sequence(&self.scene, processes, sequence)?,
+            None => Scene::open(&self.scene, processes)?,
+        };
+        Ok((scene, sequence))
+    }
 }
 
 pub(super) fn run(arguments: Arguments, processes: &Processes) -> Result<ExitCode, Error> {
@@ -42,9 +74,9 @@ pub(super) fn run(arguments: Arguments, processes: &Processes) -> Result<ExitCod
     let listener = arguments.address.bind()?;
     let admission = arguments.address.admission(&listener)?;
     let given = Given::of_this_process();
-    let scene = Scene::open(&arguments.scene, processes)?;
+    let (scene, sequence) = arguments.open(processes)?;
     let offered = opening::offered_by(&arguments.scene.volume);
-    let opening = opening_of(&arguments.scene, scene);
+    let opening = opening_of(&arguments.scene, scene, sequence);
     let host = PageHost::new(given, arguments.scene.device, &opening).offering(&offered);
     let server = Server::new(opening, Box::new(host), admission.access, listener)?;
     let opened = arguments.address.announce(&admission.address)?;
@@ -78,7 +110,7 @@ impl Ending {
 }
 
 /// The first view: that of `render` with the same options.
-fn opening_of(options: &SceneOptions, scene: Scene) -> Opening {
+fn opening_of(options: &SceneOptions, scene: Scene, sequence: Option<Sequence>) -> Opening {
     let orientation = orientation::announced(&options.camera, &scene);
     let cameras = Cameras::new(&options.camera, &scene, Fit::Visible, orientation);
     let orbit = cameras.angles().or_all_of(OBLIQUE);
@@ -86,12 +118,13 @@ fn opening_of(options: &SceneOptions, scene: Scene) -> Opening {
     let given = &options.camera;
     let camera_is_given = given.parallel_scale.is_some() || given.distance.is_some() || given.center.is_some();
     let look = look(options, &scene);
-    let Scene { volume, transfer, device, time_limit, .. } = scene;
-    Opening { volume, transfer, device, orientation, camera, camera_is_given, look, time_limit }
+    let Scene { volume, transfer, device, time_limit, overview, .. } = scene;
+    let time = sequence.zip(overview).map(|(sequence, overview)| Time { sequence, overview });
+    Opening { volume, time, transfer, device, orientation, camera, camera_is_given, look, time_limit }
 }
 
 fn look(options: &SceneOptions, scene: &Scene) -> Look {
-    let (lo, hi) = scene.volume.range();
+    let (lo, hi) = scene.values().range();
     let background = options.camera.background.unwrap_or(Background::BLACK);
     let look = Look::of(&scene.settings, background, (lo + hi) / 2.0, scene.volume.grid().dims());
     let quality = options.quality.given_quality().map(|quality| match quality {

@@ -16,9 +16,9 @@ use std::path::Path;
 /// Most files of the folder that are offered.
 const MOST_FILES: usize = 500;
 /// Ends of the names of volumes. Other files may be volumes, too, but a list of all files would hide them.
-const ENDINGS: [&str; 22] = [
+const ENDINGS: [&str; 23] = [
     ".raw", ".raw.gz", ".bov", ".dcm", ".h5", ".hdf5", ".mha", ".mhd", ".nhdr", ".nii", ".nii.gz", ".npy", ".npz", ".nrrd",
-    ".tif", ".tiff", ".vti", ".vtk", ".zarr", ".nc", ".hdr", ".pvti",
+    ".tif", ".tiff", ".vti", ".vtk", ".zarr", ".nc", ".hdr", ".pvd", ".pvti",
 ];
 
 /// Built-in volumes, and those of the folder in which the command runs.
@@ -54,8 +54,9 @@ pub(super) fn open(given: &Given, offered: &[Offered], source: &Source, device: 
         unreachable!("the words name the command")
     };
     arguments.scene.volume.alone = matches!(source, Source::File(_));
-    let scene = Scene { device: device.clone(), ..Scene::open(&arguments.scene, &Processes::alone())? };
-    let opening = super::opening_of(&arguments.scene, scene);
+    let (scene, sequence) = arguments.open(&Processes::alone())?;
+    let scene = Scene { device: device.clone(), ..scene };
+    let opening = super::opening_of(&arguments.scene, scene, sequence);
     let host = PageHost::new(Given::of(words.into_iter().map(Into::into)), arguments.scene.device, &opening);
     Ok((opening, host.offering(offered)))
 }

@@ -1,6 +1,6 @@
 //! A picture as a program in Python, for the package `layersplat`.
 
-use super::arguments::{casts_shadows, has_occlusion, name};
+use super::arguments::{Source, casts_shadows, has_occlusion, name};
 use super::given::{Given, GivenOption};
 use crate::camera::{Camera, Projection};
 use crate::image::Background;
@@ -22,7 +22,7 @@ const WITHIN_OTHERS: [&str; 7] =
     ["shadow_forgiveness", "ao_reach", "light_grid", "gradient_opacity", "depth_cue", "dims", "voxel_type"];
 
 /// The program. What it cannot do is said in a comment.
-pub(super) fn program(given: &Given, wanted: &Wanted, is_layered: bool) -> String {
+pub(super) fn program(given: &Given, source: &Source, wanted: &Wanted, is_layered: bool) -> String {
     let &Wanted { look, view, size, samples, format, transfer, .. } = wanted;
     let (width, height) = (size.width, size.height);
     let mut lines = vec!["import layersplat".to_owned()];
@@ -33,7 +33,10 @@ pub(super) fn program(given: &Given, wanted: &Wanted, is_layered: bool) -> Strin
     }
     lines.push(String::new());
     lines.extend(missing(given, look).into_iter().map(|what| format!("# Not included: {what}.")));
-    lines.push(format!("volume = layersplat.Volume.open({})", arguments(vec![string(&given.volume)], reading(given))));
+    lines.push(format!(
+        "volume = layersplat.Volume.open({})",
+        arguments(vec![string(&source.volume)], reading(given, source.frame))
+    ));
     lines.push(format!("transfer = layersplat.TransferFunction.open({}, volume)", string(transfer)));
     lines.push(format!("settings = layersplat.Settings({})", arguments(Vec::new(), settings(given, look, is_layered))));
     lines.push(format!("camera = layersplat.Camera({})", camera(&view)));
@@ -101,7 +104,7 @@ fn arguments(mut first: Vec<String>, named: Vec<(&str, String)>) -> String {
     first.join(", ")
 }
 
-fn reading(given: &Given) -> Vec<(&'static str, String)> {
+fn reading(given: &Given, frame: Option<usize>) -> Vec<(&'static str, String)> {
     let mut named = Vec::new();
     if let Some(dims) = value(&given.reading, "dims") {
         named.push(("dims", format!("({})", dims.replace(['x', 'X'], ", "))));
@@ -109,6 +112,7 @@ fn reading(given: &Given) -> Vec<(&'static str, String)> {
     if let Some(voxel_type) = value(&given.reading, "voxel_type") {
         named.push(("voxel_type", string(voxel_type)));
     }
+    named.extend(frame.map(|frame| ("frame", frame.to_string())));
     named
 }
 
@@ -225,7 +229,13 @@ mod tests {
         let camera = PageCamera::new(&view, Orbit::default());
         let size = Viewport { width: 30, height: 20 };
         let transfer = "layersplat.json";
-        program(given, &Wanted { look, camera: &camera, view, size, samples, format, transfer, length_units: None }, true)
+        let source = Source { volume: given.volume.clone(), frame: Some(2) };
+        program(
+            given,
+            &source,
+            &Wanted { look, camera: &camera, view, size, samples, format, transfer, length_units: None },
+            true,
+        )
     }
 
     /// The package itself draws the same bits: tests/viewer/python.
@@ -251,7 +261,7 @@ mod tests {
         };
         let made = text(&given, &look, 1, SavedFormat::Png);
         for part in [
-            r#"Volume.open("a \"name\".raw", dims=(4, 5, 6))"#,
+            r#"Volume.open("a \"name\".raw", dims=(4, 5, 6), frame=2)"#,
             "# Not included: --device 1.",
             "# Not included: legend, box and axes",
             r#"quality="high", samples_per_layer=2, blend=("iso", 61.5), gradient="sobel""#,

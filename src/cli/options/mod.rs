@@ -1,15 +1,17 @@
 //! Options shared by several subcommands.
 
 mod encoding;
+mod labels;
 mod light;
 mod light_fields;
 mod quality;
 mod volume;
 
 pub(super) use encoding::{EncodingOptions, quoted};
+pub(super) use labels::LabelOptions;
 pub(super) use light::{LightOptions, Reach};
 pub(super) use quality::QualityOptions;
-pub(super) use volume::{FileOptions, LevelChoice, VolumeOptions};
+pub(super) use volume::{ChannelChoice, FileOptions, LevelChoice, VolumeOptions};
 
 use super::{names, parse};
 use crate::camera::Up;

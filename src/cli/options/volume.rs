@@ -1,8 +1,9 @@
 //! Options for the volume.
 
+use super::LabelOptions;
 use crate::cli::{parse, standard};
 use crate::viewport::Viewport;
-use crate::volume::{Endian, Level, OpenOptions, ScalarType, Sequence, Volume};
+use crate::volume::{ChannelDescription, Endian, Labels, Level, OpenOptions, ScalarType, Sequence, Volume};
 use clap::{Args, ValueEnum};
 use glam::DVec3;
 use std::path::{Path, PathBuf};
@@ -44,9 +45,9 @@ pub(in crate::cli) struct FileOptions {
     /// Volume of a file with several, from 0 [default: 0]
     #[arg(long, value_name = "N", help_heading = "Volume")]
     frame: Option<usize>,
-    /// Component (channel) of a file with several values per voxel, from 0 [default: 0]
-    #[arg(long, value_name = "N", help_heading = "Volume")]
-    channel: Option<usize>,
+    /// Component (channel) of a file with several values per voxel, from 0, or their magnitude [default: magnitude of vectors, else 0]
+    #[arg(long, value_parser = parse::channel, value_name = "N|magnitude", help_heading = "Volume")]
+    channel: Option<ChannelChoice>,
     /// Array of a file with several [default: the one marked as active, or the first]
     #[arg(long, value_name = "NAME", help_heading = "Volume", visible_alias = "dataset")]
     array: Option<String>,
@@ -63,6 +64,13 @@ pub(in crate::cli) struct FileOptions {
 pub(in crate::cli) enum LevelChoice {
     Auto,
     Number(usize),
+}
+
+/// The value of `--channel`.
+#[derive(Clone, Copy)]
+pub(in crate::cli) enum ChannelChoice {
+    Number(usize),
+    Magnitude,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -87,6 +95,11 @@ impl VolumeOptions {
         self.file.spacing.is_some()
     }
 
+    /// Whether one of several frames is chosen.
+    pub fn has_frame(&self) -> bool {
+        self.file.frame.is_some()
+    }
+
     pub fn is_default(&self) -> bool {
         self.volume == Path::new(Self::DEFAULT)
     }
@@ -96,6 +109,44 @@ impl VolumeOptions {
     pub fn open(&self, size: Option<Viewport>, memory: Option<u64>) -> Result<Volume<'static>, crate::Error> {
         let options = OpenOptions { memory, alone: self.alone, ..self.file.raw(size)? };
         self.with_background(standard::open_input(&self.volume, |path| Volume::open(path, &options))?)
+    }
+
+    /// What the volume's file states about its components.
+    pub fn channel_descriptions(&self, size: Option<Viewport>) -> Result<Vec<ChannelDescription>, crate::Error> {
+        ChannelDescription::of_file(&self.volume, &OpenOptions { alone: self.alone, ..self.file.raw(size)? })
+    }
+
+    /// Opens the labels of the volume's file, if the options or the file say that its voxels are some.
+    pub fn labels(&self, labels: &LabelOptions, size: Viewport) -> Result<Option<Labels>, crate::Error> {
+        if standard::is_input(&self.volume) || self.volume.to_string_lossy().starts_with("builtin:") && !labels.is_given() {
+            return Ok(None);
+        }
+        labels.open(&self.volume, &OpenOptions { alone: self.alone, ..self.file.raw(Some(size))? })
+    }
+
+    /// Opens another component of the volume's file.
+    pub fn open_component(&self, channel: usize, size: Option<Viewport>) -> Result<Volume<'static>, crate::Error> {
+        if standard::is_input(&self.volume) {
+            let problem = "are read one after the other, and standard input can be read once: name a file".into();
+            return Err(crate::Error::Settings { field: "channels", problem });
+        }
+        let options = OpenOptions { channel: Some(channel), alone: self.alone, ..self.file.raw(size)? };
+        self.with_background(Volume::open(&self.volume, &options)?)
+    }
+
+    /// Opens the volume, and its labels if the options or the file say that its voxels are some.
+    pub fn open_labelled(&self, labels: &LabelOptions) -> Result<(Volume<'static>, Option<Labels>), crate::Error> {
+        let options = OpenOptions { alone: self.alone, ..self.file.raw(None)? };
+        let (volume, labels) = standard::open_input(&self.volume, |path| {
+            let volume = Volume::open(path, &options)?;
+            // What was chosen by default, so that warnings do not come twice.
+            let contents = volume.contents();
+            let frame = options.frame.or((contents.frames > 1).then_some(contents.frame));
+            let level = options.level.or((contents.levels.len() > 1).then_some(Level::Number(contents.level)));
+            let labels = labels.open(path, &OpenOptions { frame, level, ..options.clone() })?;
+            Ok((volume, labels))
+        })?;
+        Ok((self.with_background(volume)?, labels))
     }
 
     /// Opens the volume and `more` of them as a sequence in time; otherwise as [`open`](Self::open).
@@ -138,7 +189,9 @@ impl FileOptions {
             EndianName::Little => Endian::Little,
             EndianName::Big => Endian::Big,
         });
-        let Self { dims, voxel_type, spacing, header_bytes, frame, channel, .. } = *self;
+        let Self { dims, voxel_type, spacing, header_bytes, frame, .. } = *self;
+        let channel = if let Some(ChannelChoice::Number(n)) = self.channel { Some(n) } else { None };
+        let magnitude = matches!(self.channel, Some(ChannelChoice::Magnitude));
         let (array, series) = (self.array.clone(), self.series.clone());
         let level = match (self.level, size) {
             (None, _) => None,
@@ -157,6 +210,7 @@ impl FileOptions {
             header_bytes,
             frame,
             channel,
+            magnitude,
             array,
             series,
             level,

@@ -1,7 +1,9 @@
-//! Kernels of layered volume splatting: point-sampled layers, and splatted ones in `splats.rs`.
+//! Kernels of layered volume splatting: point-sampled layers, splatted ones in `splats.rs`, and several fields in `channels.rs`.
 
+mod channels;
 mod splats;
 
+pub(crate) use channels::*;
 pub(crate) use splats::*;
 
 use super::structs::{Clipping, DirectParams, Float4, RayLatticeParams, SampleParams, VolumeView};

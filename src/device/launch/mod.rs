@@ -2,6 +2,7 @@
 //! compare these declarations with the kernels themselves (`signatures.rs`).
 
 mod blocks;
+pub(crate) mod colors;
 mod defines;
 mod fields;
 pub(crate) mod layered;
@@ -112,7 +113,7 @@ pub(crate) trait Arguments {
     fn sizes() -> Vec<usize>;
     /// Names and OpenCL types.
     #[cfg(test)]
-    fn signature() -> Vec<(&'static str, String)>;
+    fn signature() -> Vec<(String, String)>;
 }
 
 /// A kernel whose variants are built on first use.
@@ -194,21 +195,36 @@ macro_rules! kernel {
         }
 
         impl<$lifetime> $crate::device::launch::Arguments for $arguments<$lifetime> {
-            const FIRST_ITEM: u32 = [$(stringify!($field)),*].len() as u32;
+            const FIRST_ITEM: u32 = 0 $(+ <$type as $crate::device::launch::Typed>::COUNT)*;
 
             fn set(&self, kernel: &opencl3::kernel::Kernel) -> opencl3::Result<()> {
-                let arguments: &[&dyn $crate::device::launch::Argument] = &[$(&self.$field),*];
-                (0..).zip(arguments).try_for_each(|(index, argument)| argument.set(kernel, index))?;
+                let mut index = 0;
+                $(
+                    $crate::device::launch::Argument::set(&self.$field, kernel, index)?;
+                    index += <$type as $crate::device::launch::Typed>::COUNT;
+                )*
+                debug_assert_eq!(index, Self::FIRST_ITEM);
                 $crate::device::launch::Argument::set(&0u64, kernel, Self::FIRST_ITEM)
             }
 
             fn sizes() -> Vec<usize> {
-                vec![$(<$type as $crate::device::launch::Typed>::BYTES,)* size_of::<u64>()]
+                let sizes = [$((<$type as $crate::device::launch::Typed>::BYTES, <$type as $crate::device::launch::Typed>::COUNT)),*];
+                let all = sizes.into_iter().flat_map(|(bytes, count)| std::iter::repeat_n(bytes, count as usize));
+                all.chain([size_of::<u64>()]).collect()
             }
 
             #[cfg(test)]
-            fn signature() -> Vec<(&'static str, String)> {
-                vec![$((stringify!($field), <$type as $crate::device::launch::Typed>::name()),)* ("first_item", "ulong".into())]
+            fn signature() -> Vec<(String, String)> {
+                let mut signature = Vec::new();
+                $(
+                    let (name, kind) = (stringify!($field), <$type as $crate::device::launch::Typed>::name());
+                    match <$type as $crate::device::launch::Typed>::COUNT {
+                        1 => signature.push((name.into(), kind)),
+                        count => signature.extend((0..count).map(|i| (format!("{name}_{i}"), kind.clone()))),
+                    }
+                )*
+                signature.push(("first_item".into(), "ulong".into()));
+                signature
             }
         }
     };
@@ -224,8 +240,10 @@ pub(crate) trait Argument {
 trait Typed {
     /// Size in bytes; 0 for buffers, whose handles differ between devices.
     const BYTES: usize;
+    /// Number of arguments of the kernel.
+    const COUNT: u32 = 1;
 
-    #[cfg_attr(not(test), expect(dead_code, reason = "signatures are compared in tests"))]
+    #[cfg_attr(not(test), allow(dead_code, reason = "signatures are compared in tests"))]
     fn name() -> String;
 }
 
@@ -284,6 +302,35 @@ impl<T: ClType> Typed for &Buffer<T> {
 
     fn name() -> String {
         format!("{}*", T::NAME)
+    }
+}
+
+/// One argument of each channel; the kernel numbers them `name_0`, `name_1` … Those beyond the channels of a scene are not read.
+#[derive(Clone, Copy)]
+pub(crate) struct PerChannel<T>(pub [T; MAX_CHANNELS]);
+
+/// Most fields that a scene draws together: MAX_CHANNELS of kernels/layered/channel_lattice.cl.
+pub(crate) const MAX_CHANNELS: usize = 8;
+
+impl<T: Copy> PerChannel<T> {
+    /// The arguments of 1 to [`MAX_CHANNELS`] channels.
+    pub fn new(channels: &[T]) -> Self {
+        Self(std::array::from_fn(|i| *channels.get(i).unwrap_or(&channels[0])))
+    }
+}
+
+impl<T: Argument> Argument for PerChannel<T> {
+    fn set(&self, kernel: &ClKernel, index: u32) -> opencl3::Result<()> {
+        (index..).zip(&self.0).try_for_each(|(index, argument)| argument.set(kernel, index))
+    }
+}
+
+impl<T: Typed> Typed for PerChannel<T> {
+    const BYTES: usize = T::BYTES;
+    const COUNT: u32 = MAX_CHANNELS as u32;
+
+    fn name() -> String {
+        T::name()
     }
 }
 

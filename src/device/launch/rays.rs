@@ -1,8 +1,8 @@
 //! Kernels that march along pixel rays: ray casting, slicing and pre-integrated segments.
 
-use super::layered::Segments;
-use super::structs::{Clipping, Float4, MarchParams, SampleParams, ScreenParams, VolumeView};
-use super::{Defines, Items, Launch, Rendering, VoxelBuffer, VoxelKind, kernel, tiles};
+use super::layered::{Channels, Segments};
+use super::structs::{ChannelParams, Clipping, Float4, MarchParams, SampleParams, ScreenParams, VolumeView};
+use super::{Defines, Items, Launch, PerChannel, Rendering, VoxelBuffer, VoxelKind, kernel, tiles};
 use crate::device::{Buffer, Tuning};
 use crate::layers::Kernel;
 
@@ -68,6 +68,43 @@ march! {
     CastValuesArguments,
     /// (r, g, b, τ) per value.
     Float4
+}
+
+kernel! {
+    /// [`Raycast`] for several fields on one grid, whose voxels have one type: compositing alone.
+    ChannelRaycast = "rays/channel_raycast.cl", channel_raycast, "raycast";
+    ChannelRaycastArguments<'a> {
+        voxels: PerChannel<&'a VoxelBuffer>,
+        /// As for [`Raycast`].
+        gradient_voxels: PerChannel<&'a VoxelBuffer>,
+        visible: PerChannel<&'a Buffer<u8>>,
+        /// (r, g, b, τ) per value.
+        tables: PerChannel<&'a Buffer<Float4>>,
+        /// `count` of them.
+        channel_params: &'a Buffer<ChannelParams>,
+        count: i32,
+        light: &'a Buffer<u8>,
+        sky: &'a Buffer<u8>,
+        s: ScreenParams,
+        p: MarchParams,
+        clip: Clipping,
+        frame: &'a Buffer<Float4>,
+        /// One count per tile.
+        active_samples: &'a Buffer<u32>,
+    }
+}
+
+impl Launch for ChannelRaycast {
+    type Variant = (VoxelKind, Kernel, Rendering, Channels);
+    const ITEMS: Items = Items::Tiles;
+
+    fn defines(tuning: &Tuning, (voxels, kernel, rendering, channels): Self::Variant) -> String {
+        march_defines(tuning, voxels, rendering).with_kernel(kernel).with("CHANNELS", channels.size()).0
+    }
+
+    fn items(a: &ChannelRaycastArguments, _: &Tuning) -> usize {
+        tiles(a.s.tiles)
+    }
 }
 
 fn march_defines(tuning: &Tuning, voxels: VoxelKind, rendering: Rendering) -> Defines {

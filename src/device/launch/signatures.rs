@@ -16,7 +16,7 @@ fn compare<K: Launch>(device: &Device, variant: K::Variant) -> &'static str {
         .map(|i| (kernel.get_arg_name(i).unwrap(), kernel.get_arg_type_name(i).unwrap()))
         .collect();
     let expected: Vec<(String, String)> =
-        declared.iter().map(|(name, kind)| (name.to_string(), kind.replace("VOXEL", "short"))).collect();
+        declared.into_iter().map(|(name, kind)| (name, kind.replace("VOXEL", "short"))).collect();
     assert_eq!(actual, expected, "{} in {}", K::NAME, K::FILE);
     K::NAME
 }
@@ -47,18 +47,21 @@ fn launchers_match_their_kernels() {
     compare::<layered::PointLattice>(d, (voxels, Kernel::BSpline, segments, separate));
     compare::<layered::PointSamples>(d, (voxels, Kernel::BSpline, segments, separate));
     compare::<layered::PointDirect>(d, (voxels, Kernel::Linear, segments, separate));
+    compare::<layered::ChannelLattice>(d, (voxels, Kernel::BSpline, segments, separate, layered::Channels::new(3)));
     compare::<rays::Raycast>(d, (voxels, Kernel::Cubic, separate));
     let others = [BlendMode::Maximum, BlendMode::Minimum, BlendMode::Average, BlendMode::Iso { refined: true }];
     for blend in others {
         let rendering = Rendering { blend, ..rendering };
         compare::<layered::PointLattice>(d, (voxels, Kernel::BSpline, segments, rendering));
         compare::<layered::PointSamples>(d, (voxels, Kernel::BSpline, segments, rendering));
+        compare::<layered::ChannelLattice>(d, (voxels, Kernel::BSpline, segments, rendering, layered::Channels::new(8)));
         compare::<layered::PointDirect>(d, (voxels, Kernel::Linear, segments, rendering));
         compare::<rays::CastValues>(d, (voxels, Kernel::Linear, rendering));
     }
     let depths = Rendering { depths: true, ..rendering };
     compare::<rays::Raycast>(d, (voxels, Kernel::Cubic, depths));
     compare::<rays::CastValues>(d, (voxels, Kernel::Cubic, Rendering { blend: BlendMode::Iso { refined: false }, ..depths }));
+    compare::<rays::ChannelRaycast>(d, (voxels, Kernel::Gaussian, depths, layered::Channels::new(8)));
     let compared = [
         compare_and_idle::<volume::Transpose>(d, voxels),
         compare_and_idle::<volume::PrefilterRows>(d, (voxels, volume::Outside::Mirrored)),
@@ -67,9 +70,14 @@ fn launchers_match_their_kernels() {
         compare_and_idle::<volume::SlabVisibility>(d, voxels),
         compare_and_idle::<volume::ShownChunks>(d, voxels),
         compare_and_idle::<volume::ShownSlabs>(d, voxels),
+        compare_and_idle::<volume::Resample>(d, (voxels, Kernel::CatmullRom)),
         compare_and_idle::<volume::ValueRange>(d, kind),
         compare_and_idle::<layered::PointLattice>(d, (voxels, Kernel::CatmullRom, segments, rendering)),
         compare_and_idle::<layered::PointSamples>(d, (voxels, Kernel::CatmullRom, segments, rendering)),
+        compare_and_idle::<layered::ChannelLattice>(
+            d,
+            (voxels, Kernel::CatmullRom, segments, rendering, layered::Channels::new(2)),
+        ),
         compare_and_idle::<layered::PointDirect>(d, (voxels, Kernel::Cubic, segments, rendering)),
         compare_and_idle::<layered::SplatLattice>(d, (voxels, rendering)),
         compare_and_idle::<layered::SplatPerspective>(d, (voxels, rendering)),
@@ -79,6 +87,10 @@ fn launchers_match_their_kernels() {
         compare_and_idle::<layered::FootprintSet>(d, ()),
         compare_and_idle::<layered::OpacityTable>(d, ()),
         compare_and_idle::<rays::Raycast>(d, (voxels, Kernel::Gaussian, rendering)),
+        compare_and_idle::<colors::ColorLattice>(d, (voxels, Kernel::Cubic, segments, separate)),
+        compare_and_idle::<colors::ColorVoxels>(d, voxels),
+        compare_and_idle::<colors::LabelVoxels>(d, voxels),
+        compare_and_idle::<rays::ChannelRaycast>(d, (voxels, Kernel::Cubic, separate, layered::Channels::new(2))),
         compare_and_idle::<rays::Slicing>(d, (far, rendering)),
         compare_and_idle::<rays::CastSegments>(d, (voxels, Kernel::Cubic, segments, rendering)),
         compare_and_idle::<rays::CastValues>(

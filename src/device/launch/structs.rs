@@ -201,6 +201,43 @@ kernel_struct! {
 }
 
 kernel_struct! {
+    /// One of several fields that are drawn together.
+    ChannelParams {
+        view: VolumeView,
+        gradient_view: VolumeView,
+        sample: SampleParams,
+    }
+}
+
+kernel_struct! {
+    /// Opacities of colours.
+    ColorVoxelParams {
+        count: i64,
+        /// Share of a step of the components in full intensity.
+        per_step: f32,
+        /// 0: alpha; 1: a function of the luminance; 2: of the difference from the background.
+        opacity_from: i32,
+        background as [background_r, background_g, background_b]: f32,
+        /// Entries of that function, from 0 to full intensity.
+        opacity_count: i32,
+        /// Factor of the extinction.
+        factor: f32,
+        padding: i32,
+    }
+}
+
+kernel_struct! {
+    /// Voxels of one grid in another.
+    ResampleParams {
+        /// Voxels to those of the source, row by row: (x, y, z, 1).
+        to_source: [[f32; 4]; 3],
+        dims as [dims_x, dims_y, dims_z]: i32,
+        /// Range of the values, less the offset.
+        range as [least, largest]: f32,
+    }
+}
+
+kernel_struct! {
     /// Where rays count: in a box, and on the positive side of planes. In voxels, along the kernel's axes.
     Clipping {
         lowest: [f32; 3],
@@ -435,6 +472,9 @@ pub(in crate::device) fn typedefs() -> String {
         LightParams::typedef(),
         SegmentParams::typedef(),
         SampleParams::typedef(),
+        ChannelParams::typedef(),
+        ColorVoxelParams::typedef(),
+        ResampleParams::typedef(),
         Clipping::typedef(),
         LayerOffset::typedef(),
         SplatLatticeParams::typedef(),

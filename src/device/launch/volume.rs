@@ -1,9 +1,10 @@
 //! Kernels that prepare a volume: layouts, prefilter, min-max blocks and their visibility.
 
 pub(crate) use super::blocks::{BlockNumbers, MinMaxBlocks};
-use super::{Defines, Floats, Items, Launch, VoxelBuffer, VoxelKind, kernel, large_grid, structs::VolumeView};
+use super::structs::{ResampleParams, VolumeView};
+use super::{Defines, Floats, Items, Launch, Rendering, VoxelBuffer, VoxelKind, kernel, large_grid};
 use crate::device::{Buffer, Tuning};
-use crate::layers::PREFILTER_RADIUS;
+use crate::layers::{Kernel, PREFILTER_RADIUS};
 use crate::volume::VoxelType;
 
 /// Options of the program that prepares volumes.
@@ -58,6 +59,41 @@ kernel! {
         rows: i32,
         /// One per voxel.
         filtered: Floats<'a>,
+    }
+}
+
+kernel! {
+    /// Samples a field at the voxels of another grid.
+    Resample = "volume/resample.cl", resample, "resample";
+    ResampleArguments<'a> {
+        voxels: &'a VoxelBuffer,
+        /// View of layer axis z.
+        view: VolumeView,
+        p: ResampleParams,
+        /// One per voxel of the other grid.
+        resampled: Floats<'a>,
+    }
+}
+
+impl Launch for Resample {
+    /// The kernel that reconstructs the field, too.
+    type Variant = (VoxelKind, Kernel);
+    const ITEMS: Items = Items::Tiles;
+
+    fn defines(tuning: &Tuning, (voxels, kernel): Self::Variant) -> String {
+        let defines = Defines::new(tuning.vector_width).with_voxels(voxels).with_kernel(kernel);
+        defines
+            .with_rendering(Rendering {
+                gradient_opacity: false,
+                several_lights: false,
+                depth_cue: false,
+                ..Rendering::EVERYTHING
+            })
+            .0
+    }
+
+    fn items(a: &ResampleArguments, _: &Tuning) -> usize {
+        a.p.dims[1] as usize * a.p.dims[2] as usize
     }
 }
 

@@ -7,7 +7,7 @@ mod tables;
 mod visibility;
 
 pub(super) use splat_list::{SplatList, Splatted, read_total};
-pub(super) use tables::{Integrals, SLAB_VALUES, Table, TableSizes};
+pub(super) use tables::{DIMMING, Integrals, SLAB_VALUES, Table, TableSizes};
 pub(super) use visibility::VisibleBlocks;
 
 use super::field::{Field, FieldKernels};
@@ -28,6 +28,8 @@ pub(super) struct Classification {
     given: TransferFunction,
     /// Transfer function of stored numbers.
     transfer: TransferFunction,
+    /// Factor of the extinction.
+    factor: f64,
     version: Version,
     store: Store,
     /// In a rehearsal, replaces [`Integrals::dimmed`] of the transfer function.
@@ -52,6 +54,7 @@ impl Classification {
         Self {
             given: transfer.clone(),
             transfer: transfer.for_stored_numbers(rescale),
+            factor: 1.0,
             version: Version::new(),
             store: Store::new(BUDGET),
             dimmed: None,
@@ -62,13 +65,20 @@ impl Classification {
     /// transfer function.
     pub fn for_rehearsal(&self, dimmed: Option<bool>) -> Self {
         let (given, transfer) = (self.given.clone(), self.transfer.clone());
-        Self { given, transfer, version: Version::new(), store: Store::new(BUDGET), dimmed }
+        Self { given, transfer, factor: self.factor, version: Version::new(), store: Store::new(BUDGET), dimmed }
     }
 
     /// Replaces the transfer function. Derived data are made again on demand.
     pub fn set_transfer_function(&mut self, transfer: &TransferFunction, rescale: Rescale) {
         if self.given != *transfer {
             (self.given, self.transfer, self.version) = (transfer.clone(), transfer.for_stored_numbers(rescale), Version::new());
+        }
+    }
+
+    /// Sets the factor of the extinction. Derived data are made again on demand.
+    pub fn set_factor(&mut self, factor: f64) {
+        if self.factor != factor {
+            (self.factor, self.version) = (factor, Version::new());
         }
     }
 

@@ -23,7 +23,7 @@ pub(in crate::renderer) const SLAB_VALUES: usize = 256;
 
 /// Threshold of the colour error of a segment at which correcting it is worth three times the time: 20 dB locally. Transfer
 /// functions that exceed it are opaque and of several hues; that of aneurism has 0.07.
-const DIMMING: f64 = 0.1;
+pub(in crate::renderer) const DIMMING: f64 = 0.1;
 
 /// Mapping from values to table indices.
 #[derive(Clone, Copy, Debug)]
@@ -44,7 +44,7 @@ impl Scale {
 
 /// A transfer table.
 pub(in crate::renderer) struct Table {
-    on_host: TransferTable,
+    pub on_host: TransferTable,
     /// (r, g, b, τ), or with linear extinction (r, g, b, α), per value.
     pub entries: Buffer<Float4>,
     /// Number of entries with opacity before each entry.
@@ -130,7 +130,7 @@ impl Classification {
             return Ok(kept);
         }
         let stored = field.stored();
-        let on_host = TransferTable::new(&self.transfer, field_range(&stored, kernel), extinction);
+        let on_host = TransferTable::new(&self.transfer, field_range(&stored, kernel), extinction).scaled(self.factor);
         let entries: Vec<Float4> = on_host.entries.iter().map(|&e| Float4(e)).collect();
         let table = Table {
             entries: Buffer::from_slice(device, &entries, TABLE)?,

@@ -72,36 +72,8 @@ impl DeviceVoxels {
     pub fn describe(&self, device: &Device, name: impl Into<String>, grid: Grid, wait: &[&Event]) -> Result<Description, Error> {
         let dims = grid.dims();
         let (voxels, placed) = self.placed(device, dims)?;
-        let parts = PARTS.min(dims[1] * dims[2]);
-        let (least, largest) = (Buffer::new(device, parts, "a range")?, Buffer::new(device, parts, "a range")?);
-        let invalid = Buffer::new(device, parts, "a range")?;
-        let view = VolumeView {
-            stride: [1, placed.row, placed.slice],
-            first: placed.first,
-            dims: dims.map(|n| n as i32),
-            background: 0.0,
-            offset: 0.0,
-            first_a: 0,
-        };
-        let arguments = ValueRangeArguments {
-            voxels: &voxels,
-            view,
-            parts: parts as i32,
-            least: &least,
-            largest: &largest,
-            invalid: &invalid,
-        };
-        let device = &device.with_own_sequence();
-        device.begin(wait)?;
-        Launcher::<ValueRange>::default().launch(device, self.voxel_type, &arguments)?;
-        let (mut lo, mut hi, mut odd) = (vec![0f32; parts], vec![0f32; parts], vec![0u32; parts]);
-        least.read(device, &mut lo)?;
-        largest.read(device, &mut hi)?;
-        invalid.read(device, &mut odd)?;
-        let (lo, hi) = (lo.into_iter().fold(f32::INFINITY, f32::min), hi.into_iter().fold(f32::NEG_INFINITY, f32::max));
-        let range = if lo <= hi { (f64::from(lo), f64::from(hi)) } else { (0.0, 0.0) };
+        let (range, invalid) = value_range(device, &voxels, placed, dims, wait)?;
         let description = Description::new(name, grid, self.voxel_type, range)?;
-        let invalid = odd.into_iter().map(u64::from).sum();
         description.warn_of_values(invalid);
         Ok(if invalid > 0 { description.with_invalid_voxels() } else { description })
     }
@@ -134,6 +106,39 @@ impl DeviceVoxels {
         let placed = Placement { first: (self.first / size) as i64, row: (row / size) as i64, slice: (slice / size) as i64 };
         Ok((VoxelBuffer::from_memory(device, &self.memory, bytes, self.voxel_type)?, placed))
     }
+}
+
+/// Smallest and largest valid voxel, 0 if none is valid, and the number of invalid ones. Waits for the result.
+pub(in crate::renderer) fn value_range(
+    device: &Device,
+    voxels: &VoxelBuffer,
+    placed: Placement,
+    dims: [usize; 3],
+    wait: &[&Event],
+) -> Result<((f64, f64), u64), Error> {
+    let parts = PARTS.min(dims[1] * dims[2]);
+    let (least, largest) = (Buffer::new(device, parts, "a range")?, Buffer::new(device, parts, "a range")?);
+    let invalid = Buffer::new(device, parts, "a range")?;
+    let view = VolumeView {
+        stride: [1, placed.row, placed.slice],
+        first: placed.first,
+        dims: dims.map(|n| n as i32),
+        background: 0.0,
+        offset: 0.0,
+        first_a: 0,
+    };
+    let arguments =
+        ValueRangeArguments { voxels, view, parts: parts as i32, least: &least, largest: &largest, invalid: &invalid };
+    let device = &device.with_own_sequence();
+    device.begin(wait)?;
+    Launcher::<ValueRange>::default().launch(device, voxels.voxel_type(), &arguments)?;
+    let (mut lo, mut hi, mut odd) = (vec![0f32; parts], vec![0f32; parts], vec![0u32; parts]);
+    least.read(device, &mut lo)?;
+    largest.read(device, &mut hi)?;
+    invalid.read(device, &mut odd)?;
+    let (lo, hi) = (lo.into_iter().fold(f32::INFINITY, f32::min), hi.into_iter().fold(f32::NEG_INFINITY, f32::max));
+    let range = if lo <= hi { (f64::from(lo), f64::from(hi)) } else { (0.0, 0.0) };
+    Ok((range, odd.into_iter().map(u64::from).sum()))
 }
 
 impl UploadedVolume {

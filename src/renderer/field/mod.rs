@@ -4,18 +4,20 @@ mod blocks;
 mod gradients;
 mod in_place;
 mod layouts;
+mod resampled;
 mod shape;
 mod uploaded;
 
 pub use in_place::DeviceVoxels;
+pub(super) use in_place::value_range;
 pub(super) use layouts::{Layout, Placement};
 pub(super) use shape::FieldShape;
 pub use uploaded::UploadedVolume;
 
 use super::store::{Inputs, Store, Stored, Version};
 use super::world::World;
-use crate::device::launch::volume::{FillMinMaxBlocks, PrefilterColumns, PrefilterRows, Transpose};
-use crate::device::launch::{Launcher, VoxelBuffer};
+use crate::device::launch::volume::{FillMinMaxBlocks, PrefilterColumns, PrefilterRows, Resample, Transpose};
+use crate::device::launch::{Floats, Launcher, VoxelBuffer, VoxelKind};
 use crate::device::{Buffer, Device};
 use crate::error::Error;
 use crate::settings::Blend;
@@ -31,6 +33,8 @@ pub(super) struct Field {
     world: World,
     /// Grid of the whole volume in normalised world units.
     grid: Grid,
+    /// Smallest spacing of the grid on which the voxels were measured, in normalised world units.
+    unit_distance: f64,
     /// The voxels on the device.
     held: VoxelBox,
     voxels: Arc<VoxelBuffer>,
@@ -54,6 +58,7 @@ pub(super) struct FieldKernels {
     prefilter_rows: Launcher<PrefilterRows>,
     prefilter_columns: Launcher<PrefilterColumns>,
     min_max_blocks: Launcher<FillMinMaxBlocks>,
+    resample: Launcher<Resample>,
 }
 
 impl Stored for VoxelBuffer {
@@ -76,12 +81,19 @@ fn budget(voxels: &VoxelBuffer, held: VoxelBox) -> usize {
 }
 
 impl Field {
-    fn new(description: &Description, held: VoxelBox, voxels: VoxelBuffer, placed: Placement, range_is_declared: bool) -> Self {
+    pub fn new(
+        description: &Description,
+        held: VoxelBox,
+        voxels: VoxelBuffer,
+        placed: Placement,
+        range_is_declared: bool,
+    ) -> Self {
         let world = World::new(description.grid());
         Self {
             description: description.clone(),
             world,
             grid: world.grid(description.grid()),
+            unit_distance: 1.0,
             held,
             store: Arc::new(Mutex::new(Store::new(budget(&voxels, held)))),
             voxels: Arc::new(voxels),
@@ -136,12 +148,22 @@ impl Field {
         }
         self.description = held.description.clone();
         self.world = World::new(self.description.grid());
-        self.grid = self.world.grid(self.description.grid());
+        (self.grid, self.unit_distance) = (self.world.grid(self.description.grid()), 1.0);
         (self.held, self.placed) = (voxel_box, Placement::dense(voxel_box.dims));
         (self.version, self.changes, self.all_changes) = (Version::new(), 0, Arc::default());
         self.range_is_declared = false;
         self.is_lost = false;
         Ok(())
+    }
+
+    /// The voxels as uploaded.
+    pub fn voxels(&self) -> &VoxelBuffer {
+        &self.voxels
+    }
+
+    /// Program permutation of kernels that read the voxels.
+    pub fn voxel_kind(&self) -> VoxelKind {
+        self.voxels.kind()
     }
 
     /// Number of voxels for which the buffer has room.
@@ -200,6 +222,11 @@ impl Field {
     /// Grid of the whole volume in normalised world units.
     pub fn grid(&self) -> &Grid {
         &self.grid
+    }
+
+    /// Distance to which opacities refer by default, in normalised world units: the smallest spacing.
+    pub fn unit_distance(&self) -> f64 {
+        self.unit_distance
     }
 
     /// Sizes of the buffers derived from this field.

@@ -13,6 +13,10 @@ pub(in crate::renderer) struct Declaring<'a> {
     /// Shape of the voxels that are, or would be, on the device.
     pub shape: FieldShape,
     pub tables: &'a TableSizes<'a>,
+    /// The same of the fields that are drawn together with this one.
+    pub others: &'a [(FieldShape, TableSizes<'a>)],
+    /// Number of this field.
+    pub channel: usize,
     pub tuning: &'a Tuning,
     pub viewport: Viewport,
     /// Estimation of gradients, if the frame needs them.
@@ -53,33 +57,46 @@ impl DeclaredLight {
     }
 }
 
-impl Declaring<'_> {
+impl<'a> Declaring<'a> {
+    /// Of a frame of one field that needs neither gradients nor light.
+    pub fn new(shape: FieldShape, tables: &'a TableSizes<'a>, tuning: &'a Tuning, viewport: Viewport) -> Self {
+        Self { shape, tables, others: &[], channel: 0, tuning, viewport, gradient: None, light: None }
+    }
+
+    /// Declares the resources of each field.
+    pub fn for_each_channel(&self, mut declare: impl FnMut(&Declaring)) {
+        declare(self);
+        for ((shape, tables), channel) in self.others.iter().zip(1..) {
+            declare(&Declaring { shape: *shape, tables, channel, others: &[], ..*self });
+        }
+    }
+
     /// The layouts of a layer axis for a kernel, the visibility of its min-max blocks, and the transfer table.
     pub fn visibility(&self, axis: Axis, kernel: Kernel, resources: &mut Resources) {
         self.layouts(axis, kernel, resources);
-        resources.kept(("visibility", Some(axis), Some(kernel)), self.shape.visibility(axis, kernel));
+        resources.kept(("visibility", Some(axis), Some(kernel), self.channel), self.shape.visibility(axis, kernel));
         self.table(kernel, resources);
     }
 
     /// The layouts that a kernel needs for a layer axis.
     pub fn layouts(&self, axis: Axis, kernel: Kernel, resources: &mut Resources) {
-        resources.kept(("layouts", Some(axis), Some(kernel)), self.shape.layouts(axis, kernel));
+        resources.kept(("layouts", Some(axis), Some(kernel), self.channel), self.shape.layouts(axis, kernel));
     }
 
     /// The voxels from which the gradients of a kernel's field are estimated, for a layer axis.
     pub fn gradients(&self, axis: Axis, kernel: Kernel, resources: &mut Resources) {
         let buffers = self.gradient.map_or(Vec::new(), |estimator| self.shape.gradient_layouts(axis, kernel, estimator));
-        resources.kept(("gradients", Some(axis), Some(kernel)), buffers);
+        resources.kept(("gradients", Some(axis), Some(kernel), self.channel), buffers);
     }
 
     /// The transfer table of a kernel's field.
     pub fn table(&self, kernel: Kernel, resources: &mut Resources) {
-        resources.kept(("table", None, Some(kernel)), TableSizes::table(self.tables.entries(kernel)));
+        resources.kept(("table", None, Some(kernel), self.channel), TableSizes::table(self.tables.entries(kernel)));
     }
 
     /// The segment integrals of a kernel's field, and its transfer table. `axis`: the layer axis that they are for, unless they serve all.
     pub fn integrals(&self, axis: Option<Axis>, kernel: Kernel, resources: &mut Resources) {
         self.table(kernel, resources);
-        resources.kept(("integrals", axis, Some(kernel)), [TableSizes::integrals(self.tables.entries(kernel))]);
+        resources.kept(("integrals", axis, Some(kernel), self.channel), [TableSizes::integrals(self.tables.entries(kernel))]);
     }
 }

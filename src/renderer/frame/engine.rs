@@ -1,6 +1,8 @@
 //! Runs frames: begin, steps, deliver, report. All render paths go through [`Engine::run`].
 
-use super::super::classification::{Classification, PreparationKernels, TableSizes};
+use super::super::channels::{Channel, Fields};
+use super::super::classification::{Classification, PreparationKernels};
+use super::super::colors::UploadedColors;
 use super::super::field::{Field, UploadedVolume};
 use super::super::layered::{PointLayers, SplatLayers};
 #[cfg(test)]
@@ -18,21 +20,21 @@ use super::super::tiles::Target;
 use super::declaring::{DeclaredLight, Declaring};
 use super::resources::Resources;
 use super::steps::{Stage, Step};
+use crate::camera::Camera;
 use crate::device::{Device, Limits, Rehearsal, ScratchMemory};
 use crate::error::Error;
 use crate::layers::{Lattice, Rays};
 use crate::settings::{self, Layered, Settings};
 use crate::transfer::TransferFunction;
 use crate::viewport::Viewport;
-use crate::volume::{Held, Rescale, Stored as StoredNumbers, Volume};
+use crate::volume::{Held, Volume};
 use opencl3::event::Event;
 use std::sync::Arc;
 
 /// State of a renderer that is reused across frames.
 pub(in crate::renderer) struct Engine {
     pub device: Device,
-    pub field: Field,
-    pub classification: Classification,
+    fields: Fields,
     kernels: PreparationKernels,
     light: LightVolumes,
     passes: Passes,
@@ -55,21 +57,6 @@ struct Passes {
     view_sheets: ImageAlignedSheets,
     slices: Slices,
     picture: Picture,
-}
-
-/// Properties of a field on which tables depend.
-#[derive(PartialEq)]
-struct Numbers {
-    stored: StoredNumbers,
-    rescale: Rescale,
-    range_is_declared: bool,
-}
-
-impl Numbers {
-    fn new(field: &Field) -> Self {
-        let rescale = field.description().rescale();
-        Self { stored: field.stored(), rescale, range_is_declared: field.range_is_declared() }
-    }
 }
 
 /// A frame to run.
@@ -100,11 +87,9 @@ pub(in crate::renderer) enum Mode<'a> {
 impl Engine {
     /// An engine for an uploaded volume. Other engines may share its field.
     pub fn new(volume: &UploadedVolume, transfer: &TransferFunction) -> Self {
-        let field = volume.field.for_renderer();
         Self {
             device: volume.device.with_own_sequence(),
-            classification: Classification::new(transfer, field.description().rescale()),
-            field,
+            fields: Fields::new(volume, transfer),
             kernels: PreparationKernels::default(),
             light: LightVolumes::default(),
             passes: Passes::default(),
@@ -116,14 +101,13 @@ impl Engine {
         }
     }
 
-    /// An engine of the same field and transfer function that records the kernels its frames would launch. `dimmed` replaces
+    /// An engine of the same fields and transfer function that records the kernels its frames would launch. `dimmed` replaces
     /// that need of the transfer function's integrals.
     pub fn for_rehearsal(&self, dimmed: Option<bool>) -> (Self, Arc<Rehearsal>) {
         let (device, rehearsal) = self.device.with_own_sequence().rehearsing();
         let engine = Self {
             device,
-            field: self.field.for_rehearsal(),
-            classification: self.classification.for_rehearsal(dimmed),
+            fields: self.fields.for_rehearsal(dimmed),
             kernels: PreparationKernels::default(),
             light: LightVolumes::default(),
             passes: Passes::default(),
@@ -138,49 +122,78 @@ impl Engine {
 
     /// Replaces the field by one on the same device. Device programs are kept; tables are made again if the range differs.
     pub fn set_field(&mut self, volume: &UploadedVolume) -> Result<(), Error> {
-        if volume.device.context() != self.device.context() {
-            let problem = "is on a device of another context than the renderer".into();
-            return Err(Error::Memory { what: "the uploaded volume", problem });
+        self.require_context(volume)?;
+        self.fields.set_first(volume)
+    }
+
+    fn require_context(&self, volume: &UploadedVolume) -> Result<(), Error> {
+        if volume.device.context() == self.device.context() {
+            return Ok(());
         }
-        let before = Numbers::new(&self.field);
-        self.field = volume.field.for_renderer();
-        self.reclassify(before);
+        let problem = "is on a device of another context than the renderer".into();
+        Err(Error::Memory { what: "the uploaded volume", problem })
+    }
+
+    /// Replaces all fields.
+    pub fn set_channels(&mut self, channels: &[Channel]) -> Result<(), Error> {
+        channels.iter().try_for_each(|channel| self.require_context(&channel.volume))?;
+        self.device.begin(&[])?;
+        self.fields.set(channels, &mut self.kernels, &self.device)
+    }
+
+    /// Replaces all fields by colours.
+    pub fn set_colors(&mut self, colors: &UploadedColors) -> Result<(), Error> {
+        self.require_context(&colors.visibility().0)?;
+        self.fields.set_colors(colors);
         Ok(())
+    }
+
+    /// The field of the renderer's volume.
+    pub fn field(&self) -> &Field {
+        &self.fields.first.field
+    }
+
+    pub fn field_mut(&mut self) -> &mut Field {
+        &mut self.fields.first.field
+    }
+
+    /// The classification of that field.
+    pub fn classification(&self) -> &Classification {
+        &self.fields.first.classification
+    }
+
+    /// Rays and settings of a view of the visible fields, in normalised units.
+    pub fn normalised_view(&self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<(Rays, Settings), Error> {
+        let field = self.field();
+        let (rays, settings) = field.world().normalised_view(field.grid(), camera, viewport, settings)?;
+        Ok((rays, self.fields.settings(settings)?))
     }
 
     /// Uploads other voxels to replace those of the field.
     pub fn replace_field(&mut self, held: &Held) -> Result<(), Error> {
         self.device.begin(&[])?;
-        let before = Numbers::new(&self.field);
-        let capacity = held.dims().iter().product::<usize>().max(self.field.capacity());
-        let replaced = self.field.replace(&self.device, held, capacity);
-        self.reclassify(before);
-        replaced
-    }
-
-    /// Invalidates the tables if the stored numbers of the field have changed.
-    fn reclassify(&mut self, before: Numbers) {
-        if Numbers::new(&self.field) != before {
-            self.classification.set_field(&self.field);
-        }
+        self.fields.replace_first(&self.device, held)
     }
 
     /// Replaces the transfer function.
     pub fn set_transfer_function(&mut self, transfer: &TransferFunction) {
-        self.classification.set_transfer_function(transfer, self.field.description().rescale());
+        self.fields.first.set_transfer_function(transfer);
     }
 
-    /// Steepness of the transfer function over the values of the whole volume.
+    /// Largest steepness of the transfer functions over the values of the whole volume.
     pub fn steepness(&self) -> f64 {
-        self.classification.transfer_function().steepness(self.field.description().field_range())
+        self.fields.steepness()
     }
 
     /// Calls `declare` with the sizes of this engine's frames.
     pub fn declaring<T>(&self, viewport: Viewport, settings: &Settings, declare: impl FnOnce(&Declaring) -> T) -> T {
-        let tables = &TableSizes::from_classification(&self.classification, &self.field);
+        let fields = self.fields.sizes();
+        let (shape, tables) = &fields[0];
         declare(&Declaring {
-            shape: self.field.shape(),
+            shape: *shape,
             tables,
+            others: &fields[1..],
+            channel: 0,
             tuning: self.device.tuning(),
             viewport,
             gradient: settings.needed_gradient(),
@@ -201,7 +214,7 @@ impl Engine {
     ) -> Result<(T, Statistics), Error> {
         // Streamed frames upload their voxels themselves.
         if frame.volume.is_none() {
-            self.field.require_voxels()?;
+            self.field().require_voxels()?;
         }
         let (device, drawn) = match self.draw(frame, mode) {
             Err(error) if frame.volume.is_none() && error.is_lack_of_device_memory() => {
@@ -246,11 +259,10 @@ impl Engine {
         for (n, stage) in frame.stages.iter().enumerate() {
             tracing::debug!("{}", stage.resources);
             if n > 0 {
-                self.field.drop_cached();
-                self.classification.drop_cached();
+                self.fields.drop_cached();
                 self.light.drop_cached();
                 self.target.keep_picture();
-                self.field.release_beyond(&device, stage.capacity())?;
+                self.field_mut().release_beyond(&device, stage.capacity())?;
             }
             self.require(&device, frame, &stage.resources)?;
             self.target.arena.reserve(&device, &stage.resources)?;
@@ -274,13 +286,15 @@ impl Engine {
     fn step(&mut self, view: View, frame: &Frame, step: &Step, done: &mut Done) -> Result<(), Error> {
         let View { device, rays, viewport, .. } = view;
         match *step {
-            Step::Sweep { light, group, slab } => self.scene(view).sweep_slab(light, group, slab)?,
-            Step::FinishLight(light) => self.scene(view).finish_light(light)?,
-            Step::HoldLight { light, axis, ref voxels } => self.scene(view).hold_light(light, axis, voxels)?,
+            Step::Sweep { light, group, slab } => self.with_scene(view, |scene| scene.sweep_slab(light, group, slab))?,
+            Step::FinishLight(light) => self.with_scene(view, |scene| scene.finish_light(light))?,
+            Step::HoldLight { light, axis, ref voxels } => {
+                self.with_scene(view, |scene| scene.hold_light(light, axis, voxels))?
+            }
             Step::Hold { voxels, capacity } => {
                 let volume = frame.volume.expect("only streamed frames replace voxels");
                 let part = volume.part(voxels.first, voxels.dims)?;
-                self.field.replace(device, &part.held(), capacity)?;
+                self.field_mut().replace(device, &part.held(), capacity)?;
             }
             Step::Continue(samples) => self.target.fill(device, samples)?,
             Step::Layers { lattice, layered, ref range } => {
@@ -294,8 +308,11 @@ impl Engine {
                 done.finished = Finished::Floats(self.target.drawn().samples);
             }
             Step::Slice(plan) => {
-                let Self { field, classification, kernels, light, passes, target, .. } = self;
-                passes.slices.draw(&mut Scene::new(view, field, classification, kernels, light), plan, target)?;
+                let Self { fields, kernels, light, passes, target, .. } = self;
+                fields.with_scene(view, kernels, light, |scene| {
+                    scene.require_one_channel("slices")?;
+                    passes.slices.draw(scene, plan, target)
+                })?;
                 done.finished = Finished::Floats(target.drawn().samples);
             }
             Step::Warp { lattice, share } => {
@@ -314,9 +331,9 @@ impl Engine {
         Ok(())
     }
 
-    fn scene<'a>(&'a mut self, view: View<'a>) -> Scene<'a> {
-        let Self { field, classification, kernels, light, .. } = self;
-        Scene::new(view, field, classification, kernels, light)
+    fn with_scene<T>(&mut self, view: View, work: impl FnOnce(&mut Scene) -> T) -> T {
+        let Self { fields, kernels, light, .. } = self;
+        fields.with_scene(view, kernels, light, work)
     }
 
     /// Adds the number of samples with opacity of the last pass, if the frame is measured.
@@ -328,20 +345,30 @@ impl Engine {
     }
 
     fn draw_layers(&mut self, view: View, lattice: &Lattice, layered: Layered, range: &LayerRange) -> Result<(), Error> {
-        let Self { field, classification, kernels, light, passes, target, .. } = self;
-        let scene = &mut Scene::new(view, field, classification, kernels, light);
-        match layered.classification {
-            settings::Classification::Post(correction) => passes.splats.draw_lattice(scene, lattice, correction, range, target),
+        let Self { fields, kernels, light, passes, target, .. } = self;
+        fields.with_scene(view, kernels, light, |scene| match layered.classification {
+            settings::Classification::Post(correction) => {
+                scene.require_one_channel("post-classified layers")?;
+                passes.splats.draw_lattice(scene, lattice, correction, range, target)
+            }
             settings::Classification::Preintegrated { kernel, samples_per_layer } => {
                 passes.points.draw_lattice(scene, lattice, (kernel, samples_per_layer), layered.evaluation, range, target)
             }
-        }
+        })
     }
 
     fn draw_screen(&mut self, view: View, plan: &Plan, gathers: RayOutput) -> Result<(), Error> {
-        let Self { field, classification, kernels, light, passes, target, .. } = self;
-        let scene = &mut Scene::new(view, field, classification, kernels, light);
-        match *plan {
+        let Self { fields, kernels, light, passes, target, .. } = self;
+        fields.with_scene(view, kernels, light, |scene| match *plan {
+            _ if scene.has_colors() => {
+                let problem = "volumes of colours need a view in which all rays have one layer axis: move the eye away, or choose a \
+                               smaller angle of view";
+                Err(Error::Settings { field: "algorithm", problem: problem.into() })
+            }
+            Plan::Raycast(kernel, step) => passes.rays.cast(scene, kernel, step, gathers, target),
+            // Several fields are classified at each sample of a ray, not between them.
+            Plan::CastSegments(kernel, step) if scene.channels() > 1 => passes.rays.cast(scene, kernel, step, gathers, target),
+            _ if scene.channels() > 1 => scene.require_one_channel(&plan.to_string()),
             Plan::Direct(axis, layered) => match layered.classification {
                 settings::Classification::Post(correction) => {
                     passes.splats.draw_pixels(scene, axis, correction, layered.footprints, target)
@@ -350,21 +377,20 @@ impl Engine {
                     passes.points.draw_pixels(scene, axis, (kernel, samples_per_layer), target)
                 }
             },
-            Plan::Raycast(kernel, step) => passes.rays.cast(scene, kernel, step, gathers, target),
             Plan::CastValues(kernel, step) => passes.rays.cast_values(scene, kernel, step, gathers, target),
             Plan::CastSegments(kernel, step) => passes.rays.cast_segments(scene, kernel, step, target),
             Plan::Slicing(step) => passes.rays.slice(scene, step, target),
             Plan::AxisSheets(axis) => passes.axis_sheets.draw(scene, axis, target),
             Plan::ViewSheets(distance) => passes.view_sheets.draw(scene, distance, target),
             Plan::Lattice(..) | Plan::Shared(..) => unreachable!("lattices are rendered as layers"),
-        }
+        })
     }
 
     /// The light volumes of a view.
     #[cfg(test)]
     pub fn illumination(&mut self, rays: &Rays, viewport: Viewport, settings: &Settings) -> Result<Illumination, Error> {
-        let Self { device, field, classification, kernels, light, .. } = self;
-        Scene::new(View { device, rays, viewport, settings }, field, classification, kernels, light).illumination()
+        let Self { device, fields, kernels, light, .. } = self;
+        fields.with_scene(View { device, rays, viewport, settings }, kernels, light, |scene| scene.illumination())
     }
 
     /// Number of light volumes made so far.
@@ -375,8 +401,7 @@ impl Engine {
 
     /// Drops all cached data and buffers on the device except the voxels.
     fn drop_cached(&mut self) {
-        self.field.drop_cached();
-        self.classification.drop_cached();
+        self.fields.drop_cached();
         self.light.drop_cached();
         self.target.arena.clear();
     }

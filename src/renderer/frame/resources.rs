@@ -61,8 +61,8 @@ fn allocate<T: Copy + Send + Sync + 'static>(
     }))
 }
 
-/// Kind of cached data: name, layer axis, kernel.
-type Kind = (&'static str, Option<Axis>, Option<Kernel>);
+/// Kind of cached data: name, layer axis, kernel, number of the field.
+type Kind = (&'static str, Option<Axis>, Option<Kernel>, usize);
 
 /// All buffers that a frame needs.
 #[derive(Clone, Default)]

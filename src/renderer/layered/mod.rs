@@ -1,5 +1,7 @@
 //! Layered rendering: on a lattice, or per screen pixel.
 
+mod channels;
+mod colors;
 mod footprint_set;
 mod pixels;
 pub(super) mod points;

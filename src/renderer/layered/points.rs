@@ -1,5 +1,6 @@
 //! Point-sampled layers with pre-integrated segments.
 
+use super::super::channels::{FieldInputs, declare_channels};
 use super::super::classification::{Integrals, Table};
 use super::super::frame::{Declaring, Resources};
 use super::super::range::LayerRange;
@@ -7,6 +8,8 @@ use super::super::region::Region;
 use super::super::sampling::Steps;
 use super::super::scene::Scene;
 use super::super::tiles::{Drawn, Target, Tiles, declare_target};
+use super::channels::ChannelLayers;
+use super::colors::ColorLayers;
 use super::pixels::{direct_params, layer_axes};
 use crate::device::LatticeSchedule;
 use crate::device::launch::Launcher;
@@ -18,6 +21,7 @@ use crate::error::Error;
 use crate::layers::{Axis, AxisFrame, Density, Kernel, Lattice, Stagger};
 use crate::settings::Blend;
 use crate::settings::{Classification, Evaluation};
+use std::sync::Arc;
 
 /// Renders point-sampled layers.
 #[derive(Default)]
@@ -25,6 +29,8 @@ pub(in crate::renderer) struct PointLayers {
     lattice: Launcher<PointLattice>,
     samples: Launcher<PointSamples>,
     direct: Launcher<PointDirect>,
+    channels: ChannelLayers,
+    colors: ColorLayers,
 }
 
 /// Layer thicknesses in pixels from which a layer gets one and two additional samples.
@@ -61,12 +67,15 @@ pub(in crate::renderer) fn declare_lattice(
     resources: &mut Resources,
 ) {
     declare_target(lattice.samples(), Tiles::for_points(lattice, declaring.tuning), resources);
-    declaring.visibility(lattice.frame.layer_axis(), kernel, resources);
-    declaring.gradients(lattice.frame.layer_axis(), kernel, resources);
+    declare_channels(declaring, resources);
     // Lattices that share a frame have tables of their own if they differ in samples per layer.
     let axis = lattice.frame.layer_axis();
     let own = evaluation == Evaluation::Lattice(Density::Screen) || for_thickness(declaring.shape.thickness(axis)) > 0;
-    declaring.integrals(Some(axis).filter(|_| own), kernel, resources);
+    declaring.for_each_channel(|declaring| {
+        declaring.visibility(axis, kernel, resources);
+        declaring.gradients(axis, kernel, resources);
+        declaring.integrals(Some(axis).filter(|_| own), kernel, resources);
+    });
 }
 
 /// Declares the resources of [`PointLayers::draw_pixels`].
@@ -93,23 +102,23 @@ impl PointLayers {
         let axis = frame.layer_axis();
         let thickness = scene.field.shape().thickness(axis);
         let per_layer = adapted(samples_per_layer, evaluation, scene.rays.pixels_along(frame.a), thickness);
-        let steps = scene.steps(per_layer);
         let tiles = Tiles::for_points(lattice, device.tuning());
         let Drawn { samples, active_samples, .. } = &target.prepare(tiles);
         if lattice.samples() == 0 {
             return Ok(());
         }
-        let visible = scene.visible_blocks(axis, kernel)?;
-        let integrals = scene.integrals(kernel, steps.shortest(), per_layer)?;
-        let layout = scene.weighted(axis, kernel)?;
-        let gradients = scene.gradient_voxels(axis, kernel, &layout)?;
-        let region = Region::new(scene, kernel, per_layer);
-        let segments = segments(scene, &integrals, per_layer);
-        let table = scene.table(kernel)?;
+        let view = LatticeView { lattice, range, tiles, axis, kernel, per_layer };
+        if scene.has_colors() {
+            return self.colors.draw(scene, &view, samples, active_samples);
+        }
+        if scene.channels() > 1 {
+            return self.channels.draw(scene, &view, samples, active_samples);
+        }
+        let PointInputs { field: inputs, integrals, table, segments } = PointInputs::new(scene, &view)?;
+        let FieldInputs { layout, gradients, visible, sample, region, .. } = &inputs;
         let illumination = scene.illumination()?;
         let [light, sky] = illumination.arguments(&visible.flags);
-        let sample = point_params(scene, (&integrals, &table), steps, frame, (kernel, per_layer));
-        let variant = (layout.voxels.kind(), kernel, segments, region.rendering_from(&gradients));
+        let variant = (layout.voxels.kind(), kernel, segments, region.rendering_from(gradients));
         let arguments = PointLatticeArguments {
             voxels: &layout.voxels,
             view: layout.view,
@@ -121,11 +130,8 @@ impl PointLayers {
             shown_slabs: &visible.shown,
             integrals: &integrals.nodes,
             table: &table.entries,
-            p: RayLatticeParams {
-                layers: range.slabs(lattice, kernel.radius()),
-                ..lattice_params(lattice, range, tiles, visible.blocks, settings.culling)
-            },
-            sample,
+            p: view.params(visible.blocks, settings.culling),
+            sample: *sample,
             clip: region.for_layers(frame),
             lattice: samples,
             active_samples,
@@ -184,6 +190,55 @@ impl PointLayers {
                 active_samples,
             },
         )
+    }
+}
+
+/// A lattice of point-sampled layers, and the samples that its layers have.
+pub(super) struct LatticeView<'a> {
+    lattice: &'a Lattice,
+    range: &'a LayerRange,
+    tiles: Tiles,
+    pub axis: Axis,
+    pub kernel: Kernel,
+    pub per_layer: u32,
+}
+
+impl LatticeView<'_> {
+    pub fn frame(&self) -> AxisFrame {
+        self.lattice.frame
+    }
+
+    /// Kernel argument, for min-max blocks in these numbers.
+    pub fn params(&self, blocks: [i32; 2], culling: bool) -> RayLatticeParams {
+        let Self { lattice, range, tiles, kernel, .. } = *self;
+        RayLatticeParams {
+            layers: range.slabs(lattice, kernel.radius()),
+            ..lattice_params(lattice, range, tiles, blocks, culling)
+        }
+    }
+}
+
+/// What layers of a field are sampled from and classified by.
+pub(super) struct PointInputs {
+    pub field: FieldInputs,
+    pub integrals: Arc<Integrals>,
+    pub table: Arc<Table>,
+    pub segments: Segments,
+}
+
+impl PointInputs {
+    pub fn new(scene: &mut Scene, view: &LatticeView) -> Result<Self, Error> {
+        let &LatticeView { axis, kernel, per_layer, .. } = view;
+        let steps = scene.steps(per_layer);
+        let visible = scene.visible_blocks(axis, kernel)?;
+        let integrals = scene.integrals(kernel, steps.shortest(), per_layer)?;
+        let layout = scene.weighted(axis, kernel)?;
+        let gradients = scene.gradient_voxels(axis, kernel, &layout)?;
+        let table = scene.table(kernel)?;
+        let sample = point_params(scene, (&integrals, &table), steps, view.frame(), (kernel, per_layer));
+        let (region, segments) = (Region::new(scene, kernel, per_layer), segments(scene, &integrals, per_layer));
+        let length = steps.shortest() * f64::from(per_layer);
+        Ok(Self { field: FieldInputs { layout, gradients, visible, sample, region, length }, integrals, table, segments })
     }
 }
 

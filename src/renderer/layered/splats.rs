@@ -84,7 +84,7 @@ pub(in crate::renderer) fn declare_pixels(
     resources.host(&SUB_SLABS, slab_count(correction));
     resources.frame(&NODES, 1);
     if footprints == Footprints::Set {
-        resources.kept(("the footprint set", None, None), FootprintSet::buffers());
+        resources.kept(("the footprint set", None, None, 0), FootprintSet::buffers());
     }
 }
 

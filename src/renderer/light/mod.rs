@@ -249,7 +249,7 @@ pub(super) fn declare(declaring: &Declaring, resources: &mut Resources) {
     let volumes = volumes.into_iter().filter(|(_, count, _)| *count > 0);
     let bytes = |count: usize, values: ValueGrid| count * values.values() + PADDING;
     if light.part.is_some() {
-        volumes.for_each(|(name, count, values)| resources.kept((name, None, None), [(name, bytes(count, values))]));
+        volumes.for_each(|(name, count, values)| resources.kept((name, None, None, 0), [(name, bytes(count, values))]));
         return;
     }
     for axis in Axis::ALL {
@@ -258,14 +258,14 @@ pub(super) fn declare(declaring: &Declaring, resources: &mut Resources) {
     }
     // Those of the frame may be for shorter segments.
     let entries = declaring.tables.entries(KERNEL);
-    resources.kept(("integrals of light", None, Some(KERNEL)), [TableSizes::integrals(entries)]);
+    resources.kept(("integrals of light", None, Some(KERNEL), 0), [TableSizes::integrals(entries)]);
     declaring.table(KERNEL, resources);
-    resources.kept((sweeps::RAYS, None, None), [(sweeps::RAYS, size_of::<f32>())]);
+    resources.kept((sweeps::RAYS, None, None, 0), [(sweeps::RAYS, size_of::<f32>())]);
     for (name, count, values) in volumes {
         let offsets = sweeps::offsets(declaring.shape.dims);
-        resources.kept((name, None, None), [(name, bytes(count, values)), sweeps::sums(values), offsets]);
+        resources.kept((name, None, None, 0), [(name, bytes(count, values)), sweeps::sums(values), offsets]);
         if values.voxels() > 1 {
-            resources.kept((coarse::COARSE, None, None), coarse::buffers(values.inner().iter().product(), entries));
+            resources.kept((coarse::COARSE, None, None, 0), coarse::buffers(values.inner().iter().product(), entries));
         }
     }
 }

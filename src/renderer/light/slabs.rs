@@ -161,17 +161,17 @@ impl SweepGroup {
             declaring.gradients(Axis::Z, KERNEL, resources);
             let mut blocks = self.grid.inner();
             blocks[self.axis.index()] = (layers + 1).min(blocks[self.axis.index()]);
-            resources.kept((coarse::COARSE, None, None), coarse::buffers(blocks.iter().product(), entries));
+            resources.kept((coarse::COARSE, None, None, 0), coarse::buffers(blocks.iter().product(), entries));
         }
         declaring.table(KERNEL, resources);
-        resources.kept(("integrals of light", None, Some(KERNEL)), [TableSizes::integrals(entries)]);
+        resources.kept(("integrals of light", None, Some(KERNEL), 0), [TableSizes::integrals(entries)]);
         let values = self.most_values(layers).values();
         let of_bytes = if self.sweeps.iter().any(|(target, _)| !target.several) { values } else { 1 };
         let of_sums = if self.sweeps.iter().any(|(target, _)| target.several) { values } else { 1 };
         let rays = self.sweeps.iter().map(|(_, sweep)| self.states(sweep, declaring.tuning)).max().unwrap_or(0);
         let finished = FINISHED.min(self.grid.values());
         resources.kept(
-            ("slabs", None, None),
+            ("slabs", None, None, 0),
             [
                 (super::SHADOWS, of_bytes),
                 (sweeps::SUMS, size_of::<u16>() * of_sums),

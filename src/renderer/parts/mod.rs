@@ -219,7 +219,7 @@ impl PartRenderer {
             let problem = "a part alone has no shadows and no ambient occlusion: disable them, or use a StreamedRenderer or several processes";
             return Err(view_error(problem.into()));
         }
-        let (description, transfer) = (self.engine.field.description(), self.engine.classification.transfer_function());
+        let (description, transfer) = (self.engine.field().description(), self.engine.classification().transfer_function());
         let seen = SeenVolume { description, transfer };
         let mut views = LatticeView::all(seen, camera, viewport, settings)?;
         match views.pop() {
@@ -237,8 +237,8 @@ impl PartRenderer {
             let expected = "a range of the volume's layers that is not empty";
             return Err(Error::OutOfRange { name: "layers", value: format!("{layers:?} of {all}"), expected });
         }
-        let (held, needed) = (self.engine.field.held(), Self::needed(layers, all, &view.settings));
-        if !held.holds(&VoxelBox::layers(self.engine.field.grid().dims(), axis.index(), &needed)) {
+        let (held, needed) = (self.engine.field().held(), Self::needed(layers, all, &view.settings));
+        if !held.holds(&VoxelBox::layers(self.engine.field().grid().dims(), axis.index(), &needed)) {
             let problem =
                 format!("layers {layers:?} of axis {axis:?} need all of layers {needed:?}, which this part does not hold");
             return Err(view_error(problem));
@@ -278,7 +278,7 @@ impl PartRenderer {
 
     /// Uploads the light of a view for the layers that this part holds.
     fn light_step<'a>(&self, view: &LatticeView, light: Option<&'a LightOfParts>) -> Option<Step<'a>> {
-        let (axis, held) = (view.axis(), self.engine.field.held());
+        let (axis, held) = (view.axis(), self.engine.field().held());
         let voxels = held.first[axis.index()]..held.end(axis.index());
         light.map(|light| Step::HoldLight { light, axis, voxels })
     }
@@ -292,8 +292,8 @@ impl PartRenderer {
         deliver: impl FnOnce(&Device, &Finished) -> Result<T, Error>,
     ) -> Result<(T, Option<Measured>), Error> {
         let LatticeView { rays, viewport, settings, .. } = view;
-        let (whole, axis) = (self.engine.field.grid().dims(), view.axis());
-        let part = Some(PartOfLight { whole, axis, layers: self.engine.field.held().dims[axis.index()] });
+        let (whole, axis) = (self.engine.field().grid().dims(), view.axis());
+        let part = Some(PartOfLight { whole, axis, layers: self.engine.field().held().dims[axis.index()] });
         let stage = self.engine.declaring(*viewport, settings, |declaring| {
             let light = declaring.light.map(|light| DeclaredLight { part, ..light });
             Stage::new(steps, into.is_some(), &Declaring { light, ..*declaring })

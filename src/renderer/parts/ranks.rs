@@ -98,7 +98,7 @@ impl PartRenderer {
     /// Declares that the voxels in the caller's memory have changed.
     pub(crate) fn volume_changed(&mut self, wait: &[&Event]) -> Result<(), Error> {
         self.engine.device.begin(wait)?;
-        self.engine.field.voxels_changed();
+        self.engine.field_mut().voxels_changed();
         self.engine.device.end().map(drop)
     }
 }

@@ -69,14 +69,10 @@ impl StreamedRenderer<'_> {
     /// Memory on the device for sweeps through slabs of at most this many layers.
     fn needs_of_sweeps(&self, group: &SweepGroup, layers: usize, viewport: Viewport, settings: &Settings) -> Bytes {
         let description = self.volume.description();
-        let declaring = Declaring {
-            shape: FieldShape::new(description, group.most_voxels(layers)),
-            tables: &TableSizes::new(&self.transfer, description),
-            tuning: self.device.tuning(),
-            viewport,
-            gradient: extinction_estimator(settings),
-            light: None,
-        };
+        let shape = FieldShape::new(description, group.most_voxels(layers));
+        let tables = &TableSizes::new(&self.transfer, description);
+        let gradient = extinction_estimator(settings);
+        let declaring = Declaring { gradient, ..Declaring::new(shape, tables, self.device.tuning(), viewport) };
         let mut resources = Resources::default();
         resources.field(&declaring.shape);
         group.declare(&declaring, layers, &mut resources);

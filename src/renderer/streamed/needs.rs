@@ -66,7 +66,8 @@ impl<'a> Needs<'a> {
         dims[lattice.frame.a] = layers;
         let part = Some(PartOfLight { whole, axis: lattice.frame.layer_axis(), layers });
         let light = light.map(|light| DeclaredLight { part, ..light });
-        let declaring = Declaring { shape: FieldShape::new(description, dims), tables, tuning, viewport, gradient, light };
+        let shape = FieldShape::new(description, dims);
+        let declaring = Declaring { gradient, light, ..Declaring::new(shape, tables, tuning, viewport) };
         let steps = vec![
             Step::Layers { lattice, layered, range: LayerRange::whole(lattice) },
             Step::Warp { lattice, share: Share::WHOLE },

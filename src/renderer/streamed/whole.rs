@@ -85,14 +85,8 @@ impl StreamedRenderer<'_> {
         let tables = TableSizes::new(&self.transfer, self.volume.description());
         let shape = FieldShape::new(self.volume.description(), self.grid.dims());
         let gradient = settings.needed_gradient();
-        let declaring = Declaring {
-            shape,
-            tables: &tables,
-            tuning: self.device.tuning(),
-            viewport,
-            gradient,
-            light: DeclaredLight::new(settings),
-        };
+        let light = DeclaredLight::new(settings);
+        let declaring = Declaring { gradient, light, ..Declaring::new(shape, &tables, self.device.tuning(), viewport) };
         Stage::from_plan(plan, Output::Floats, false, &declaring).resources.bytes()
     }
 

@@ -4,7 +4,8 @@ import { download } from "./saving.js";
 import { copy } from "./state.js";
 
 /** @typedef {import("./state.js").Camera} Camera */
-/** @typedef {{ time: number, camera: Camera }} Key */
+/** @typedef {{ camera: Camera, frame: number }} Shown */
+/** @typedef {Shown & { time: number }} Key */
 
 /** Seconds between a key camera and the next one, until another time is typed. */
 const STEP = 2;
@@ -25,7 +26,7 @@ function button(text, name, action) {
 }
 
 export class Film {
-  /** @param {{ camera: () => Camera, show: (camera: Camera) => void, send: (request: object) => void,
+  /** @param {{ shown: () => Shown, show: (shown: Shown) => void, steps: () => number, send: (request: object) => void,
    *   size: () => { width: number, height: number } }} page */
   constructor(page) {
     this.page = page;
@@ -45,10 +46,10 @@ export class Film {
     this.show();
   }
 
-  /** Adds the camera that is shown. */
+  /** Adds the camera and the step that are shown. */
   record() {
     const last = this.keys.at(-1);
-    this.keys.push({ time: last ? last.time + STEP : 0, camera: copy(this.page.camera()) });
+    this.keys.push({ time: last ? last.time + STEP : 0, ...copy(this.page.shown()) });
     this.show();
   }
 
@@ -89,7 +90,7 @@ export class Film {
       down.disabled = n === this.keys.length - 1;
       item.append(
         time,
-        button("Show", `Show key camera ${n + 1}`, () => this.page.show(copy(key.camera))),
+        this.showButton(key, n),
         up, down,
         button("×", `Delete key camera ${n + 1}`, () => this.remove(n)),
       );
@@ -97,6 +98,12 @@ export class Film {
     }));
     if (focused !== undefined) list.children[focused]?.querySelector("input")?.focus();
     this.showState();
+  }
+
+  /** Tells the step of a sequence, too. @param {Key} key @param {number} n */
+  showButton({ camera, frame }, n) {
+    const [text, name] = this.page.steps() > 1 ? [`Show ${frame}`, `, step ${frame}`] : ["Show", ""];
+    return button(text, `Show key camera ${n + 1}${name}`, () => this.page.show(copy({ camera, frame })));
   }
 
   /** @param {string} [text] */

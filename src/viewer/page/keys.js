@@ -21,6 +21,8 @@ export const LINES = [
   { keys: "l b x", does: "legend and scale bar, box, axes" },
   { keys: "p", does: "fold the panel" },
   { keys: "v", does: "slices beside the picture" },
+  { keys: "Space", does: "play a sequence, or pause" },
+  { keys: "[ ]", does: "step before, step after" },
   { keys: "k", does: "record the view for a film" },
   { keys: "s", does: "save the picture" },
   { keys: "c, y", does: "copy the command, or the Python program, that makes the picture" },
@@ -50,6 +52,7 @@ function isTyping({ target, key }) {
   if (!(target instanceof HTMLElement)) return false;
   // A slice has the keys that move; letters are the page's.
   if (target.matches("#slices canvas")) return key.length > 1;
+  if (key === " " && target.matches("button, summary, input")) return true;
   return target.matches("input:not([type=checkbox]), select, textarea, #curve, #colors, #ball, dialog *");
 }
 

@@ -20,6 +20,7 @@ import { Session } from "./session.js";
 import { CORNER_ELEVATION, Sides } from "./sides.js";
 import { Slices } from "./slices.js";
 import { Status } from "./status.js";
+import { Time } from "./time.js";
 
 /** Radians and half heights per press of a key. */
 const KEY_TURN = (5 * Math.PI) / 180;
@@ -31,9 +32,9 @@ const element = (id) => /** @type {HTMLElement} */ (document.getElementById(id))
 
 const picture = new Picture(/** @type {HTMLCanvasElement} */ (element("picture")));
 const status = new Status();
-const session = new Session(picture, { show, showCamera, showHistory, requested }, {
+const session = new Session(picture, { show, showCamera, showHistory, showTime: () => time.show(), requested }, {
   message, picture: receive,
-  lost: (reason) => { film.giveUp(); status.problem(reason || "The connection is lost. The page connects again by itself once layersplat answers.", "lost"); },
+  lost: (reason) => { film.giveUp(); time.pause(); status.problem(reason || "The connection is lost. The page connects again by itself once layersplat answers.", "lost"); },
 });
 const editor = new Editor({
   changed: (transfer) => { session.state.transfer = transfer; show({ exceptEditor: true }); session.move(); },
@@ -54,9 +55,15 @@ const lighting = new Lighting({
   },
 });
 const cutting = new Cutting({ change: changeLook, plane: newPlane });
+const time = new Time(session, status);
 const film = new Film({
-  camera: () => session.state.camera,
-  show: (camera) => { session.changeCamera(() => camera); session.settle(); },
+  shown: () => ({ camera: session.state.camera, frame: session.state.look.frame }),
+  show: ({ camera, frame }) => {
+    session.changeCamera(() => camera);
+    if (frame === session.state.look.frame) session.settle();
+    else session.changeStep(frame, true);
+  },
+  steps: () => session.hello.steps,
   send: (request) => session.connection.send(request),
   size: () => picture.size(),
 });
@@ -113,7 +120,7 @@ function message(text) {
     film_command: () => film.command(text),
     film: () => film.progress(text),
     picked: () => reading.picked(text),
-    problem: () => { files.say(""); status.problem(text.sentence); },
+    problem: () => { files.say(""); time.pause(); status.problem(text.sentence); },
   };
   answers[text.type]?.();
 }
@@ -132,6 +139,7 @@ function begin(hello) {
   controls.setRange(histogram.lowest, histogram.highest);
   sides.set(hello.sides);
   slices.begin(hello);
+  time.begin(hello.steps);
   session.begin(hello);
   names.fill(session);
   keeping.offerSize();
@@ -158,6 +166,7 @@ async function receive(received) {
   const isShown = await picture.draw(received);
   requestAnimationFrame(() => session.connection.send({ type: "shown" }));
   if (isShown) status.draw(received);
+  time.drawn();
 }
 
 /** A clip plane through the centre, whose visible side is away from the viewer. */
@@ -181,6 +190,7 @@ function show({ exceptEditor = false } = {}) {
   picture.canvas.classList.toggle("transparent", look.background === "transparent");
   showCamera();
   showHistory();
+  time.show();
 }
 
 function showCamera() {
@@ -239,6 +249,7 @@ function listen() {
     f: () => session.fit(), r: reset, o: project, p: fold, v: () => slices.toggle(), "?": help,
     k: () => film.record(), s: () => keeping.save(), c: () => keeping.copy("line"), y: () => keeping.copy("python"),
     m: () => reading.toggle("measure"), t: () => reading.toggle("tent"), Escape: () => reading.putAway(),
+    " ": () => time.toggle(), "[": () => time.step(-1), "]": () => time.step(1),
     d: () => reading.choosePivot({ x: 0, y: 0 }), l: toggle("legend"), b: toggle("bounding_box"), x: toggle("axes"),
     "Ctrl+z": () => session.go(-1), "Ctrl+y": () => session.go(1), "Ctrl+Shift+z": () => session.go(1),
   });

@@ -7,7 +7,7 @@ import { copy, fromFragment, History, isEqual, toFragment } from "./state.js";
 /** @typedef {import("./state.js").Camera} Camera */
 /** @typedef {import("./state.js").Look} Look */
 /** @typedef {import("./state.js").State} State */
-/** @typedef {{ show: () => void, showCamera: () => void, showHistory: () => void,
+/** @typedef {{ show: () => void, showCamera: () => void, showHistory: () => void, showTime: () => void,
  *   requested: (own: { transfer: unknown, background: string, isMoving: boolean }) => void }} Shows */
 
 /** Milliseconds after the last key at which the hand rests. */
@@ -30,6 +30,10 @@ export class Session {
     /** Number of the last requested view. */
     this.id = 0;
     this.isMoving = false;
+    /** Whether time runs. */
+    this.isPlaying = false;
+    /** Number of the first view with the last step. */
+    this.stepId = 0;
     /** Whether the next fitted camera is the first view. */
     this.awaits = /** @type {"nothing" | "first" | "fit"} */ ("nothing");
     this.rest = 0;
@@ -98,8 +102,9 @@ export class Session {
     this.sync();
     this.id += 1;
     const { camera, look, transfer } = this.state;
-    this.connection.send({ type: "view", id: this.id, camera, ...this.picture.size(), moving: this.isMoving });
-    this.shows.requested({ transfer: [transfer.colors, transfer.opacities], background: look.background, isMoving: this.isMoving });
+    this.connection.send({ type: "view", id: this.id, camera, ...this.picture.size(), moving: this.isMoving, playing: this.isPlaying });
+    const isMoving = this.isMoving || this.isPlaying;
+    this.shows.requested({ transfer: [transfer.colors, transfer.opacities, look.frame], background: look.background, isMoving });
   }
 
   /** Sends the look and the transfer function if the server does not have them. */
@@ -120,6 +125,17 @@ export class Session {
     this.shows.show();
     if (isDone) this.settle();
     else this.move();
+  }
+
+  /** Shows another step of a sequence. The rest of the page stays as it is. @param {number} frame @param {boolean} isDone */
+  changeStep(frame, isDone) {
+    if (!this.history) return;
+    this.state.look = { ...this.state.look, frame };
+    this.shows.showTime();
+    if (isDone) this.settle();
+    else if (this.isPlaying) this.request();
+    else this.move();
+    this.stepId = this.id;
   }
 
   /** Slices change without a new picture. @param {import("./state.js").SlicesState} own @param {boolean} isDone */

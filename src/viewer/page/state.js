@@ -6,7 +6,8 @@
  * @typedef {{ direction: number[] | null, strength: number, angle: number }} Light
  * @typedef {{ quality: string | null, kernel: string | null, blend: string, iso: number, shading: boolean, lights: Light[],
  *   lights_follow: boolean, shadows: boolean, shadow_strength: number, ambient_occlusion: boolean, background: string,
- *   crop: number[][] | null, clips: number[][], gradient: string | null, legend: boolean, bounding_box: boolean, axes: boolean }} Look
+ *   crop: number[][] | null, clips: number[][], gradient: string | null, legend: boolean, bounding_box: boolean, axes: boolean,
+ *   frame: number }} Look
  * @typedef {{ name: string, colors: [number, number[]][], opacities: [number, number][] }} Transfer
  * @typedef {{ shown: boolean, point: number[], planes: string, colors: string, kernel: string, window: number[], thickness: number }} SlicesState
  *   `point`: of the crosshair, in the world; `window`: level and width

@@ -21,6 +21,24 @@ impl Contents {
     }
 }
 
+impl Contents {
+    /// As [`choose_channel`](Self::choose_channel), or the magnitude of all channels: if it is asked for, or by default for those that are
+    /// declared as a vector. The index is then that of the first.
+    pub(super) fn choose_component(
+        &mut self,
+        path: &Path,
+        options: &OpenOptions,
+        several: usize,
+        is_vector: bool,
+    ) -> Result<usize, Error> {
+        if several < 2 || !(options.magnitude || is_vector && options.channel.is_none()) {
+            return self.choose_channel(path, options, several);
+        }
+        (self.channels, self.magnitude) = (several, true);
+        Ok(0)
+    }
+}
+
 /// Index of the selected one of `several` volumes. Without a selection it is the first, with a warning if there are more. `field` is
 /// `frame` or `channel`.
 pub(super) fn chosen(path: &Path, field: &'static str, wanted: Option<usize>, several: usize) -> Result<usize, Error> {

@@ -2,6 +2,7 @@
 
 use super::OpenOptions;
 use super::bytes::{Bytes, Plain};
+use super::magnitude::{self, Components};
 use crate::error::Error;
 use crate::files::temporary_failed;
 use crate::memory;
@@ -26,6 +27,8 @@ pub(in crate::volume) struct Header {
     /// First byte of the first voxel, and strides in bytes along x, y, z, of the selected frame and channel.
     pub first: u64,
     pub strides: [u64; 3],
+    /// The components whose magnitude is read; `None`: the channel at `first` alone.
+    pub components: Option<Components>,
     /// What else the file holds.
     pub contents: Contents,
 }
@@ -41,6 +44,7 @@ impl Header {
             rescale: Rescale::default(),
             first: 0,
             strides,
+            components: None,
             contents: Contents::default(),
         }
     }
@@ -54,6 +58,12 @@ impl Header {
         self.first = self.first.saturating_add((at * self.scalar.bytes()) as u64);
         self.strides = self.strides.map(|stride| stride.saturating_mul(channels as u64));
         self
+    }
+
+    /// Reads the magnitude of all channels, `stride` bytes apart, if the contents say so.
+    pub fn with_magnitude(self, stride: u64) -> Self {
+        let count = self.contents.channels;
+        Self { components: self.contents.magnitude.then_some(Components { stride, count }), ..self }
     }
 
     /// Selects one of several consecutive volumes.
@@ -71,7 +81,8 @@ impl Header {
 
     fn span_of(&self, dims: [usize; 3]) -> u64 {
         let last: u64 = (0..3).map(|i| self.strides[i].saturating_mul(dims[i] as u64 - 1)).fold(0, u64::saturating_add);
-        last.saturating_add(self.scalar.bytes() as u64)
+        let components = self.components.map_or(0, Components::extent);
+        last.saturating_add(components).saturating_add(self.scalar.bytes() as u64)
     }
 
     fn is_dense(&self) -> bool {
@@ -145,6 +156,10 @@ pub(super) fn volume(path: &Path, opened: Opened, most: Option<u64>) -> Result<V
     let Header { ref grid, scalar, endian, rescale, .. } = file.opened.header;
     let (grid, contents) = (grid.clone(), file.opened.header.contents.clone());
     let volume = match scalar.voxel_type() {
+        _ if file.opened.header.components.is_some() => {
+            let storage = file.magnitudes(&name)?;
+            Volume::new(name, grid, storage)?
+        }
         Some(voxel_type) => {
             let storage = file.storage(voxel_type, &name, Reading::gathered)?;
             Volume::new(name, grid, storage)?.with_rescale(rescale)
@@ -178,6 +193,9 @@ pub(super) fn layers(path: &Path, opened: Opened, choose: &dyn Fn([usize; 3]) ->
     let header = &mut file.opened.header;
     header.first += header.strides[2] * layers.held.start as u64;
     header.grid = Grid::new([x, y, layers.held.len()], DVec3::ONE)?;
+    if file.opened.header.components.is_some() {
+        return Unseen::layers(name.clone(), whole, &layers, file.magnitudes(&name)?);
+    }
     let unseen = match scalar.voxel_type() {
         Some(voxel_type) => Unseen::layers(name.clone(), whole, &layers, file.storage(voxel_type, &name, Reading::picked)?)?,
         None => Unseen::wide(name.clone(), whole, &layers, file.dense(&name, Reading::picked)?, scalar, endian),
@@ -185,14 +203,34 @@ pub(super) fn layers(path: &Path, opened: Opened, choose: &dyn Fn([usize; 3]) ->
     Ok(unseen.with_rescale(rescale))
 }
 
-/// Header and stored numbers, mapped or read.
-pub(in crate::volume) type Numbers = (Header, Box<dyn AsRef<[u8]>>);
+/// Numbers without gaps, mapped or read.
+type Dense = Box<dyn AsRef<[u8]> + Send + Sync>;
 
-/// All numbers of a file as stored, without gaps, and its header.
-pub(super) fn numbers(path: &Path, opened: Opened) -> Result<Numbers, Error> {
+/// Header and stored numbers.
+pub(in crate::volume) type Numbers = (Header, Dense);
+
+/// All numbers of a file as stored, without gaps, and its header. If they cannot be mapped and take more than `most` bytes, they are
+/// written to a temporary file, which is mapped. Magnitudes are float32.
+pub(super) fn numbers(path: &Path, opened: Opened, most: Option<u64>) -> Result<Numbers, Error> {
     let mut file = Reading::new(path, opened);
     file.check_size()?;
-    let bytes = file.dense(&path.display().to_string(), Reading::gathered)?;
+    let name = path.display().to_string();
+    if file.opened.header.components.is_some() {
+        let storage = file.magnitudes(&name)?;
+        let header = Header::new(file.opened.header.grid, ScalarType::Float32);
+        let mut bytes = memory::zeroed(&name, header.grid.voxel_count() * size_of::<f32>())?;
+        storage.copy(0, &mut bytes);
+        return Ok((Header { endian: Endian::NATIVE, ..header }, Box::new(bytes)));
+    }
+    let bytes = file.opened.header.grid.voxel_count() as u64 * file.opened.header.scalar.bytes() as u64;
+    let is_mapped = file.opened.header.is_dense() && file.opened.bytes.in_place().is_some();
+    if most.is_some_and(|most| bytes > most) && !is_mapped {
+        let mut spool = Spool::new(&name, bytes)?;
+        file.pieces(&name, |piece| spool.put(piece))?;
+        file.check_end(file.opened.header.end())?;
+        return Ok((file.opened.header, Box::new(spool.mapped()?)));
+    }
+    let bytes = file.dense(&name, Reading::gathered)?;
     Ok((file.opened.header, bytes))
 }
 
@@ -255,8 +293,29 @@ impl Reading<'_> {
         Ok(storage.with_endian(endian))
     }
 
+    /// Magnitudes of vectors, computed on access from components that are mapped if stored uncompressed, else read.
+    fn magnitudes(&mut self, name: &str) -> Result<Storage<'static>, Error> {
+        let bytes: magnitude::Source = match self.mapped()? {
+            Some(map) => Box::new(map),
+            None => Box::new(self.whole_span(name)?),
+        };
+        Ok(magnitude::storage(bytes, self.opened.header.clone()))
+    }
+
+    /// All bytes from the first number to the last.
+    fn whole_span(&mut self, name: &str) -> Result<Vec<u8>, Error> {
+        let Header { first, .. } = self.opened.header;
+        let span = usize::try_from(self.opened.header.span()).unwrap_or(usize::MAX);
+        let mut bytes = memory::zeroed(name, span)?;
+        for (n, piece) in bytes.chunks_mut(PIECE as usize).enumerate() {
+            self.read(first + n as u64 * PIECE, piece)?;
+        }
+        self.check_end(self.opened.header.end())?;
+        Ok(bytes)
+    }
+
     /// All numbers without gaps: mapped if stored so, else read.
-    fn dense(&mut self, name: &str, read: Read<Self>) -> Result<Box<dyn AsRef<[u8]>>, Error> {
+    fn dense(&mut self, name: &str, read: Read<Self>) -> Result<Dense, Error> {
         match self.mapped()?.filter(|_| self.opened.header.is_dense()) {
             Some(map) => Ok(Box::new(map)),
             None => Ok(Box::new(read(self, name)?)),
@@ -288,17 +347,36 @@ impl Reading<'_> {
 
     /// Reads all numbers without gaps.
     fn picked(&mut self, name: &str) -> Result<Vec<u8>, Error> {
-        let (dims, size) = (self.opened.header.grid.dims(), self.opened.header.scalar.bytes());
-        let mut numbers = memory::zeroed(name, dims.iter().product::<usize>() * size)?;
+        let Header { ref grid, scalar, first, .. } = self.opened.header;
+        let mut numbers = memory::zeroed(name, grid.voxel_count() * scalar.bytes())?;
         if self.opened.header.is_dense() {
-            let first = self.opened.header.first;
             for (n, piece) in numbers.chunks_mut(PIECE as usize).enumerate() {
                 self.read(first + n as u64 * PIECE, piece)?;
             }
-        } else {
-            self.pick(name, dims, size, &mut numbers)?;
+            return Ok(numbers);
         }
+        let mut end = 0;
+        self.pick(name, |slices| {
+            numbers[end..end + slices.len()].copy_from_slice(slices);
+            end += slices.len();
+            Ok(())
+        })?;
         Ok(numbers)
+    }
+
+    /// Passes on all numbers without gaps, in pieces.
+    fn pieces(&mut self, name: &str, mut take: impl FnMut(&[u8]) -> Result<(), Error>) -> Result<(), Error> {
+        if !self.opened.header.is_dense() {
+            return self.pick(name, take);
+        }
+        let (first, span) = (self.opened.header.first, self.opened.header.span());
+        let mut piece = memory::zeroed(name, span.min(PIECE) as usize)?;
+        for at in (0..span).step_by(PIECE as usize) {
+            let piece = &mut piece[..(span - at).min(PIECE) as usize];
+            self.read(first + at, piece)?;
+            take(piece)?;
+        }
+        Ok(())
     }
 
     /// Rejects extra data if the size must be exact, and damage that is only detected at the end of compressed data.
@@ -310,19 +388,22 @@ impl Reading<'_> {
         }
     }
 
-    /// Reads strided numbers: slice by slice, or all at once if slices interleave.
-    fn pick(&mut self, name: &str, dims: [usize; 3], size: usize, numbers: &mut [u8]) -> Result<(), Error> {
-        let Header { first, strides, .. } = self.opened.header;
+    /// Passes on strided numbers: slice by slice, or all at once if slices interleave.
+    fn pick(&mut self, name: &str, mut take: impl FnMut(&[u8]) -> Result<(), Error>) -> Result<(), Error> {
+        let Header { ref grid, scalar, first, strides, .. } = self.opened.header;
+        let (dims, size) = (grid.dims(), scalar.bytes());
         let slice_span = self.opened.header.span_of([dims[0], dims[1], 1]);
         let (together, span) = if strides[2] >= slice_span { (1, slice_span) } else { (dims[2], self.opened.header.span()) };
         let mut bytes = memory::zeroed(name, usize::try_from(span).unwrap_or(usize::MAX))?;
-        for (n, slices) in numbers.chunks_mut(dims[0] * dims[1] * together * size).enumerate() {
+        let mut slices = memory::zeroed::<u8>(name, dims[0] * dims[1] * together * size)?;
+        for n in 0..dims[2] / together {
             self.read(first + n as u64 * strides[2], &mut bytes)?;
             for (index, number) in slices.chunks_exact_mut(size).enumerate() {
                 let place = [index % dims[0], index / dims[0] % dims[1], index / dims[0] / dims[1]];
                 let at: usize = (0..3).map(|i| place[i] * strides[i] as usize).sum();
                 number.copy_from_slice(&bytes[at..at + size]);
             }
+            take(&slices)?;
         }
         Ok(())
     }

@@ -3,12 +3,14 @@
 mod bov;
 mod bytes;
 mod choice;
+mod collection;
 #[cfg(feature = "dicom")]
 mod dicom;
 #[cfg(feature = "hdf5")]
 mod hdf5;
 mod keyed;
 mod load;
+mod magnitude;
 mod metaimage;
 #[cfg(not(all(feature = "dicom", feature = "hdf5", feature = "zarr")))]
 mod missing;
@@ -29,10 +31,13 @@ mod vtk;
 #[cfg(feature = "zarr")]
 mod zarr;
 
+pub(super) use load::Header;
 pub use options::{Level, OpenOptions};
 pub(super) use raw::told_by_name;
 
+use super::ChannelDescription;
 use super::Volume;
+use super::labels::Declared;
 #[cfg(feature = "mpi")]
 use super::{Layers, Unseen};
 use crate::error::Error;
@@ -106,6 +111,16 @@ trait Format: Sync {
         Ok(false)
     }
 
+    /// What the file states about the ids of its voxels, if it states that they are ids of labels.
+    fn labels(&self, _: &Found, _: &OpenOptions) -> Result<Option<Declared>, Error> {
+        Ok(None)
+    }
+
+    /// What the file states about its `count` channels, as far as it does.
+    fn channels(&self, _: &Found, _: &OpenOptions, _count: usize) -> Result<Vec<ChannelDescription>, Error> {
+        Ok(Vec::new())
+    }
+
     /// Parses the header.
     fn open(&self, file: &Found, options: &OpenOptions) -> Result<Opened, Error>;
 }
@@ -171,29 +186,39 @@ pub(super) fn layers(
 
 /// The header of a file of any format that is large enough for its voxels.
 pub(super) fn header(path: &Path, options: &OpenOptions) -> Result<load::Header, Error> {
-    load::header(path, open(path, options)?)
+    load::header(path, open_one(path, options)?)
 }
 
-/// The files that a collection of steps (`.pvd`, with the feature `vtk`) names, in order; any other source itself.
+/// The files of a collection of steps, in order; any other source itself.
 pub(super) fn collected(path: &Path, options: &OpenOptions) -> Result<Vec<PathBuf>, Error> {
-    #[cfg(feature = "vtk")]
-    if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("pvd")) {
-        if options.alone {
-            return Err(Error::volume(path, "its steps are in other files, which it names: use a file that has them all"));
-        }
-        return vtk::collected(path);
-    }
-    #[cfg(not(feature = "vtk"))]
-    let _ = options;
-    Ok(vec![path.into()])
+    Ok(collection::files(path, options)?.unwrap_or_else(|| vec![path.into()]))
 }
 
-/// All numbers of a file of any format as stored, and its header.
+/// All numbers of a file of any format as stored, and its header. See [`OpenOptions::memory`].
 pub(super) fn numbers(path: &Path, options: &OpenOptions) -> Result<load::Numbers, Error> {
-    load::numbers(path, open(path, options)?)
+    load::numbers(path, open(path, options)?, options.memory)
 }
 
+/// What a file states about the ids of its voxels; `None` if it does not state that they are ids of labels.
+pub(super) fn labels(path: &Path, options: &OpenOptions) -> Result<Option<Declared>, Error> {
+    if slices::files(path)?.is_some() {
+        return Ok(None);
+    }
+    let file = Found::look(path)?;
+    let format = FORMATS.iter().find(|format| format.recognises(&file, options));
+    format.map_or(Ok(None), |format| format.labels(&file, options))
+}
+
+/// Opens a file of any format, or a step of a collection.
 fn open(path: &Path, options: &OpenOptions) -> Result<Opened, Error> {
+    match collection::files(path, options)? {
+        Some(files) => collection::open(path, &files, options),
+        None => open_one(path, options),
+    }
+}
+
+/// Opens a file that is no collection.
+fn open_one(path: &Path, options: &OpenOptions) -> Result<Opened, Error> {
     if let Some(files) = slices::files(path)? {
         return slices::open(path, files, options);
     }
@@ -216,7 +241,27 @@ fn open(path: &Path, options: &OpenOptions) -> Result<Opened, Error> {
             "its voxels are in another file, which its header names: use a format that has both in one file",
         ));
     }
-    format.open(&file, options)
+    if options.magnitude && options.channel.is_some() {
+        let problem = "is either one component or their magnitude: omit one of them".into();
+        return Err(Error::Settings { field: "channel", problem });
+    }
+    let opened = format.open(&file, options)?;
+    if options.magnitude && !opened.header.contents.magnitude {
+        let problem = match opened.header.contents.channels {
+            1 => format!("has no magnitude: a voxel of {} has one number", path.display()),
+            _ => format!("gives no magnitude for the format of {}: choose a component", path.display()),
+        };
+        return Err(Error::Settings { field: "channel", problem });
+    }
+    Ok(opened)
+}
+
+/// What a file states about its `count` channels, as far as it does.
+pub(super) fn channels(path: &Path, options: &OpenOptions, count: usize) -> Result<Vec<ChannelDescription>, Error> {
+    let first = slices::files(path)?.and_then(|files| files.into_iter().next());
+    let file = Found::look(first.as_deref().unwrap_or(path))?;
+    let format = FORMATS.iter().find(|format| format.recognises(&file, options));
+    format.map_or(Ok(Vec::new()), |format| format.channels(&file, options, count))
 }
 
 /// All files of a folder.

@@ -34,6 +34,10 @@ pub struct OpenOptions {
     pub frame: Option<usize>,
     /// Component (channel) of voxels with several numbers; 0 by default.
     pub channel: Option<usize>,
+    /// Reads the magnitude of the components, their Euclidean norm, instead of one of them. Without it and without
+    /// [`channel`](Self::channel), components that a file declares as a vector are read so, too: `VECTORS` and `NORMALS` of VTK, vectors of
+    /// NRRD and NIfTI.
+    pub magnitude: bool,
     /// Name of an array, in formats that name them. By default the one that the file marks as active, else the first.
     pub array: Option<String>,
     /// DICOM series in a folder: its number, description or identifier. Required if there are several.

@@ -5,7 +5,7 @@ use super::load::{self, Header, Opened, upright};
 use super::{Format, Found, OpenOptions};
 use crate::error::Error;
 use crate::memory;
-use crate::volume::{Contents, Endian, ScalarType};
+use crate::volume::{ChannelDescription, Contents, Endian, ScalarType};
 use glam::DVec3;
 use image::codecs::png::PngDecoder;
 use image::{ImageDecoder, Limits};
@@ -22,6 +22,10 @@ const LIMIT: u64 = 1032;
 impl Format for Png {
     fn recognises(&self, file: &Found, _options: &OpenOptions) -> bool {
         file.start.starts_with(b"\x89PNG\r\n\x1a\n")
+    }
+
+    fn channels(&self, _: &Found, _: &OpenOptions, count: usize) -> Result<Vec<ChannelDescription>, Error> {
+        Ok(ChannelDescription::of_components(count))
     }
 
     fn open(&self, file: &Found, options: &OpenOptions) -> Result<Opened, Error> {

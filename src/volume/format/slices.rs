@@ -2,7 +2,7 @@
 
 use super::bytes::Joined;
 use super::load::{self, Header, Opened};
-use super::{OpenOptions, listed, open as open_one};
+use super::{OpenOptions, listed, open_one};
 use crate::error::Error;
 use std::path::{Path, PathBuf};
 
@@ -12,8 +12,7 @@ const ENDINGS: [&str; 3] = ["png", "tif", "tiff"];
 pub(super) const UNKNOWN: &str =
     "the folder holds no numbered .png or .tif slices, DICOM series or other known volume: give a file";
 
-/// Slice files of a folder, or of a pattern with one `%d` or `%03d`, sorted by number. `None` if the path is a file or a folder
-/// without slices.
+/// Slice files of a folder, or of a pattern, sorted by number. `None` if the path is a file or a folder without slices.
 pub(super) fn files(path: &Path) -> Result<Option<Vec<PathBuf>>, Error> {
     if path.is_dir() {
         let mut files = listed(path)?;
@@ -25,6 +24,11 @@ pub(super) fn files(path: &Path) -> Result<Option<Vec<PathBuf>>, Error> {
         files.sort_by_key(|file| numbered(file));
         return Ok(Some(files));
     }
+    matching(path)
+}
+
+/// Files that match a pattern with one `%d` or `%03d`, sorted by number. `None` if the path is none.
+pub(super) fn matching(path: &Path) -> Result<Option<Vec<PathBuf>>, Error> {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let Some((before, after)) = name.split_once('%').filter(|_| !path.exists()) else { return Ok(None) };
     let Some((width, after)) = after.split_once('d').filter(|(width, _)| width.bytes().all(|c| c.is_ascii_digit())) else {

@@ -1,16 +1,18 @@
 //! Sequences of volumes in time.
 
 mod ahead;
+mod along;
 mod overview;
 
 use super::format::{self, OpenOptions};
 use super::{Grid, ScalarType, Volume, builtin};
 use crate::error::Error;
 use ahead::Ahead;
+pub use along::steps_along;
 use std::path::{Path, PathBuf};
 
-/// Volumes of one size and type in the order of time: the frames of a file with a time axis, of several files, one after the other, or of the
-/// files that ParaView's `.pvd` names (feature `vtk`).
+/// Volumes of one size and type in the order of time: the frames of a file with a time axis, of several files, one after the other, of the
+/// files that ParaView's `.pvd` names (feature `vtk`), or of those that match a name with `%d` in place of the number.
 /// Opening a sequence reads headers only; a step is read when it is asked for.
 ///
 /// ```
@@ -89,6 +91,11 @@ impl Sequence {
     #[allow(clippy::len_without_is_empty)] // There is at least one.
     pub fn len(&self) -> usize {
         self.steps.len()
+    }
+
+    /// File of step `n`, if there is such a step, and its frame of this file. Built-in volumes have no frames.
+    pub fn source(&self, n: usize) -> Option<(&Path, Option<usize>)> {
+        self.steps.get(n).map(|step| (step.path.as_path(), step.frame))
     }
 
     /// Reads step `n`. Its range is its own.

@@ -35,6 +35,7 @@ from ._layersplat import (
     Slice,
     TransferFunction,
     Volume,
+    VolumeSequence,
     __version__,
     wait_for_interrupted_calls,
 )
@@ -68,6 +69,7 @@ __all__ = [
     "TransferFunction",
     "View",
     "Volume",
+    "VolumeSequence",
     "render",
     "transfer_function",
     "volshow",

@@ -16,11 +16,13 @@ __all__ = [
     "LivePage",
     "LiveScene",
     "PAGE_MODULE",
+    "Playback",
     "Renderer",
     "Settings",
     "Slice",
     "TransferFunction",
     "Volume",
+    "VolumeSequence",
     "__version__",
     "wait_for_interrupted_calls",
 ]
@@ -79,9 +81,9 @@ class Volume:
         """Opens a file, or builtin:marschner-lobb, builtin:hydrogen or builtin:cube with @N or @XxYxZ.
 
         dims: number of voxels along x, y, z. voxel_type, endian (little or big), header_bytes: properties of a raw file that its name
-        does not contain. spacing: along x, y, z. background: as for Volume(data). frame: index of one of several volumes. channel: index
-        of one of several components per voxel. array: a dataset, by name or path. series: a DICOM series in a folder. level: resolution
-        level, 0 is the finest.
+        does not contain. spacing: along x, y, z. background: as for Volume(data). frame: index of one of several volumes; VolumeSequence
+        opens all. channel: index of one of several components per voxel. array: a dataset, by name or path. series: a DICOM series in a
+        folder. level: resolution level, 0 is the finest.
         """
     @property
     def shape(self) -> Tuple[int, int, int]:
@@ -110,6 +112,54 @@ class Volume:
     @property
     def name(self) -> str:
         """The name shown in messages."""
+
+@final
+class VolumeSequence:
+    """Volumes of one shape and type in the order of time: the frames of a file, or of several files. Made by VolumeSequence.open.
+
+    It has a length; sequence[n] reads a step as a Volume, also with n < 0. Iterating (for volume in sequence) reads each step on another
+    thread while the one before is in use. Renderer.set_volume shows a step.
+    """
+
+    @staticmethod
+    def open(
+        paths: Union[Path, Sequence[Path]],
+        *,
+        dims: Optional[Tuple[int, int, int]] = None,
+        voxel_type: Optional[str] = None,
+        spacing: Optional[Vector] = None,
+        endian: Optional[Literal["little", "big"]] = None,
+        header_bytes: Optional[int] = None,
+        background: Optional[float] = None,
+        channel: Optional[int] = None,
+        array: Optional[str] = None,
+        series: Optional[str] = None,
+        level: Optional[int] = None,
+    ) -> VolumeSequence:
+        """Opens the frames of a file with a time axis, of a .pvd of ParaView, of the files that match NAME%d.EXT, or of a list of paths,
+        one after the other. Only headers are read; a step is read when it is asked for.
+
+        The other arguments are those of Volume.open, and hold for all steps. Raises InvalidFile if steps differ in shape or type.
+        """
+    def __len__(self) -> int: ...
+    def __getitem__(self, n: int, /) -> Volume: ...
+    def __iter__(self) -> Playback: ...
+    def play(self, steps: Optional[Sequence[int]] = None) -> Playback:
+        """Iterates over steps in any order, by default all: each is read on another thread while the one before is in use.
+
+        steps: numbers of steps from 0 on, for example range(0, len(sequence), 2).
+        """
+    def overview(self) -> Volume:
+        """A Volume with the values of all steps, or of 16 from the first to the last, for transfer functions and ranges of values. It is
+        not to be drawn: its voxels are a sample of those of the steps, one step after the other.
+        """
+
+@final
+class Playback:
+    """An iterator over steps of a VolumeSequence, which are read ahead. Made by VolumeSequence.play."""
+
+    def __iter__(self) -> Playback: ...
+    def __next__(self) -> Volume: ...
 
 @final
 class TransferFunction:

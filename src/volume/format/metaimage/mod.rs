@@ -40,7 +40,7 @@ impl Format for MetaImage {
         let states_spacing = fields.get(&["ElementSpacing", "ElementSize"]).is_some();
         let mut contents = Contents { states_spacing, ..Contents::default() };
         let frame = contents.choose_frame(path, options, sizes.iter().skip(3).product())?;
-        let channel = contents.choose_channel(path, options, channels)?;
+        let channel = contents.choose_component(path, options, channels, false)?;
         contents.frame_spacing = time_spacing(&fields, &sizes)?;
         let is_text = data::is_text(&fields);
         let endian = match fields.is_true(&["ElementByteOrderMSB", "BinaryDataByteOrderMSB"]) {
@@ -49,7 +49,7 @@ impl Format for MetaImage {
             false => Endian::Little,
         };
         let header = Header { endian, ..Header::new(grid, scalar) }.with_channels_inside(channel, channels).with_frame(frame);
-        let header = header.with_contents(contents);
+        let header = header.with_contents(contents).with_magnitude(scalar.bytes() as u64);
         Ok(Opened { header, bytes: data::bytes(path, &fields, &sizes, channels, scalar)?, exact: false })
     }
 }

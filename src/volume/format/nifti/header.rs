@@ -74,6 +74,12 @@ impl Fields {
         self.int16(if self.second { 12 } else { 70 })
     }
 
+    /// Whether the intent is a vector per voxel: a displacement or another one.
+    pub fn is_vector(&self) -> bool {
+        let intent = if self.second { self.int32(504) } else { self.int16(68).into() };
+        [1006, 1007].contains(&intent)
+    }
+
     /// Sign of the third axis (qfac), and spacings.
     pub fn spacings(&self) -> [f64; 4] {
         self.floats(76, 104)
@@ -93,6 +99,19 @@ impl Fields {
             _ => None,
         };
         FrameSpacing::new(distance, unit)
+    }
+
+    /// Whether numbers are ids of labels (NIFTI_INTENT_LABEL).
+    pub fn is_of_labels(&self) -> bool {
+        (if self.second { self.int32(504) } else { self.int16(68).into() }) == 1002
+    }
+
+    /// Name of an auxiliary file, which holds names of labels; empty if there is none.
+    pub fn auxiliary_file(&self) -> String {
+        let first = if self.second { 320 } else { 228 };
+        let bytes = self.bytes.get(first..first + 24).unwrap_or_default();
+        let end = bytes.iter().position(|&byte| byte == 0).unwrap_or(bytes.len());
+        String::from_utf8_lossy(&bytes[..end]).trim().to_owned()
     }
 
     /// Whether the voxels are in a separate file.

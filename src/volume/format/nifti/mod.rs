@@ -7,7 +7,8 @@ use super::bytes::{self, Bytes, Gzip, Packed, Plain};
 use super::load::{self, Header, Opened};
 use super::{COMPLEX, Format, Found, OpenOptions};
 use crate::error::Error;
-use crate::volume::{Contents, Rescale, ScalarType};
+use crate::volume::labels::Declared;
+use crate::volume::{ChannelDescription, Contents, LabelTable, Rescale, ScalarType};
 use flate2::read::MultiGzDecoder;
 use header::Fields;
 use std::fs::File;
@@ -19,6 +20,22 @@ pub(super) struct Nifti;
 impl Format for Nifti {
     fn recognises(&self, file: &Found, _options: &OpenOptions) -> bool {
         is_header(file) || header_of(file.path).is_some()
+    }
+
+    fn labels(&self, file: &Found, options: &OpenOptions) -> Result<Option<Declared>, Error> {
+        let path = &header_of(file.path).unwrap_or_else(|| file.path.into());
+        let fields = read(path)?;
+        if !fields.is_of_labels() {
+            return Ok(None);
+        }
+        let layers = auxiliary_table(path, &fields, options)?.unwrap_or_default();
+        Ok(Some(Declared { layers: vec![layers] }))
+    }
+
+    fn channels(&self, file: &Found, _: &OpenOptions, count: usize) -> Result<Vec<ChannelDescription>, Error> {
+        let fields = read(&header_of(file.path).unwrap_or_else(|| file.path.into()))?;
+        let is_color = scalar(fields.datatype()).is_some_and(|(_, inside)| inside == count);
+        Ok(if is_color { ChannelDescription::of_components(count) } else { Vec::new() })
     }
 
     fn open(&self, file: &Found, options: &OpenOptions) -> Result<Opened, Error> {
@@ -41,16 +58,34 @@ impl Format for Nifti {
         let frame = contents.choose_frame(path, options, frames)?;
         contents.frame_spacing = fields.time_spacing();
         let outside: usize = sizes[4..].iter().product();
-        let channel = contents.choose_channel(path, options, inside * outside)?;
+        let channels = inside * outside;
+        // Components of a voxel are either side by side or in volumes of their own.
+        let channel = match inside.min(outside) {
+            1 => contents.choose_component(path, options, channels, fields.is_vector())?,
+            _ => contents.choose_channel(path, options, channels)?,
+        };
         let rescale = match fields.rescale() {
             Some((slope, intercept)) => Rescale::new(slope, intercept).map_err(|e| wrong(e.to_string()))?,
             None => Rescale::default(),
         };
         let header = Header { endian: fields.endian(), rescale, ..Header::new(grid, scalar) };
         let header = header.with_channels_inside(channel % inside, inside).with_frame(frame + frames * (channel / inside));
-        let header = header.with_contents(contents);
+        let each = header.strides[2].saturating_mul(dims[2] as u64).saturating_mul(frames as u64);
+        let header = header.with_contents(contents).with_magnitude(if inside > 1 { scalar.bytes() as u64 } else { each });
         Ok(Opened { header, bytes: voxels(path, &fields)?, exact: false })
     }
+}
+
+/// The table of labels beside a header that names it. Programs write other text in that field, too.
+fn auxiliary_table(path: &Path, fields: &Fields, options: &OpenOptions) -> Result<Option<LabelTable>, Error> {
+    let name = fields.auxiliary_file();
+    let table = path.with_file_name(&name);
+    let is_name = !name.is_empty() && Path::new(&name).components().count() == 1;
+    if !is_name || options.alone || !table.is_file() {
+        return Ok(None);
+    }
+    tracing::info!("{}: names of labels from {}", path.display(), table.display());
+    LabelTable::open(table).map(Some)
 }
 
 /// Codes of complex numbers of two floats of 32, 64 and 128 bits.

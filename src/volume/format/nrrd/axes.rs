@@ -25,6 +25,8 @@ pub(super) struct Place {
     pub first: u64,
     /// Strides in bytes along x, y, z.
     pub strides: [u64; 3],
+    /// Stride in bytes along the axis of channels.
+    pub component_stride: u64,
     pub contents: Contents,
 }
 
@@ -35,7 +37,9 @@ enum Role {
     Space,
     /// Frames, wherever the axis stands among the others.
     Time,
-    /// Numbers that belong together: a vector, a colour, a matrix.
+    /// Components of a vector.
+    Vector,
+    /// Other numbers that belong together: a colour, a matrix.
     Components,
     /// A list, or no role is declared: frames if the axis is slower than space, channels if it is faster.
     Unknown,
@@ -116,7 +120,7 @@ impl Axes {
         let is_slow = self.space.iter().all(|&space_axis| axis > space_axis);
         match self.roles[axis] {
             Role::Time => "frame",
-            Role::Components => "channel",
+            Role::Vector | Role::Components => "channel",
             Role::Space | Role::Unknown => {
                 if is_slow {
                     "frame"
@@ -130,18 +134,23 @@ impl Axes {
     /// The first byte and the strides of the frame and the channel that are wanted, and what there is to choose from.
     pub fn place(&self, fields: &Fields, path: &Path, scalar: ScalarType, options: &OpenOptions) -> Result<Place, Error> {
         let states_spacing = !self.directions.iter().all(Option::is_none) || fields.get("spacings").is_some();
-        let (mut first, mut contents) = (0, Contents { states_spacing, ..Contents::default() });
+        let (mut first, mut component_stride) = (0, 0);
+        let mut contents = Contents { states_spacing, ..Contents::default() };
         let others = || (0..self.sizes.len()).filter(|axis| !self.space.contains(axis) && self.sizes[*axis] > 1);
         for (field, wanted) in [("frame", options.frame), ("channel", options.channel)] {
-            let mut axes = others().filter(|&axis| self.chosen_by(axis) == field).peekable();
-            if axes.peek().is_none() {
+            let axes: Vec<usize> = others().filter(|&axis| self.chosen_by(axis) == field).collect();
+            if axes.is_empty() {
                 choice::chosen(path, field, wanted, 1)?;
             }
+            let is_single = axes.len() == 1;
             for axis in axes {
                 let several = self.sizes[axis];
                 let chosen = if field == "frame" {
                     contents.frame_spacing = frame_spacing(fields, axis, self.sizes.len());
                     contents.choose_frame(path, options, several)?
+                } else if is_single {
+                    component_stride = self.stride(axis, scalar);
+                    contents.choose_component(path, options, several, self.roles[axis] == Role::Vector)?
                 } else {
                     contents.choose_channel(path, options, several)?
                 };
@@ -157,7 +166,7 @@ impl Axes {
         for i in self.space.len()..3 {
             strides[i] = strides[i - 1].saturating_mul(self.dims()[i - 1] as u64);
         }
-        Ok(Place { first, strides, contents })
+        Ok(Place { first, strides, component_stride, contents })
     }
 }
 
@@ -226,7 +235,10 @@ fn declared_roles(fields: &Fields, count: usize) -> Vec<Role> {
         "domain" | "none" | "???" if units.len() == count && is_time(&units[axis]) => Role::Time,
         "domain" | "space" => Role::Space,
         "list" | "none" | "???" => Role::Unknown,
-        // The others are colours, vectors and matrices under many names.
+        "vector" | "covariant-vector" | "normal" | "2-vector" | "3-vector" | "4-vector" | "3-gradient" | "3-normal" => {
+            Role::Vector
+        }
+        // The others are colours and matrices under many names.
         _ => Role::Components,
     };
     (0..count).map(role).collect()

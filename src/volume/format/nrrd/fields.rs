@@ -13,6 +13,8 @@ const LARGEST: u64 = 1 << 20;
 pub(super) struct Fields {
     path: PathBuf,
     fields: Vec<(String, String)>,
+    /// Application-specific values (`key:=value`) by key, which is case-sensitive.
+    values: Vec<(String, String)>,
     /// Lines after `data file: LIST`.
     pub listed: Vec<String>,
     /// Byte after the empty line that ends the header.
@@ -23,7 +25,7 @@ impl Fields {
     pub fn read(path: &Path) -> Result<Self, Error> {
         let failed = |e| Error::read(path, e);
         let mut lines = BufReader::new(File::open(path).map_err(failed)?.take(LARGEST));
-        let mut found = Self { path: path.into(), fields: Vec::new(), listed: Vec::new(), end: 0 };
+        let mut found = Self { path: path.into(), fields: Vec::new(), values: Vec::new(), listed: Vec::new(), end: 0 };
         loop {
             let mut line = Vec::new();
             let read = lines.read_until(b'\n', &mut line).map_err(failed)? as u64;
@@ -49,8 +51,11 @@ impl Fields {
             self.listed.push(line.into());
             return;
         }
-        // `key:=value` lines are application-specific.
-        let Some((name, value)) = line.split_once(':').filter(|(_, value)| !value.starts_with('=')) else { return };
+        let Some((name, value)) = line.split_once(':') else { return };
+        if let Some(value) = value.strip_prefix('=') {
+            self.values.push((unescaped(name), unescaped(value)));
+            return;
+        }
         let name = match name.trim().to_ascii_lowercase().as_str() {
             "datafile" => "data file".into(),
             "lineskip" => "line skip".into(),
@@ -63,6 +68,16 @@ impl Fields {
 
     pub fn get(&self, name: &str) -> Option<&str> {
         self.fields.iter().rfind(|(n, _)| n == name).map(|(_, value)| value.as_str())
+    }
+
+    /// An application-specific value.
+    pub fn value(&self, key: &str) -> Option<&str> {
+        self.values.iter().rfind(|(k, _)| k == key).map(|(_, value)| value.as_str())
+    }
+
+    /// Keys of the application-specific values, in file order.
+    pub fn keys(&self) -> impl Iterator<Item = &str> {
+        self.values.iter().map(|(key, _)| key.as_str())
     }
 
     pub fn need(&self, name: &str) -> Result<&str, Error> {
@@ -100,5 +115,35 @@ impl Fields {
 
     pub fn wrong(&self, problem: impl Into<String>) -> Error {
         Error::volume(&self.path, problem)
+    }
+}
+
+/// Application-specific keys and values have `\\n` for a line break and `\\\\` for a backslash.
+fn unescaped(text: &str) -> String {
+    let mut found = String::with_capacity(text.len());
+    let mut characters = text.chars();
+    while let Some(c) = characters.next() {
+        match (c, characters.as_str().chars().next()) {
+            ('\\', Some('n')) => found.push('\n'),
+            ('\\', Some('\\')) => found.push('\\'),
+            _ => {
+                found.push(c);
+                continue;
+            }
+        }
+        characters.next();
+    }
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn backslashes_are_escapes_of_two_characters() {
+        for (text, expected) in [("a\\nb", "a\nb"), ("a\\\\n", "a\\n"), ("a\\b\\", "a\\b\\"), ("", "")] {
+            assert_eq!(unescaped(text), expected);
+        }
     }
 }

@@ -3,11 +3,13 @@
 mod axes;
 mod data;
 mod fields;
+mod segments;
 
 use super::load::{Header, Opened};
 use super::{Format, Found, OpenOptions};
 use crate::error::Error;
-use crate::volume::{Endian, ScalarType};
+use crate::volume::labels::Declared;
+use crate::volume::{ChannelDescription, Endian, ScalarType};
 use fields::Fields;
 
 /// NRRD.
@@ -22,13 +24,29 @@ impl Format for Nrrd {
         Ok(Fields::read(file.path)?.get("data file").is_some())
     }
 
+    fn labels(&self, file: &Found, options: &OpenOptions) -> Result<Option<Declared>, Error> {
+        let fields = Fields::read(file.path)?;
+        if !segments::are_declared(&fields) {
+            return Ok(None);
+        }
+        let any = OpenOptions { frame: Some(0), channel: Some(0), ..options.clone() };
+        let place = axes::Axes::from_fields(&fields)?.place(&fields, file.path, scalar(&fields)?, &any)?;
+        segments::layers(&fields, place.contents.channels).map(|layers| Some(Declared { layers }))
+    }
+
+    fn channels(&self, file: &Found, _: &OpenOptions, count: usize) -> Result<Vec<ChannelDescription>, Error> {
+        let kinds = Fields::read(file.path)?.get("kinds").unwrap_or_default().to_ascii_lowercase();
+        let is_color = kinds.split_whitespace().any(|kind| [(3, "rgb-color"), (4, "rgba-color")].contains(&(count, kind)));
+        Ok(if is_color { ChannelDescription::of_components(count) } else { Vec::new() })
+    }
+
     fn open(&self, file: &Found, options: &OpenOptions) -> Result<Opened, Error> {
         let path = file.path;
         let fields = Fields::read(path)?;
         let scalar = scalar(&fields)?;
         let axes = axes::Axes::from_fields(&fields)?;
         let grid = axes.grid(path, &fields, options)?;
-        let axes::Place { first, strides, contents } = axes.place(&fields, path, scalar, options)?;
+        let axes::Place { first, strides, component_stride, contents } = axes.place(&fields, path, scalar, options)?;
         let endian = match (fields.get("endian").map(str::to_ascii_lowercase).as_deref(), scalar.bytes()) {
             (Some("little"), _) | (None, 1) => Endian::Little,
             (Some("big"), _) => Endian::Big,
@@ -40,7 +58,8 @@ impl Format for Nrrd {
         };
         let endian = if fields.is_text() { Endian::NATIVE } else { endian };
         let bytes = data::bytes(path, &fields, &axes, scalar)?;
-        Ok(Opened { header: Header { endian, first, strides, contents, ..Header::new(grid, scalar) }, bytes, exact: false })
+        let header = Header { endian, first, strides, contents, ..Header::new(grid, scalar) };
+        Ok(Opened { header: header.with_magnitude(component_stride), bytes, exact: false })
     }
 }
 

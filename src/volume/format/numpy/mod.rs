@@ -52,12 +52,13 @@ fn array(path: &Path, mut bytes: Box<dyn Bytes>, options: &OpenOptions) -> Resul
     }
     let (mut first, mut contents) = (found.end, Contents { states_spacing: false, ..Contents::default() });
     if behind > 0 {
-        first += strides[axes - 1] * contents.choose_channel(path, options, found.shape[axes - 1])? as u64;
+        first += strides[axes - 1] * contents.choose_component(path, options, found.shape[axes - 1], false)? as u64;
     }
     let mut frame = contents.choose_frame(path, options, found.shape[..frames].iter().product())?;
     for axis in (0..frames).rev() {
         first += strides[axis] * (frame % found.shape[axis]) as u64;
         frame /= found.shape[axis];
     }
-    Ok(Opened { header: Header { first, contents, ..header }, bytes, exact: false })
+    let header = Header { first, contents, ..header }.with_magnitude(strides.last().copied().unwrap_or(0));
+    Ok(Opened { header, bytes, exact: false })
 }

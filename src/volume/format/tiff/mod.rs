@@ -1,5 +1,6 @@
 //! TIFF with slices as pages, including ImageJ and OME files.
 
+mod channels;
 mod directory;
 mod layout;
 mod pages;
@@ -9,7 +10,7 @@ use super::load::{self, Header, Opened, upright};
 use super::parts::Kept;
 use super::{Format, Found, OpenOptions};
 use crate::error::Error;
-use crate::volume::{Contents, Endian};
+use crate::volume::{ChannelDescription, Contents, Endian};
 use glam::DVec3;
 use layout::Layout;
 use pages::{Page, Pages};
@@ -21,6 +22,21 @@ pub(super) struct Tiff;
 impl Format for Tiff {
     fn recognises(&self, file: &Found, _options: &OpenOptions) -> bool {
         [b"II*\0", b"MM\0*", b"II+\0", b"MM\0+"].iter().any(|mark| file.start.starts_with(*mark))
+    }
+
+    fn channels(&self, file: &Found, _: &OpenOptions, count: usize) -> Result<Vec<ChannelDescription>, Error> {
+        let mut reader = pages::decoder(file.path)?;
+        let page = Page::read(file.path, &mut reader)?;
+        if page.samples > 1 {
+            return Ok(if page.samples == count { ChannelDescription::of_components(count) } else { Vec::new() });
+        }
+        let description = pages::description(&mut reader);
+        let layout = Layout::new(&description, page.samples, page.pixels_per_unit);
+        if layout.channels != count {
+            // Its pages are slices.
+            return Ok(Vec::new());
+        }
+        channels::described(file.path, &mut reader, &description, &layout)
     }
 
     fn open(&self, file: &Found, options: &OpenOptions) -> Result<Opened, Error> {

@@ -17,6 +17,8 @@ pub(super) struct Array<Place> {
     pub cell_data: bool,
     /// Whether the file marks it as active.
     pub active: bool,
+    /// Whether the file declares its components as a vector.
+    pub is_vector: bool,
     pub place: Place,
 }
 
@@ -57,8 +59,9 @@ impl<P> Array<P> {
         }
         let grid = load::grid(path, dims, place, options)?;
         let mut contents = Contents::default();
-        let channel = contents.choose_channel(path, options, self.components)?;
-        Ok(Header { endian, contents, ..Header::new(grid, scalar) }.with_channels_inside(channel, self.components))
+        let channel = contents.choose_component(path, options, self.components, self.is_vector)?;
+        let header = Header { endian, contents, ..Header::new(grid, scalar) }.with_magnitude(scalar.bytes() as u64);
+        Ok(header.with_channels_inside(channel, self.components))
     }
 
     /// Bytes of all numbers.

@@ -156,6 +156,7 @@ impl<'a> Scanner<'a> {
                             components,
                             cell_data: part.is_some_and(|(cell_data, _)| cell_data),
                             active: false,
+                            is_vector: false,
                             place: self.at,
                         };
                         let numbers = tuples.saturating_mul(components as u64);
@@ -204,7 +205,8 @@ impl<'a> Scanner<'a> {
                 self.go_to(at)?;
             }
         }
-        Ok(Array { name: decoded(word(words, 1)), type_name: type_name.into(), components, cell_data, active, place: self.at })
+        let (name, is_vector) = (decoded(word(words, 1)), matches!(keyword, "VECTORS" | "NORMALS"));
+        Ok(Array { name, type_name: type_name.into(), components, cell_data, active, is_vector, place: self.at })
     }
 
     /// Skips VTK's optional metadata after an array.

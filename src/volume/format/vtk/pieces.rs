@@ -84,8 +84,15 @@ mod tests {
     /// Cells of an image of 3×2×1 points. The second piece is flat and has none; the last two are adjacent.
     #[test]
     fn flat_pieces_have_no_cells() {
-        let array =
-            Array { name: String::new(), type_name: String::new(), components: 1, cell_data: true, active: false, place: () };
+        let array = Array {
+            name: String::new(),
+            type_name: String::new(),
+            components: 1,
+            cell_data: true,
+            active: false,
+            is_vector: false,
+            place: (),
+        };
         let image = Image { points: [3, 2, 1], index_to_world: DAffine3::IDENTITY };
         let piece = |extent, bytes: &[u8]| Ok(Piece { extent, bytes: Box::new(Held(bytes.to_vec())) as Box<dyn Bytes> });
         let join = |last| {

@@ -153,12 +153,12 @@ impl<'a> Document<'a> {
                 Ok(())
             }
             name @ (b"PointData" | b"CellData") if !empty => {
-                scope.marked = Some((name == b"CellData", attribute(tag, "Scalars")));
+                scope.marked = Some(Marked::new(tag, name == b"CellData"));
                 Ok(())
             }
             b"DataArray" => {
-                if let Some((cell_data, marked)) = &scope.marked {
-                    let array = self.array(tag, *cell_data, marked.as_deref(), behind)?;
+                if let Some(marked) = &scope.marked {
+                    let array = self.array(tag, marked, behind)?;
                     if let Some(piece) = self.pieces.last_mut() {
                         piece.arrays.push(array);
                     }
@@ -218,7 +218,7 @@ impl<'a> Document<'a> {
         Ok(Piece { extent: piece.extent, bytes: self.bytes(own, &self.image(piece.extent)?, scalar)? })
     }
 
-    fn array(&self, tag: &BytesStart, cell_data: bool, marked: Option<&str>, behind: u64) -> Result<Array<Place>, Error> {
+    fn array(&self, tag: &BytesStart, marked: &Marked, behind: u64) -> Result<Array<Place>, Error> {
         let name = attribute(tag, "Name").unwrap_or_default();
         let number = |key: &str, missing: u64| match attribute(tag, key) {
             Some(text) => text.trim().parse().map_err(|_| self.wrong(format!("{key} of its array {name} is '{text}'"))),
@@ -232,8 +232,9 @@ impl<'a> Document<'a> {
             Some("binary") => Place::Inline(behind),
             _ => Place::Text(behind..behind),
         };
-        let active = marked == Some(name.as_str());
-        Ok(Array { type_name: attribute(tag, "type").unwrap_or_default(), name, components, cell_data, active, place })
+        let type_name = attribute(tag, "type").unwrap_or_default();
+        let (active, is_vector) = (marked.scalars.as_ref() == Some(&name), marked.vectors.contains(&name));
+        Ok(Array { name, type_name, components, cell_data: marked.cell_data, active, is_vector, place })
     }
 
     /// Records the start of the appended data, whose tag ends before byte `behind`.
@@ -314,11 +315,27 @@ impl<'a> Document<'a> {
     }
 }
 
+/// What PointData or CellData say about their arrays.
+struct Marked {
+    cell_data: bool,
+    /// Name of the active array.
+    scalars: Option<String>,
+    /// Names of vectors and normals.
+    vectors: Vec<String>,
+}
+
+impl Marked {
+    fn new(tag: &BytesStart, cell_data: bool) -> Self {
+        let vectors = ["Vectors", "Normals"].iter().filter_map(|kind| attribute(tag, kind)).collect();
+        Self { cell_data, scalars: attribute(tag, "Scalars"), vectors }
+    }
+}
+
 /// State of the enclosing tags.
 #[derive(Default)]
 struct Scope {
-    /// Whether in CellData (true) or PointData (false), and the name of the active array.
-    marked: Option<(bool, Option<String>)>,
+    /// The enclosing PointData or CellData.
+    marked: Option<Marked>,
     /// Bytes of the last text node.
     text_length: u64,
 }

@@ -5,6 +5,7 @@ mod blosc;
 mod codec;
 mod multiscales;
 mod node;
+mod omero;
 mod pieces;
 
 use super::load::{self, Header, Opened, upright};
@@ -12,7 +13,8 @@ use super::parts::Kept;
 use super::{Format, Found, OpenOptions, choice};
 use crate::error::Error;
 use crate::memory;
-use crate::volume::{Contents, FrameSpacing, Level};
+use crate::volume::labels::{self, Declared};
+use crate::volume::{ChannelDescription, Contents, FrameSpacing, Level};
 use array::Array;
 use glam::DVec3;
 use multiscales::{Axis, Multiscales};
@@ -24,6 +26,8 @@ pub(super) struct Zarr;
 
 /// A default level may take 1/`SHARE` of the available memory, because rendering needs as much again.
 const SHARE: u64 = 2;
+/// Without names, the last of four or more axes holds channels if its size is at most this.
+const MOST_CHANNELS: usize = 4;
 
 impl Format for Zarr {
     fn recognises(&self, file: &Found, _options: &OpenOptions) -> bool {
@@ -32,6 +36,21 @@ impl Format for Zarr {
 
     fn chooses(&self) -> &'static [&'static str] {
         &["array", "level"]
+    }
+
+    fn labels(&self, file: &Found, options: &OpenOptions) -> Result<Option<Declared>, Error> {
+        let path = chosen_quietly(file.path, options)?;
+        let metadata = node::ome(&path, "image-label")?;
+        if metadata.is_null() {
+            return Ok(None);
+        }
+        let table = labels::image_label(&metadata).map_err(|problem| Error::volume(&path, problem))?;
+        Ok(Some(Declared { layers: vec![table] }))
+    }
+
+    fn channels(&self, file: &Found, options: &OpenOptions, _: usize) -> Result<Vec<ChannelDescription>, Error> {
+        let path = chosen_quietly(file.path, options)?;
+        omero::channels(&node::ome(&path, "omero")?).map_err(|problem| Error::volume(&path, problem))
     }
 
     fn open(&self, file: &Found, options: &OpenOptions) -> Result<Opened, Error> {
@@ -66,6 +85,15 @@ impl Format for Zarr {
         let bytes = pieces::Pieces::new(array, roles.space, place);
         Ok(Opened { header, bytes: Box::new(Kept::new(bytes)), exact: false })
     }
+}
+
+/// The folder of [`chosen`], without a warning: opening the file gives it.
+fn chosen_quietly(path: &Path, options: &OpenOptions) -> Result<PathBuf, Error> {
+    let array = match options.array {
+        None if matches!(node::node(path)?, Node::Group) => node::below(path)?.into_iter().next(),
+        ref given => given.clone(),
+    };
+    chosen(path, &OpenOptions { array, ..options.clone() }).map(|(path, _)| path)
 }
 
 /// The array or image of a folder, or the selected one inside.
@@ -154,8 +182,14 @@ fn wanted(finest: [usize; 3], scale: [f64; 3], pixels: usize) -> [usize; 3] {
     [0, 1, 2].map(|i| finest[i].min((pixels as f64 * extents[i] / longest).ceil() as usize))
 }
 
-/// Axes named in the array metadata.
+/// Axes named in the array metadata. Without names, a last axis of up to four numbers holds channels, as for NumPy.
 fn named(array: &Array) -> Vec<Axis> {
+    let shape = &array.shape;
+    if array.names.is_empty() && shape.len() > 3 && shape.last().is_some_and(|&size| size <= MOST_CHANNELS) {
+        let mut axes = vec![Axis::default(); shape.len()];
+        axes.iter_mut().last().into_iter().for_each(|axis| axis.kind = "channel".into());
+        return axes;
+    }
     array.names.iter().map(|name| Axis { name: name.clone(), ..Axis::default() }).collect()
 }
 

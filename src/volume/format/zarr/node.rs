@@ -30,17 +30,7 @@ pub(super) enum Node {
 /// Reads the metadata of a folder.
 pub(super) fn node(folder: &Path) -> Result<Node, Error> {
     let wrong = |problem: String| Error::volume(folder, problem);
-    let third = folder.join(MARKS[0]);
-    let (metadata, attributes, is_array) = if third.is_file() {
-        let metadata = json(&third)?;
-        let (attributes, is_array) = (metadata["attributes"].clone(), metadata["node_type"] == "array");
-        (metadata, attributes, is_array)
-    } else {
-        let (array, attributes) = (folder.join(MARKS[1]), folder.join(".zattrs"));
-        let is_array = array.is_file();
-        let attributes = if attributes.is_file() { json(&attributes)? } else { Value::Null };
-        (json(&if is_array { array } else { folder.join(MARKS[2]) })?, attributes, is_array)
-    };
+    let (metadata, attributes, is_array) = read(folder)?;
     if !(metadata["zarr_format"] == 2 || metadata["zarr_format"] == 3) {
         return Err(wrong(format!("its zarr_format is {}: expected 2 or 3", metadata["zarr_format"])));
     }
@@ -48,6 +38,27 @@ pub(super) fn node(folder: &Path) -> Result<Node, Error> {
         return Array::new(folder, &metadata, &attributes).map(|array| Node::Array(Box::new(array))).map_err(wrong);
     }
     Ok(Multiscales::new(&attributes).map_err(wrong)?.map_or(Node::Group, Node::Image))
+}
+
+/// A value of a folder's OME metadata: below `ome` from version 0.5 on. Null if it is missing.
+pub(super) fn ome(folder: &Path, key: &str) -> Result<Value, Error> {
+    let (_, mut attributes, _) = read(folder)?;
+    let within = if attributes["ome"].is_object() { attributes["ome"].take() } else { attributes };
+    Ok(within[key].clone())
+}
+
+/// Metadata and attributes of a folder, and whether it is an array.
+fn read(folder: &Path) -> Result<(Value, Value, bool), Error> {
+    let third = folder.join(MARKS[0]);
+    if third.is_file() {
+        let metadata = json(&third)?;
+        let (attributes, is_array) = (metadata["attributes"].clone(), metadata["node_type"] == "array");
+        return Ok((metadata, attributes, is_array));
+    }
+    let (array, attributes) = (folder.join(MARKS[1]), folder.join(".zattrs"));
+    let is_array = array.is_file();
+    let attributes = if attributes.is_file() { json(&attributes)? } else { Value::Null };
+    Ok((json(&if is_array { array } else { folder.join(MARKS[2]) })?, attributes, is_array))
 }
 
 fn json(path: &Path) -> Result<Value, Error> {

@@ -1,0 +1,336 @@
+// Layered rendering with point-sampled layers of several fields on one grid, on a lattice for any view (channels.cl). What is said about
+// tiles, segments and clipping in point_lattice.cl applies to each field. With one field, point_lattice.cl has the same result.
+//
+// The buffers of up to MAX_CHANNELS fields are arguments of their own, since kernels cannot read pointers from memory. Those beyond `count`
+// are not read.
+
+#define MAX_CHANNELS 8
+#include "layered/channels.cl"
+
+// Sub-layer l of a channel, with samples in all patches over which it can be visible.
+static inline Layer *sampled_layer(Channel *c, const RayLatticeParams *p, const Tile *tile, int s, realv u, int l) {
+    Layer *layer = &c->layers[l & 1];
+    if (layer->index != l || c->over & ~layer->sampled)
+        sample_layer(c->voxels, &c->view, p->centre_layer, s, l, u, &tile->v, c->over, layer);
+    return layer;
+}
+
+// Patches in `open` where a segment between two sub-layers of a channel can be visible.
+static inline int shown_patches(const Channel *c, int open, const Layer *front, const Layer *behind) {
+    int shown = open & c->over;
+#if !GATHERS_VALUES
+    for (int left = shown; left; left &= left - 1) {
+        const int n = LOWEST_BIT(left);
+        if (!ANY(is_visible_between(&c->sample, front->at.field[n], behind->at.field[n])))
+            shown &= ~(1 << n);
+    }
+#endif
+    return shown;
+}
+
+// Slabs, from q on along the rays, in which a channel is known to be invisible; 0 if it can be visible in slab q, in the patches `over`.
+static inline int hidden_slabs(Channel *c, const RayLatticeParams *p, const Tile *tile, int q, int enters) {
+    c->over = 0;
+    if (c->lowest > c->highest || (enters ? q < c->lowest : q > c->highest))
+        return INT_MAX;
+    if (enters ? q > c->highest : q < c->lowest)
+        return enters ? q - c->highest : c->lowest - q;
+    if (!p->culling) {
+        c->over = LOW_BITS(tile->bands * PATCH_ROWS);
+        return 0;
+    }
+    const int hidden = slabs_to_skip(c->visible, p, c->view.first_a, tile, q, enters ? c->lowest : c->highest, enters, &c->chunk, &c->over);
+    if (hidden)
+        c->over = 0;
+    return hidden;
+}
+
+#if BLEND == COMPOSITE
+// Classifies the current span of a channel. `places`: of its ends, in spans; `length`: of the span, per patch.
+static inline void classify_span(Channel *c, const RayLatticeParams *p, const Part *parts, const int places[2], float2 weights, float length,
+                                 const realv *lengths) {
+    const SampleParams *sample = &c->sample;
+    for (int end = 0; end < 2; end++) {
+        const int place = places[end], odd = place & 1;
+        const Samples *here = end ? c->back : c->front;
+        for (int left = c->shown; left; left &= left - 1) {
+            const int n = LOWEST_BIT(left);
+            if (c->nodes_at[odd][n] == place)
+                continue;
+            c->nodes[odd][n] = look_up_node(sample, c->integrals, here->field[n], odd);
+            c->nodes_at[odd][n] = place;
+        }
+    }
+    const Node *at_front = c->nodes[places[0] & 1], *at_back = c->nodes[places[1] & 1];
+    for (int left = c->shown; left; left &= left - 1) {
+        const int n = LOWEST_BIT(left);
+        const realv from = c->front->field[n], to = c->back->field[n];
+        const realv unit = length * (lengths[n] * sample->classification.table_unit);
+#ifdef CLIPPED
+        if (any_clipped(&parts[n])) {
+            const realv cut_from = lerp(from, to, parts[n].from), cut_to = lerp(from, to, parts[n].to);
+            const Node at_cut = look_up_node(sample, c->integrals, cut_from, places[0] & 1);
+            const Node behind_cut = look_up_node(sample, c->integrals, cut_to, places[1] & 1);
+            c->segments[n] = segment_between(sample, c->integrals, &at_cut, &behind_cut, cut_from, cut_to, weights,
+                                             unit * part_length(&parts[n]));
+            continue;
+        }
+#endif
+        c->segments[n] = segment_between(sample, c->integrals, &at_front[n], &at_back[n], from, to, weights, CLIPPED_LENGTH(unit, &parts[n]));
+    }
+}
+#else
+// Accumulates the current span of a channel in a patch. `place`: number of the span along the rays.
+static inline void accumulate_channel(Channel *c, int n, const RaySpan *span, const Part *part, float length, int place, intv *active) {
+    Accumulator *a = &c->gathered[n];
+#if BLEND == ISO
+    const intv was_open = a->t > 0.5f;
+    realv crossing = 0.0f;
+    accumulate_crossing(c->voxels, &c->view, &c->shading, &c->sample, part, span, &c->front->lit[n], &c->back->lit[n], &crossing, a,
+                        active);
+    c->surface[n] = was_open && !(a->t > 0.5f) ? place + crossing : c->surface[n];
+#else
+    accumulate_span(c->voxels, &c->view, part, span, part_length(part) * length, a, active);
+#endif
+}
+#endif
+
+// Rays that further samples can change: of surfaces, those that no channel has hit yet.
+static inline bool is_open(const Channel *channels, int count, int n, intv has_ray, const Accumulator *gathered) {
+#if BLEND == COMPOSITE
+    return ANY(has_ray && open_rays(&channels[0].sample, &gathered[n]));
+#else
+    intv open = BLEND == ISO ? has_ray : (intv)(0);
+    for (int c = 0; c < count; c++) {
+        const intv own = has_ray && open_rays(&channels[c].sample, &channels[c].gathered[n]);
+        open = BLEND == ISO ? open & own : open | own;
+    }
+    return ANY(open);
+#endif
+}
+
+__kernel void channel_lattice(__global const VOXEL *voxels_0, __global const VOXEL *voxels_1, __global const VOXEL *voxels_2,
+                              __global const VOXEL *voxels_3, __global const VOXEL *voxels_4, __global const VOXEL *voxels_5,
+                              __global const VOXEL *voxels_6, __global const VOXEL *voxels_7,
+                              __global const GRADIENT_VOXEL *gradient_voxels_0, __global const GRADIENT_VOXEL *gradient_voxels_1,
+                              __global const GRADIENT_VOXEL *gradient_voxels_2, __global const GRADIENT_VOXEL *gradient_voxels_3,
+                              __global const GRADIENT_VOXEL *gradient_voxels_4, __global const GRADIENT_VOXEL *gradient_voxels_5,
+                              __global const GRADIENT_VOXEL *gradient_voxels_6, __global const GRADIENT_VOXEL *gradient_voxels_7,
+                              __global const uchar *visible_0, __global const uchar *visible_1, __global const uchar *visible_2,
+                              __global const uchar *visible_3, __global const uchar *visible_4, __global const uchar *visible_5,
+                              __global const uchar *visible_6, __global const uchar *visible_7, __global const int *shown_slabs_0,
+                              __global const int *shown_slabs_1, __global const int *shown_slabs_2, __global const int *shown_slabs_3,
+                              __global const int *shown_slabs_4, __global const int *shown_slabs_5, __global const int *shown_slabs_6,
+                              __global const int *shown_slabs_7, __global const int4 *integrals_0, __global const int4 *integrals_1,
+                              __global const int4 *integrals_2, __global const int4 *integrals_3, __global const int4 *integrals_4,
+                              __global const int4 *integrals_5, __global const int4 *integrals_6, __global const int4 *integrals_7,
+                              __global const float4 *tables_0, __global const float4 *tables_1, __global const float4 *tables_2,
+                              __global const float4 *tables_3, __global const float4 *tables_4, __global const float4 *tables_5,
+                              __global const float4 *tables_6, __global const float4 *tables_7,
+                              __global const ChannelParams *channel_params, int count, __global const uchar *light,
+                              __global const uchar *sky, RayLatticeParams p, Clipping clip, __global float4 *lattice,
+                              __global uint *active_samples, ulong first_item) {
+    const int order = first_item + get_global_id(0);
+    if (order >= p.tiles_u * p.tiles_v)
+        return;
+#define EACH(name) {name##_0, name##_1, name##_2, name##_3, name##_4, name##_5, name##_6, name##_7}
+    __global const VOXEL *const all_voxels[MAX_CHANNELS] = EACH(voxels);
+    __global const GRADIENT_VOXEL *const all_gradient_voxels[MAX_CHANNELS] = EACH(gradient_voxels);
+    __global const uchar *const all_visible[MAX_CHANNELS] = EACH(visible);
+    __global const int *const all_shown_slabs[MAX_CHANNELS] = EACH(shown_slabs);
+    __global const int4 *const all_integrals[MAX_CHANNELS] = EACH(integrals);
+    __global const float4 *const all_tables[MAX_CHANNELS] = EACH(tables);
+
+    const int id = scheduled_tile(&p, order);
+    const int column = id % p.tiles_u * VW, row = id / p.tiles_u * TILE_ROWS;
+    const Tile tile = make_tile(&p, column, row);
+    const int patches = tile.bands * PATCH_ROWS;
+    Channel channels[CHANNELS];
+    int lowest = INT_MAX, highest = INT_MIN;
+    for (int c = 0; c < count; c++) {
+        Channel *channel = &channels[c];
+        channel->view = channel_params[c].view, channel->gradient_view = channel_params[c].gradient_view;
+        channel->sample = channel_params[c].sample;
+        channel->voxels = all_voxels[c] + channel->view.first;
+        channel->visible = all_visible[c], channel->integrals = all_integrals[c];
+#ifdef SEPARATE_GRADIENTS
+        channel->shading.voxels = all_gradient_voxels[c] + channel->gradient_view.first, channel->shading.view = &channel->gradient_view;
+#else
+        channel->shading.voxels = channel->voxels, channel->shading.view = &channel->view;
+#endif
+        channel->shading.light.lights = light, channel->shading.light.sky = sky;
+        channel->layers[0].index = channel->layers[1].index = INT_MIN;
+        channel->chunk.index = -1, channel->chunk.bits = 0;
+        channel->lowest = p.first_layer, channel->highest = p.last_layer;
+        if (p.culling) {
+            channel->lowest = max(channel->lowest, all_shown_slabs[c][0] + channel->view.first_a);
+            channel->highest = min(channel->highest, all_shown_slabs[c][1] + channel->view.first_a);
+        }
+        if (channel->lowest <= channel->highest)
+            lowest = min(lowest, channel->lowest), highest = max(highest, channel->highest);
+        for (int n = 0; n < patches; n++) {
+#if BLEND == COMPOSITE
+            channel->nodes_at[0][n] = channel->nodes_at[1][n] = INT_MIN;
+#else
+            channel->gathered[n] = empty_accumulator(&channel->sample);
+#endif
+#if BLEND == ISO
+            channel->surface[n] = INFINITY;
+#endif
+        }
+    }
+    const SampleParams *first = &channels[0].sample;
+    Accumulator gathered[TILE_ROWS];
+    Interval intervals[TILE_ROWS];
+    intv has_ray[TILE_ROWS];
+    realv lengths[TILE_ROWS];
+    intv active = 0;
+    int open = 0; // patches that further samples can change
+    for (int n = 0; n < patches; n++) {
+        const SampleRays rays = patch_rays(&p, &tile, n);
+        gathered[n] = empty_accumulator(first);
+        has_ray[n] = lanes_with_rays(&tile, n);
+        lengths[n] = length_per_layer(first, &rays);
+#ifdef CLIPPED
+        intervals[n] = clip_sample_rays(&p, &clip, &rays);
+#endif
+        open |= (is_open(channels, count, n, has_ray[n], gathered) ? 1 : 0) << n;
+    }
+#ifdef CLIPPED
+    float begin, end;
+    tile_bounds(intervals, patches, &begin, &end);
+#endif
+
+    const int s = SAMPLES_PER_LAYER(first), enters = p.layer_step > 0 ? 0 : 1;
+    // No sum of these is larger than an int: both are unchanged only if nothing is visible.
+    const int slabs = lowest > highest ? 0 : highest - lowest + 1;
+    for (int passed = 0; passed < slabs && open; passed++) {
+        const int q = enters ? highest - passed : lowest + passed;
+#ifdef CLIPPED
+        const float entry = p.layer_step * (q - RADIUS + enters - p.centre_layer);
+        if (entry >= end || entry + 1.0f <= begin)
+            continue;
+#endif
+        int hidden = INT_MAX;
+        for (int c = 0; c < count; c++)
+            hidden = min(hidden, hidden_slabs(&channels[c], &p, &tile, q, enters));
+        if (hidden) {
+            passed += min(hidden, slabs) - 1;
+            continue;
+        }
+        for (int c = 0; c < count; c++)
+            if (channels[c].over)
+                fetch_ahead(channels[c].voxels, &channels[c].view, &p, &tile, q - RADIUS + 1 - enters + (RADIUS + 1) * p.layer_step);
+        for (int i = 0; i < s; i++) {
+            const int l0 = enters ? (q + 1) * s - i : q * s + i, l1 = l0 + p.layer_step;
+            // The plane where rays enter, and the distance to the one where they leave.
+            const float k = (float)l0 / s - RADIUS, step = (float)p.layer_step / s;
+            int spans = 1, shown = 0;
+            for (int c = 0; c < count; c++) {
+                Channel *channel = &channels[c];
+                channel->shown = 0;
+                if (!channel->over)
+                    continue;
+                Layer *front = sampled_layer(channel, &p, &tile, s, COLUMNS_AT(l0), l0);
+                Layer *behind = sampled_layer(channel, &p, &tile, s, COLUMNS_AT(l1), l1);
+                channel->shown = shown_patches(channel, open, front, behind);
+                shown |= channel->shown;
+                if (!channel->shown)
+                    continue;
+                const SampleParams *sample = &channel->sample;
+                if (sample->light.shading && LIT_AT_ENDS) {
+                    light_layer(&channel->shading, &p, sample, column, row, s, COLUMNS_AT(l0), channel->shown, front);
+                    light_layer(&channel->shading, &p, sample, column, row, s, COLUMNS_AT(l1), channel->shown, behind);
+                }
+                channel->front = &front->at, channel->back = &behind->at;
+            }
+            if (!shown)
+                continue;
+#if ANALYTIC_GRADIENTS && LIT_AT_ENDS
+            if (first->light.shading) {
+                spans = 2;
+                for (int c = 0; c < count; c++) {
+                    Channel *channel = &channels[c];
+                    const Samples *ends[2] = {channel->front, channel->back};
+                    if (channel->shown)
+                        find_middle(&p, &channel->sample, channel->shading.light, channel->integrals, &tile, k, step, channel->shown, ends,
+                                    &channel->middle);
+                }
+            }
+#endif
+            for (int w = 0; w < spans; w++) {
+                const float length = 1.0f / spans, from_k = k + w * length * step;
+                const int places[2] = {spans * l0 + w * p.layer_step, spans * l0 + (w + 1) * p.layer_step};
+                Part parts[TILE_ROWS];
+#ifdef CLIPPED
+                const float enters_at = p.layer_step * (from_k - p.centre_layer);
+                for (int n = 0; n < patches; n++)
+                    parts[n] = part_of(&intervals[n], (realv)(enters_at), (realv)(enters_at + length / s));
+#endif
+                for (int c = 0; c < count; c++) {
+                    Channel *channel = &channels[c];
+                    if (!channel->shown)
+                        continue;
+#if ANALYTIC_GRADIENTS && LIT_AT_ENDS
+                    if (spans == 2) {
+                        channel->front = w ? &channel->middle : &channel->layers[l0 & 1].at;
+                        channel->back = w ? &channel->layers[l1 & 1].at : &channel->middle;
+                    }
+#endif
+#if BLEND == COMPOSITE
+                    classify_span(channel, &p, parts, places, end_weights(first, l0, l1), length, lengths);
+#endif
+                }
+                for (int left = shown; left; left &= left - 1) {
+                    const int n = LOWEST_BIT(left);
+                    intv counts = 0;
+                    RaySpan ray_spans[CHANNELS];
+                    for (int c = 0; c < count; c++) {
+                        Channel *channel = &channels[c];
+                        if (!(channel->shown >> n & 1))
+                            continue;
+                        ray_spans[c] =
+                            patch_span(&p, &tile, n, from_k, length * step, channel->front->field[n], channel->back->field[n]);
+#if BLEND != COMPOSITE
+                        accumulate_channel(channel, n, &ray_spans[c], &parts[n], 1.0f / s, places[0] * p.layer_step, &counts);
+#endif
+                    }
+#if BLEND == COMPOSITE
+                    composite_channels(channels, count, n, ray_spans, &parts[n], CLIPPED_LENGTH(length * lengths[n], &parts[n]),
+                                       &gathered[n], &counts);
+#endif
+                    active += COUNT_IF(counts > 0) & has_ray[n];
+                    if (!is_open(channels, count, n, has_ray[n], gathered))
+                        open &= ~(1 << n);
+                }
+            }
+        }
+    }
+
+#ifdef CLIPPED
+    regroup_all((realv *)intervals, sizeof(Interval) / sizeof(realv), tile.bands);
+#endif
+#if BLEND == COMPOSITE
+    regroup_all((realv *)gathered, RAW_FLOATS, tile.bands);
+#else
+    for (int c = 0; c < count; c++)
+        regroup_all((realv *)channels[c].gathered, RAW_FLOATS, tile.bands);
+#if BLEND == ISO
+    for (int c = 0; c < count; c++)
+        regroup_all(channels[c].surface, 1, tile.bands);
+#endif
+#endif
+    uint total = sum_lanes(active, VW);
+    for (int r = 0; r < tile.rows; r++) {
+        realv color[4];
+#if BLEND == COMPOSITE
+        resolve(first, all_tables[0], &gathered[r], &intervals[r], color);
+#else
+        resolve_channels(channels, count, all_tables, r, &intervals[r], color);
+#endif
+        store_colors(color, tile.columns, 1, lattice + (size_t)(row + r) * p.width + column);
+        if (GATHERS_VALUES)
+            total += count_visible(color, tile.columns);
+    }
+    active_samples[id] = total;
+}

@@ -1,0 +1,170 @@
+// The fields that a scene composites together, and one segment of a ray through all of them.
+//
+// Extinctions add: tau = sum of tau_c. Emission is sum(tau_c C_c) / tau, so that the order of the fields does not matter.
+
+#include "layered/point_tile.cl"
+#include "shared/emission.cl"
+
+#ifndef CHANNELS
+#error "CHANNELS: most fields of a scene"
+#endif
+
+// One field of a scene, under a tile.
+typedef struct {
+    __global const VOXEL *voxels;
+    __global const uchar *visible;
+    __global const int4 *integrals;
+    ShadingSource shading;
+    VolumeView view, gradient_view;
+    SampleParams sample;
+    // First and last slab with anything visible; the chunk of slabs that the tile is in; patches over which a slab can be visible, and
+    // those in which a segment is.
+    int lowest, highest;
+    Chunk chunk;
+    int over, shown;
+    Layer layers[2];
+#if ANALYTIC_GRADIENTS && LIT_AT_ENDS
+    Samples middle;
+#endif
+    // Samples at the ends of the current span.
+    const Samples *front, *back;
+#if BLEND == COMPOSITE
+    // Table nodes of the samples at even and at odd positions, and these positions.
+    Node nodes[2][TILE_ROWS];
+    int nodes_at[2][TILE_ROWS];
+    Segment segments[TILE_ROWS];
+#else
+    Accumulator gathered[TILE_ROWS];
+#endif
+#if BLEND == ISO
+    // Where the surface is, in spans along the ray.
+    realv surface[TILE_ROWS];
+#endif
+} Channel;
+
+#if BLEND == COMPOSITE
+
+// Optical depth of a channel's segment in patch n.
+static inline realv depth_in(const Channel *c, const Part *part, int n) {
+#ifdef THINNED
+    const Segment *s = &c->segments[n];
+    if (c->sample.light.shading)
+        return s->depth * extinction_scale_on_span(&c->front->lit[n], &c->back->lit[n], SEGMENT_PARAMETER(part, s->centroid));
+#endif
+    return c->segments[n].depth;
+}
+
+#ifdef DIMMED
+// As composite_subsegments() does for one field. `length`: of the part, in the unit of lengths; `unit` of each channel follows.
+static inline void composite_channel_subsegments(Channel *channels, int count, int n, const RaySpan *spans, const Part *part, intv lanes,
+                                                 realv depth, realv length, Accumulator *a) {
+    const realv step = reciprocal(CLAMP(depth * (1.0f / SUBSEGMENT_DEPTH), (realv)(2.0f), (realv)(MAX_SUBSEGMENTS)));
+    realv t = lanes ? (realv)(0.0f) : (realv)(1.0f);
+    realv values[CHANNELS];
+    Node nodes[CHANNELS];
+    for (int c = 0; c < count; c++) {
+        Channel *channel = &channels[c];
+        if (!(channel->shown >> n & 1))
+            continue;
+        values[c] = value_on_span(channel->voxels, &channel->view, &spans[c], SEGMENT_PARAMETER(part, (realv)(0.0f)), lanes);
+        nodes[c] = look_up_node(&channel->sample, channel->integrals, values[c], 0);
+    }
+    for (int i = 1; i <= MAX_SUBSEGMENTS && ANY(t < 1.0f && a->t > channels[0].sample.segments.opaque); i++) {
+        const realv next_t = MIN(i * step, (realv)(1.0f));
+        realv sum[3] = {(realv)(0.0f), (realv)(0.0f), (realv)(0.0f)}, whole_depth = 0.0f;
+        for (int c = 0; c < count; c++) {
+            Channel *channel = &channels[c];
+            if (!(channel->shown >> n & 1))
+                continue;
+            const SampleParams *p = &channel->sample;
+            const LitSample *front = &channel->front->lit[n], *back = &channel->back->lit[n];
+            const realv next_value =
+                value_on_span(channel->voxels, &channel->view, &spans[c], SEGMENT_PARAMETER(part, next_t), lanes);
+            const Node next = look_up_node(p, channel->integrals, next_value, i & 1);
+            const Difference d = difference_between(p, channel->integrals, &nodes[c], &next, values[c], next_value);
+            const realv per_extinction = reciprocal(d.extinction == 0.0f ? (realv)(1.0f) : d.extinction);
+            Emission e;
+            e.depth = d.extinction * (length * p->classification.table_unit * reciprocal(d.distance));
+            if (p->light.shading)
+                e.lighting = interpolate_lighting(p, front, back, SEGMENT_PARAMETER(part, 0.5f * (t + next_t)));
+#ifdef THINNED
+            if (p->light.shading)
+                e.depth *= e.lighting.extinction_scale;
+#endif
+            add_emission(p, d.r * per_extinction, d.g * per_extinction, d.b * per_extinction, &e, sum);
+            whole_depth += e.depth;
+            values[c] = next_value, nodes[c] = next;
+        }
+        const realv opacity = whole_depth > OPAQUE_DEPTH ? (realv)(1.0f) : absorbed(whole_depth * (next_t - t));
+        accumulate_emission(sum, whole_depth, opacity, a);
+        t = next_t;
+    }
+}
+#endif
+
+// Composites the segments of all channels that are shown in patch n. `length`: of the part, in the unit of lengths.
+static inline void composite_channels(Channel *channels, int count, int n, const RaySpan *spans, const Part *part, realv length,
+                                      Accumulator *a, intv *active) {
+    realv depth = 0.0f;
+    Emission emissions[CHANNELS];
+    for (int c = 0; c < count; c++) {
+        if (!(channels[c].shown >> n & 1))
+            continue;
+        emissions[c].depth = depth_in(&channels[c], part, n);
+        depth += emissions[c].depth;
+    }
+    const realv opacity = opacity_of_depth(&channels[0].sample, depth);
+    *active += COUNT_IF(opacity > 0.0f);
+    realv sum[3] = {(realv)(0.0f), (realv)(0.0f), (realv)(0.0f)};
+    for (int c = 0; c < count; c++) {
+        Channel *channel = &channels[c];
+        if (!(channel->shown >> n & 1))
+            continue;
+        const Segment *s = &channel->segments[n];
+        const LitSample *front = &channel->front->lit[n], *back = &channel->back->lit[n];
+        if (channel->sample.light.shading)
+            emissions[c].lighting = interpolate_lighting(&channel->sample, front, back, SEGMENT_PARAMETER(part, visible_origin(s, depth)));
+        add_emission(&channel->sample, s->r, s->g, s->b, &emissions[c], sum);
+    }
+#ifdef DIMMED
+    const Accumulator before = *a;
+#endif
+    accumulate_emission(sum, depth, opacity, a);
+#ifdef DIMMED
+    const intv deep = depth > SUBDIVISION_DEPTH;
+    if (ANY(deep)) {
+        Accumulator subdivided = before;
+        composite_channel_subsegments(channels, count, n, spans, part, deep, depth, length, &subdivided);
+        a->r = deep ? subdivided.r : a->r;
+        a->g = deep ? subdivided.g : a->g;
+        a->b = deep ? subdivided.b : a->b;
+        a->t = deep ? subdivided.t : a->t;
+    }
+#endif
+}
+
+#else
+
+// Colour of a ray: the colours of all channels, added and clamped to 1; of surfaces, that of the nearest one.
+static inline void resolve_channels(const Channel *channels, int count, __global const float4 *const *tables, int r,
+                                    const Interval *interval, realv *color) {
+    realv nearest = INFINITY;
+    for (int i = 0; i < 4; i++)
+        color[i] = 0.0f;
+    for (int c = 0; c < count; c++) {
+        realv own[4];
+        resolve(&channels[c].sample, tables[c], &channels[c].gathered[r], interval, own);
+#if BLEND == ISO
+        const realv at = channels[c].surface[r];
+        const intv is_nearer = at < nearest;
+        nearest = is_nearer ? at : nearest;
+        for (int i = 0; i < 4; i++)
+            color[i] = is_nearer ? own[i] : color[i];
+#else
+        for (int i = 0; i < 4; i++)
+            color[i] = MIN(color[i] + own[i], (realv)(1.0f));
+#endif
+    }
+}
+
+#endif

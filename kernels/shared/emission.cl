@@ -1,0 +1,28 @@
+// Colours of several fields at one place: sum(tau_c C_c) / tau, with tau = sum of tau_c.
+
+#include "shared/accumulator.cl"
+
+#if BLEND == COMPOSITE
+
+// Share of a field in the extinction of a segment, and its lighting.
+typedef struct {
+    realv depth;
+    Lighting lighting;
+} Emission;
+
+// A lit colour, weighted by its extinction.
+static inline void add_emission(const SampleParams *p, realv r, realv g, realv b, const Emission *e, realv *sum) {
+    if (p->light.shading) {
+        r = lit_channel(p, r, &e->lighting, p->light.cue_r);
+        g = lit_channel(p, g, &e->lighting, p->light.cue_g);
+        b = lit_channel(p, b, &e->lighting, p->light.cue_b);
+    }
+    sum[0] += e->depth * r, sum[1] += e->depth * g, sum[2] += e->depth * b;
+}
+
+static inline void accumulate_emission(const realv *sum, realv depth, realv opacity, Accumulator *a) {
+    const realv per_depth = reciprocal(depth == 0.0f ? (realv)(1.0f) : depth);
+    accumulate(sum[0] * per_depth, sum[1] * per_depth, sum[2] * per_depth, opacity, a);
+}
+
+#endif

@@ -1,0 +1,219 @@
+//! Several fields in one picture: components of a file, other files, and scenes of fields.
+
+mod scene_file;
+mod spec;
+
+use super::options::VolumeOptions;
+use crate::annotation::{Legend, LegendEntry};
+use crate::device::Device;
+use crate::error::Error;
+use crate::renderer::{Channel, UploadedVolume};
+use crate::settings::{Blend, GradientOpacity};
+use crate::transfer::{TransferFunction, Value};
+use crate::viewport::Viewport;
+use crate::volume::{ChannelDescription, OpenOptions, Volume};
+use clap::Args;
+use spec::FieldSpec;
+use std::path::PathBuf;
+
+/// Fields that are drawn together with the volume.
+#[derive(Args)]
+#[command(next_help_heading = "Channels")]
+pub(super) struct ChannelOptions {
+    /// Draw these components of the file together, e.g. 0,2, or all, in the colours that the file states or by their names; other options are for the first [default: the first alone]
+    #[arg(long, value_parser = components, value_name = "N,N|all", conflicts_with_all = ["channel", "scene"])]
+    channels: Option<Components>,
+    /// Draw another volume together with this one. Keys: transfer, range, opacity, color, factor, iso, gradient-opacity, channel, frame, array, at, visible; see the guide. Repeatable
+    #[arg(long, value_parser = FieldSpec::from_text, value_name = "FILE[,KEY=VALUE]", conflicts_with = "scene")]
+    with: Vec<FieldSpec>,
+    /// Draw the fields of a scene file together: JSON, see the guide
+    #[arg(long, value_name = "FILE.json")]
+    scene: Option<PathBuf>,
+}
+
+/// Components of a file.
+#[derive(Clone)]
+enum Components {
+    All,
+    Numbers(Vec<usize>),
+}
+
+/// Parses `all` or numbers.
+fn components(text: &str) -> Result<Components, String> {
+    if text == "all" {
+        return Ok(Components::All);
+    }
+    let numbers: Option<Vec<usize>> = text.split(',').map(|number| number.trim().parse().ok()).collect();
+    let numbers = numbers.ok_or_else(|| format!("invalid channels '{text}'; use numbers from 0, such as 0,2, or all"))?;
+    let count = numbers.len();
+    if count > Channel::MOST {
+        return Err(format!("{count} channels; at most {} are drawn together", Channel::MOST));
+    }
+    match (1..count).find(|&n| numbers[..n].contains(&numbers[n])) {
+        Some(n) => Err(format!("channel {} occurs twice", numbers[n])),
+        None => Ok(Components::Numbers(numbers)),
+    }
+}
+
+/// A field beside the first one.
+pub(super) struct Field {
+    pub volume: Volume<'static>,
+    pub transfer: TransferFunction,
+    look: Look,
+}
+
+/// How a field is shown.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) struct Look {
+    factor: f64,
+    visible: bool,
+    iso: Option<f64>,
+    gradient_opacity: Option<GradientOpacity>,
+}
+
+impl Default for Look {
+    fn default() -> Self {
+        Self { factor: 1.0, visible: true, iso: None, gradient_opacity: None }
+    }
+}
+
+/// The fields of a picture.
+pub(super) struct Fields {
+    /// Replaces the volume of the command, which names none.
+    pub first: Option<Volume<'static>>,
+    /// Transfer function and look of the first field, unless options choose the former.
+    first_spec: FieldSpec,
+    others: Vec<FieldSpec>,
+    opened: Vec<Volume<'static>>,
+    /// Whether the fields are channels of one picture, each in its colour.
+    has_channel_colors: bool,
+}
+
+impl ChannelOptions {
+    /// Number of the file's component that is the first field.
+    pub fn first_component(&self) -> Option<usize> {
+        match &self.channels {
+            Some(Components::Numbers(numbers)) => numbers.first().copied(),
+            _ => None,
+        }
+    }
+
+    /// Opens the fields beside `first`, the volume of the command.
+    pub fn open(&self, options: &VolumeOptions, first: &Volume, size: Viewport) -> Result<Fields, Error> {
+        let mut fields = Fields {
+            first: None,
+            first_spec: FieldSpec::default(),
+            others: Vec::new(),
+            opened: Vec::new(),
+            has_channel_colors: self.channels.is_some(),
+        };
+        if let Some(components) = &self.channels {
+            let all = options.channel_descriptions(Some(size))?;
+            let numbers = match components {
+                Components::All => (0..first.contents().channels).collect(),
+                Components::Numbers(numbers) => numbers.clone(),
+            };
+            let spec = |number: usize| FieldSpec::from_description(number, all.get(number).cloned().unwrap_or_default());
+            fields.first_spec = spec(numbers[0]);
+            for &number in numbers.iter().skip(1) {
+                fields.opened.push(options.open_component(number, Some(size))?);
+                fields.others.push(spec(number));
+            }
+        }
+        let mut specs = self.with.clone();
+        if let Some(path) = &self.scene {
+            specs = scene_file::read(path)?;
+            if options.is_default() || specs[0].file.is_none() {
+                let spec = specs.remove(0);
+                fields.first = spec.file.is_some().then(|| spec.open()).transpose()?;
+                fields.first_spec = spec;
+            }
+        }
+        for spec in specs {
+            fields.opened.push(spec.open()?);
+            fields.others.push(spec);
+        }
+        let count = 1 + fields.others.len();
+        if count > Channel::MOST {
+            let problem = format!("{count} fields; at most {} are drawn together", Channel::MOST);
+            return Err(Error::Settings { field: "channels", problem });
+        }
+        fields.choose_colors();
+        Ok(fields)
+    }
+}
+
+impl Fields {
+    /// Gives a colour to each field that has none of its own.
+    fn choose_colors(&mut self) {
+        let mut specs: Vec<&mut FieldSpec> = std::iter::once(&mut self.first_spec).chain(&mut self.others).collect();
+        let described: Vec<ChannelDescription> = specs.iter().map(|spec| spec.description()).collect();
+        let colors = ChannelDescription::colors(&described);
+        specs.iter_mut().zip(colors).for_each(|(spec, color)| spec.channel_color = color);
+    }
+
+    /// The transfer function of the first field, unless options choose one; `None` if it is that of a volume alone.
+    pub fn first_transfer(&self, volume: &Volume, blend: Blend) -> Result<Option<TransferFunction>, Error> {
+        if !self.has_channel_colors && !self.first_spec.chooses_transfer() {
+            return Ok(None);
+        }
+        self.first_spec.transfer(volume, blend).map(Some)
+    }
+
+    /// The look of the first field.
+    pub fn first_look(&self, volume: &Volume) -> Look {
+        self.first_spec.look(volume)
+    }
+
+    /// Name and colour of each visible field, if several are drawn.
+    pub fn legend(&self, first: &Volume) -> Option<Legend> {
+        let volumes = std::iter::once(first).chain(&self.opened);
+        let specs = std::iter::once(&self.first_spec).chain(&self.others);
+        let entries: Vec<LegendEntry> = specs.zip(volumes).filter_map(|(spec, volume)| spec.legend_entry(volume)).collect();
+        (!self.others.is_empty()).then_some(Legend { entries })
+    }
+
+    /// The other fields.
+    pub fn into_others(self, blend: Blend) -> Result<Vec<Field>, Error> {
+        let field = |(spec, volume): (FieldSpec, Volume<'static>)| {
+            let transfer = spec.transfer(&volume, blend)?;
+            Ok(Field { look: spec.look(&volume), volume, transfer })
+        };
+        self.others.into_iter().zip(self.opened).map(field).collect()
+    }
+}
+
+impl Look {
+    /// A channel of the renderer.
+    pub fn channel(&self, device: &Device, volume: &Volume, transfer: &TransferFunction) -> Result<Channel, Error> {
+        let channel = Channel::new(&UploadedVolume::new(device, volume)?, transfer).with_visibility(self.visible);
+        let channel = channel.with_factor(self.factor)?;
+        let channel = self.gradient_opacity.map_or(channel.clone(), |opacity| channel.with_gradient_opacity(opacity));
+        Ok(self.iso.map_or(channel.clone(), |value| channel.with_iso(value)))
+    }
+}
+
+impl Field {
+    pub fn channel(&self, device: &Device) -> Result<Channel, Error> {
+        self.look.channel(device, &self.volume, &self.transfer)
+    }
+
+    pub fn is_visible(&self) -> bool {
+        self.look.visible
+    }
+
+    /// Value of its iso-surface, if it has one of its own.
+    pub fn iso(&self) -> Option<f64> {
+        self.look.iso
+    }
+}
+
+/// A value of a volume.
+fn find(volume: &Volume, value: Value) -> f64 {
+    Value::finder(volume)(value)
+}
+
+/// Options of a file that is named beside others.
+fn open_options(spec: &FieldSpec) -> OpenOptions {
+    OpenOptions { channel: spec.channel, frame: spec.frame, array: spec.array.clone(), ..OpenOptions::default() }
+}

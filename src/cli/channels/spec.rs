@@ -1,0 +1,222 @@
+//! A field beside the volume, as text: `FILE,KEY=VALUE,…`.
+
+use super::{Look, find, open_options};
+use crate::annotation::LegendEntry;
+use crate::cli::options::Opacities;
+use crate::cli::parse;
+use crate::error::Error;
+use crate::files;
+use crate::settings::{Blend, GradientOpacity};
+use crate::transfer::{TransferFunction, Value};
+use crate::volume::{ChannelDescription, Grid, Volume};
+use glam::{DAffine3, DMat3, DVec3};
+use std::path::{Path, PathBuf};
+
+/// A field and how it is shown.
+#[derive(Clone, Default)]
+pub(super) struct FieldSpec {
+    /// `None`: the volume of the command.
+    pub file: Option<PathBuf>,
+    pub channel: Option<usize>,
+    pub frame: Option<usize>,
+    pub array: Option<String>,
+    transfer: Option<PathBuf>,
+    range: Option<(Value, Value)>,
+    opacity: Option<Opacities>,
+    color: Option<[f64; 3]>,
+    factor: Option<f64>,
+    iso: Option<Value>,
+    gradient_opacity: Option<GradientOpacity>,
+    /// File of the transform from its world to that of the scene.
+    at: Option<PathBuf>,
+    hidden: bool,
+    name: Option<String>,
+    /// Colour beside those of the other fields, unless `color` is given.
+    pub channel_color: [f64; 3],
+}
+
+/// Keys, for messages.
+const KEYS: &str = "transfer, range, opacity, color, factor, iso, gradient-opacity, channel, frame, array, at, visible and name";
+
+impl FieldSpec {
+    /// Parses `FILE,KEY=VALUE,…`. A value may have commas: what lacks a key continues it.
+    pub fn from_text(text: &str) -> Result<Self, String> {
+        let mut parts = text.split(',');
+        let file = parts.next().filter(|file| !file.is_empty()).ok_or("it names no file; use FILE,KEY=VALUE")?;
+        let mut spec = Self { file: Some(file.into()), ..Self::default() };
+        let mut pairs: Vec<(String, String)> = Vec::new();
+        for part in parts {
+            match (part.split_once('='), pairs.last_mut()) {
+                (Some((key, value)), _) => pairs.push((key.trim().to_lowercase().replace('_', "-"), value.into())),
+                (None, Some((_, value))) => value.extend([",", part]),
+                (None, None) => return Err(format!("'{part}' is no KEY=VALUE; keys are {KEYS}")),
+            }
+        }
+        pairs.iter().try_for_each(|(key, value)| spec.set(key, value).map_err(|problem| format!("{key}: {problem}")))?;
+        Ok(spec)
+    }
+
+    /// A component of the volume's file, as the file describes it.
+    pub fn from_description(number: usize, described: ChannelDescription) -> Self {
+        let ChannelDescription { name, color, window, active } = described;
+        let range = window.map(|(lo, hi)| (Value::Number(lo), Value::Number(hi)));
+        let name = name.or_else(|| Some(format!("channel {number}")));
+        Self { name, color, range, hidden: !active, ..Self::default() }
+    }
+
+    /// Name and colour.
+    pub fn description(&self) -> ChannelDescription {
+        ChannelDescription { name: self.name.clone(), color: self.color, ..ChannelDescription::default() }
+    }
+
+    /// Its line in a legend, unless it is hidden.
+    pub fn legend_entry(&self, volume: &Volume) -> Option<LegendEntry> {
+        let name = self.name.clone().unwrap_or_else(|| {
+            let name = volume.name();
+            name.strip_prefix("builtin:").unwrap_or(name).to_owned()
+        });
+        (!self.hidden).then_some(LegendEntry { name, color: self.color.unwrap_or(self.channel_color) })
+    }
+
+    /// Sets a key to a value as text.
+    pub fn set(&mut self, key: &str, value: &str) -> Result<(), String> {
+        let number = || value.trim().parse().map_err(|_| format!("invalid number '{value}'; use one from 0"));
+        match key {
+            "file" => self.file = Some(value.into()),
+            "channel" => self.channel = Some(number()?),
+            "frame" => self.frame = Some(number()?),
+            "array" => self.array = Some(value.into()),
+            "transfer" => self.transfer = Some(value.into()),
+            "range" => self.range = Some(parse::range(value)?),
+            "opacity" => self.opacity = Some(parse::opacities(value)?),
+            "color" => self.color = Some(parse::color(value)?),
+            "factor" => {
+                let expected = || format!("invalid factor '{value}'; use a number from 0");
+                self.factor = Some(parse::finite(value).ok().filter(|factor| *factor >= 0.0).ok_or_else(expected)?);
+            }
+            "iso" => self.iso = Some(parse::value(value)?),
+            "gradient-opacity" => self.gradient_opacity = Some(parse::gradient_opacity(value)?),
+            "at" => self.at = Some(value.into()),
+            "name" => self.name = Some(value.into()),
+            "visible" => self.hidden = !parse::switch(value)?,
+            _ => return Err(format!("unknown key; keys are {KEYS}")),
+        }
+        Ok(())
+    }
+
+    /// Names of files relative to a folder.
+    pub fn relative_to(mut self, folder: &Path) -> Self {
+        for file in [&mut self.file, &mut self.at].into_iter().flatten().filter(|file| !file.to_string_lossy().contains(':')) {
+            *file = folder.join(&*file);
+        }
+        if let Some(transfer) = self.transfer.as_mut().filter(|transfer| folder.join(transfer).exists()) {
+            *transfer = folder.join(&*transfer);
+        }
+        self
+    }
+
+    /// Opens its file.
+    pub fn open(&self) -> Result<Volume<'static>, Error> {
+        let file = self.file.as_deref().expect("a field beside the first one names its file");
+        let volume = Volume::open(file, &open_options(self))?;
+        let Some(path) = &self.at else { return Ok(volume) };
+        let transform = read_transform(path)?;
+        let grid = Grid::from_affine(volume.grid().dims(), transform * volume.grid().index_to_world());
+        volume.with_grid(grid.map_err(|error| Error::volume(path, error.to_string()))?)
+    }
+
+    /// Whether the spec chooses colours or opacities.
+    pub fn chooses_transfer(&self) -> bool {
+        self.transfer.is_some() || self.color.is_some() || self.range.is_some() || self.opacity.is_some()
+    }
+
+    /// The transfer function.
+    pub fn transfer(&self, volume: &Volume, blend: Blend) -> Result<TransferFunction, Error> {
+        let color = self.color.unwrap_or(self.channel_color);
+        let mut transfer = match &self.transfer {
+            Some(source) => TransferFunction::open(source, volume)?,
+            None if blend.gathers_values() => TransferFunction::channel_ramp(volume, color),
+            None => TransferFunction::channel(volume, color),
+        };
+        if let Some((lo, hi)) = self.range {
+            transfer = transfer.stretched(find(volume, lo), find(volume, hi))?;
+        }
+        if let Some(Opacities(points)) = &self.opacity {
+            let find = Value::finder(volume);
+            transfer = transfer.with_opacities(points.iter().map(|&(value, opacity)| (find(value), opacity)).collect())?;
+        }
+        Ok(transfer)
+    }
+
+    /// How the field is shown.
+    pub fn look(&self, volume: &Volume) -> Look {
+        Look {
+            factor: self.factor.unwrap_or(1.0),
+            visible: !self.hidden,
+            iso: self.iso.map(|value| find(volume, value)),
+            gradient_opacity: self.gradient_opacity,
+        }
+    }
+}
+
+/// Largest file of a transform in bytes.
+const MAX_BYTES: u64 = 1 << 16;
+
+/// Reads a 4 x 4 or 3 x 4 matrix, row by row, whose numbers are separated by spaces, commas or line ends.
+fn read_transform(path: &Path) -> Result<DAffine3, Error> {
+    let text = files::read_text(path, MAX_BYTES)?;
+    let wrong =
+        |problem: String| Error::volume(path, format!("{problem}; a transform has 4 rows of 4 numbers, the last 0 0 0 1"));
+    let words = text.split(|c: char| c.is_whitespace() || c == ',').filter(|word| !word.is_empty());
+    let number =
+        |word: &str| word.parse::<f64>().ok().filter(|n| n.is_finite()).ok_or_else(|| wrong(format!("'{word}' is no number")));
+    let numbers = words.map(number).collect::<Result<Vec<_>, _>>()?;
+    if !(numbers.len() == 12 || (numbers.len() == 16 && numbers[12..] == [0.0, 0.0, 0.0, 1.0])) {
+        return Err(wrong(format!("it has {} numbers, or another last row", numbers.len())));
+    }
+    let row = |n: usize| DVec3::new(numbers[4 * n], numbers[4 * n + 1], numbers[4 * n + 2]);
+    let matrix3 = DMat3::from_cols(row(0), row(1), row(2)).transpose();
+    Ok(DAffine3 { matrix3, translation: DVec3::new(numbers[3], numbers[7], numbers[11]) })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_may_have_commas() {
+        let spec = FieldSpec::from_text("pet.nii,transfer=hot,range=1,p99.5,opacity=0:0,9:0.5,factor=2,visible=off").unwrap();
+        assert_eq!((spec.file.unwrap(), spec.transfer.unwrap()), ("pet.nii".into(), PathBuf::from("hot")));
+        assert_eq!(spec.range, Some((Value::Number(1.0), Value::Percentile(99.5))));
+        assert_eq!(spec.opacity.unwrap().0, [(Value::Number(0.0), 0.0), (Value::Number(9.0), 0.5)]);
+        assert!(spec.factor == Some(2.0) && spec.hidden);
+    }
+
+    #[test]
+    fn mistakes_are_named() {
+        for (text, problem) in [
+            (",factor=2", "names no file"),
+            ("a.nii,2", "no KEY=VALUE"),
+            ("a.nii,size=2", "size: unknown key"),
+            ("a.nii,factor=-1", "factor: invalid factor"),
+            ("a.nii,range=2", "range: invalid range"),
+            ("a.nii,channel=x", "channel: invalid number"),
+        ] {
+            let message = FieldSpec::from_text(text).err().unwrap();
+            assert!(message.contains(problem), "{text}: {message}");
+        }
+    }
+
+    #[test]
+    fn transforms_are_matrices() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("at.txt");
+        std::fs::write(&path, "0 -1 0 5\n1 0 0 6\n0 0 1 7\n0 0 0 1\n").unwrap();
+        let transform = read_transform(&path).unwrap();
+        assert_eq!(transform.transform_point3(DVec3::new(1.0, 2.0, 3.0)), DVec3::new(3.0, 7.0, 10.0));
+        for text in ["1 2 3", "a", &"1 ".repeat(16), "1 0 0 0 0 1 0 0 0 0 1 nan"] {
+            std::fs::write(&path, text).unwrap();
+            assert!(read_transform(&path).is_err(), "{text}");
+        }
+    }
+}

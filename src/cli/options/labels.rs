@@ -1,0 +1,46 @@
+//! Options for volumes of labels.
+
+use crate::Error;
+use crate::cli::parse;
+use crate::volume::{LabelChange, Labels, OpenOptions};
+use clap::Args;
+use std::path::{Path, PathBuf};
+
+/// Labels of the voxels, and changes of how they look.
+#[derive(Args)]
+#[command(next_help_heading = "Labels")]
+pub(in crate::cli) struct LabelOptions {
+    /// Voxels are ids of labels, with the names and colours of TABLE: a text file of FreeSurfer, ITK-SNAP or 3D Slicer, or JSON [default: if
+    /// the file says so, with its own table]
+    #[arg(long, value_name = "TABLE", num_args = 0..=1, require_equals = true)]
+    labels: Option<Option<PathBuf>>,
+    /// Change labels: IDS are ids, ranges and names, as 3,7-9,liver; then #rrggbb, an opacity, and show, hide, only or highlight. Repeatable
+    #[arg(long, value_name = "IDS:CHANGES", value_parser = parse::label)]
+    label: Vec<LabelChange>,
+}
+
+impl LabelOptions {
+    /// Whether the options say that voxels are labels.
+    pub fn is_given(&self) -> bool {
+        self.labels.is_some() || !self.label.is_empty()
+    }
+
+    /// Opens the labels of a file and applies all changes; `None` if neither the options nor the file say that its voxels are labels.
+    pub fn open(&self, path: &Path, options: &OpenOptions) -> Result<Option<Labels>, Error> {
+        let is_asked = self.is_given();
+        let opened = match &self.labels {
+            _ if !is_asked && !Labels::are_declared(path, options).unwrap_or(true) => return Ok(None),
+            table => Labels::open(path, options, table.as_ref().and_then(|table| table.as_deref())),
+        };
+        let mut labels = match opened {
+            // A file that is refused as labels is still a volume of values.
+            Err(e) if !is_asked => {
+                tracing::warn!("its labels cannot be listed: {e}");
+                return Ok(None);
+            }
+            opened => opened?,
+        };
+        self.label.iter().try_for_each(|change| labels.change(change))?;
+        Ok(Some(labels))
+    }
+}

@@ -1,0 +1,332 @@
+//! The fields of a renderer, each with its classification.
+
+use super::super::classification::{Classification, PreparationKernels, TableSizes};
+use super::super::colors::{UploadedColors, color_settings};
+use super::super::field::{Field, FieldShape, UploadedVolume};
+use super::super::light::LightVolumes;
+use super::super::scene::{OtherField, Scene, View};
+use super::super::store::Version;
+use super::common_grid::common_grid;
+use super::{Channel, Look};
+use crate::device::Device;
+use crate::error::Error;
+use crate::settings::{CropBox, Settings};
+use crate::transfer::TransferFunction;
+use crate::volume::{Grid, Held, Rescale, Stored as StoredNumbers};
+use glam::DVec3;
+
+/// A field on the device with its classification.
+pub(in crate::renderer) struct ClassifiedField {
+    pub field: Field,
+    pub classification: Classification,
+    pub look: Look,
+}
+
+/// The field of a renderer's volume, and those that are drawn together with it.
+pub(in crate::renderer) struct Fields {
+    pub first: ClassifiedField,
+    others: Vec<ClassifiedField>,
+    /// Extinction times colour, if the first field is the extinction of colours.
+    colors: Option<Colors>,
+    /// Grid of the first field's own voxels.
+    first_grid: Grid,
+    resampled: Vec<Resampled>,
+}
+
+/// Extinction times red, green and blue.
+#[derive(Clone)]
+struct Colors {
+    fields: [Field; 3],
+    are_labels: bool,
+}
+
+/// A field at the voxels of a common grid.
+struct Resampled {
+    source: Version,
+    field: Field,
+}
+
+/// Farther away than any voxel of a grid.
+const FAR: DVec3 = DVec3::splat(1e12);
+
+/// Properties of a field on which tables depend.
+#[derive(PartialEq)]
+struct Numbers {
+    stored: StoredNumbers,
+    rescale: Rescale,
+    range_is_declared: bool,
+}
+
+impl Numbers {
+    fn new(field: &Field) -> Self {
+        let rescale = field.description().rescale();
+        Self { stored: field.stored(), rescale, range_is_declared: field.range_is_declared() }
+    }
+}
+
+impl ClassifiedField {
+    fn new(volume: &UploadedVolume, transfer: &TransferFunction) -> Self {
+        let field = volume.field.for_renderer();
+        Self { classification: Classification::new(transfer, field.description().rescale()), field, look: Look::default() }
+    }
+
+    /// A copy for rehearsals, with empty caches.
+    fn for_rehearsal(&self, dimmed: Option<bool>) -> Self {
+        let (field, classification) = (self.field.for_rehearsal(), self.classification.for_rehearsal(dimmed));
+        Self { field, classification, look: self.look }
+    }
+
+    /// Replaces the field. Tables are made again if the stored numbers differ.
+    pub fn set_field(&mut self, field: Field) {
+        let before = Numbers::new(&self.field);
+        self.field = field;
+        self.reclassify(before);
+    }
+
+    /// Uploads other voxels to replace those of the field.
+    pub fn replace(&mut self, device: &Device, held: &Held) -> Result<(), Error> {
+        let before = Numbers::new(&self.field);
+        let capacity = held.dims().iter().product::<usize>().max(self.field.capacity());
+        let replaced = self.field.replace(device, held, capacity);
+        self.reclassify(before);
+        replaced
+    }
+
+    /// Replaces the transfer function.
+    pub fn set_transfer_function(&mut self, transfer: &TransferFunction) {
+        self.classification.set_transfer_function(transfer, self.field.description().rescale());
+    }
+
+    fn set(&mut self, channel: &Channel, field: Field) {
+        self.set_field(field);
+        self.set_transfer_function(&channel.transfer);
+        self.classification.set_factor(channel.look.factor);
+        self.look = channel.look;
+    }
+
+    /// Invalidates the tables if the stored numbers of the field have changed.
+    fn reclassify(&mut self, before: Numbers) {
+        if Numbers::new(&self.field) != before {
+            self.classification.set_field(&self.field);
+        }
+    }
+
+    /// Steepness of the transfer function over the values of the whole volume.
+    fn steepness(&self) -> f64 {
+        self.classification.transfer_function().steepness(self.field.description().field_range())
+    }
+
+    fn sizes(&self) -> (FieldShape, TableSizes<'_>) {
+        (self.field.shape(), TableSizes::from_classification(&self.classification, &self.field))
+    }
+
+    fn drop_cached(&mut self) {
+        self.field.drop_cached();
+        self.classification.drop_cached();
+    }
+}
+
+impl Fields {
+    /// The field of an uploaded volume. Others may share its voxels.
+    pub fn new(volume: &UploadedVolume, transfer: &TransferFunction) -> Self {
+        let first_grid = volume.description().grid().clone();
+        Self {
+            first: ClassifiedField::new(volume, transfer),
+            others: Vec::new(),
+            colors: None,
+            first_grid,
+            resampled: Vec::new(),
+        }
+    }
+
+    /// Copies for rehearsals, with empty caches.
+    pub fn for_rehearsal(&self, dimmed: Option<bool>) -> Self {
+        let others = self.others.iter().map(|other| other.for_rehearsal(dimmed)).collect();
+        let (colors, first_grid) = (self.colors.clone(), self.first_grid.clone());
+        Self { first: self.first.for_rehearsal(dimmed), others, colors, first_grid, resampled: Vec::new() }
+    }
+
+    /// Replaces the field of the renderer's volume.
+    ///
+    /// # Errors
+    /// If others are drawn together with it.
+    pub fn set_first(&mut self, volume: &UploadedVolume) -> Result<(), Error> {
+        self.require_one()?;
+        self.first_grid = volume.description().grid().clone();
+        self.first.set_field(volume.field.for_renderer());
+        Ok(())
+    }
+
+    /// Uploads other voxels to replace those of the renderer's volume.
+    ///
+    /// # Errors
+    /// If others are drawn together with it, and errors of the device.
+    pub fn replace_first(&mut self, device: &Device, held: &Held) -> Result<(), Error> {
+        self.require_one()?;
+        self.first_grid = held.description.grid().clone();
+        self.first.replace(device, held)
+    }
+
+    /// Replaces all fields by colours.
+    pub fn set_colors(&mut self, colors: &UploadedColors) {
+        let (volume, transfer) = colors.visibility();
+        self.others.clear();
+        self.resampled.clear();
+        self.first_grid = volume.description().grid().clone();
+        self.first.set(&Channel::new(&volume, &transfer), volume.field.for_renderer());
+        self.colors = Some(Colors { fields: colors.colors.clone(), are_labels: colors.are_labels });
+    }
+
+    fn require_one(&self) -> Result<(), Error> {
+        if self.others.is_empty() && self.colors.is_none() {
+            return Ok(());
+        }
+        let problem = "the renderer draws several: replace one of them by set_channels".into();
+        Err(Error::Settings { field: "channels", problem })
+    }
+
+    /// Replaces all fields. Fields with grids or voxel types of their own are resampled onto a common grid.
+    ///
+    /// # Errors
+    /// For other numbers of channels than 1 to [`Channel::MOST`], and if there is not enough memory for resampled fields. All fields are
+    /// unchanged then.
+    pub fn set(&mut self, channels: &[Channel], kernels: &mut PreparationKernels, device: &Device) -> Result<(), Error> {
+        let Some((first, others)) = channels.split_first().filter(|_| channels.len() <= Channel::MOST) else {
+            let problem = format!("there are {}, and a renderer draws 1 to {}", channels.len(), Channel::MOST);
+            return Err(Error::Settings { field: "channels", problem });
+        };
+        let sources: Vec<&Field> = channels.iter().map(|channel| &channel.volume.field).collect();
+        let mut fields = self.on_one_grid(&sources, kernels, device)?.into_iter();
+        self.colors = None;
+        self.first_grid = first.volume.description().grid().clone();
+        self.first.set(first, fields.next().expect("as many fields as channels"));
+        self.others.truncate(others.len());
+        for (n, (channel, field)) in others.iter().zip(fields).enumerate() {
+            if n == self.others.len() {
+                self.others.push(ClassifiedField::new(&channel.volume, &channel.transfer));
+            }
+            self.others[n].set(channel, field);
+        }
+        Ok(())
+    }
+
+    /// Fields of one grid and one type of voxels.
+    fn on_one_grid(
+        &mut self,
+        sources: &[&Field],
+        kernels: &mut PreparationKernels,
+        device: &Device,
+    ) -> Result<Vec<Field>, Error> {
+        let grids: Vec<&Grid> = sources.iter().map(|field| field.description().grid()).collect();
+        let grid = common_grid(&grids)?;
+        let kind = sources[0].voxel_kind();
+        if sources.iter().all(|field| *field.description().grid() == grid && field.voxel_kind() == kind) {
+            self.resampled.clear();
+            return Ok(sources.iter().map(|field| field.for_renderer()).collect());
+        }
+        self.resampled.retain(|kept| {
+            *kept.field.description().grid() == grid && sources.iter().any(|source| source.version() == kept.source)
+        });
+        let mut fields = Vec::new();
+        for source in sources {
+            let version = source.version();
+            let kept = self.resampled.iter().find(|kept| kept.source == version).map(|kept| kept.field.clone());
+            let field = match kept {
+                Some(kept) => kept,
+                None => {
+                    let field = source.resampled(&mut kernels.field, device, &grid)?;
+                    self.resampled.push(Resampled { source: version, field: field.clone() });
+                    field
+                }
+            };
+            fields.push(field.for_renderer());
+        }
+        Ok(fields)
+    }
+
+    /// All fields, beginning with the first.
+    fn all(&self) -> impl Iterator<Item = &ClassifiedField> {
+        std::iter::once(&self.first).chain(&self.others)
+    }
+
+    fn all_mut(&mut self) -> impl Iterator<Item = &mut ClassifiedField> {
+        std::iter::once(&mut self.first).chain(&mut self.others)
+    }
+
+    fn visible(&self) -> impl Iterator<Item = &ClassifiedField> {
+        self.all().filter(|field| field.look.visible)
+    }
+
+    /// Largest steepness of the transfer functions of visible fields.
+    pub fn steepness(&self) -> f64 {
+        self.visible().map(ClassifiedField::steepness).fold(0.0, f64::max)
+    }
+
+    /// The settings of a frame. Crop boxes count voxels of the first field; where all fields are hidden, nothing is within the box.
+    ///
+    /// # Errors
+    /// For a crop box in a field that is rotated against the common grid.
+    pub fn settings(&self, settings: Settings) -> Result<Settings, Error> {
+        let mut clipping = settings.clipping;
+        let common = self.first.field.description().grid();
+        if self.visible().next().is_none() {
+            clipping.crop = Some(CropBox { lowest: DVec3::ONE, highest: DVec3::ZERO });
+        } else if let Some(crop) = clipping.crop.as_mut().filter(|_| *common != self.first_grid) {
+            if common.direction() != self.first_grid.direction() {
+                let problem = "counts voxels of the first channel, whose axes are not those of the finest one: use clip planes";
+                return Err(Error::Settings { field: "crop", problem: problem.into() });
+            }
+            let place = |voxel: DVec3| {
+                // An infinite bound stays one.
+                let moved = common.world_to_voxel(self.first_grid.index_to_world().transform_point3(voxel.clamp(-FAR, FAR)));
+                DVec3::select(voxel.is_finite_mask(), moved, voxel)
+            };
+            (crop.lowest, crop.highest) = (place(crop.lowest), place(crop.highest));
+        }
+        let settings = Settings { clipping, ..settings };
+        match &self.colors {
+            Some(colors) => color_settings(settings, colors.are_labels),
+            None => Ok(settings),
+        }
+    }
+
+    /// The shapes and the tables of the visible fields, beginning with the one that scenes begin with.
+    pub fn sizes(&self) -> Vec<(FieldShape, TableSizes<'_>)> {
+        let visible: Vec<_> = self.visible().map(ClassifiedField::sizes).collect();
+        if visible.is_empty() { vec![self.first.sizes()] } else { visible }
+    }
+
+    /// Runs `work` on the scene of the visible fields.
+    pub fn with_scene<T>(
+        &mut self,
+        view: View,
+        kernels: &mut PreparationKernels,
+        light: &mut LightVolumes,
+        work: impl FnOnce(&mut Scene) -> T,
+    ) -> T {
+        let world = self.first.field.world();
+        let all_are_hidden = self.visible().next().is_none();
+        let Self { first, others, colors, .. } = self;
+        let mut shown = std::iter::once(first)
+            .chain(others)
+            .enumerate()
+            .filter(|(n, field)| field.look.visible || (all_are_hidden && *n == 0));
+        let (_, base) = shown.next().expect("the first field is shown if no other is");
+        let settings = base.look.settings(view.settings, world);
+        let others = shown
+            .map(|(_, other)| other)
+            .map(|ClassifiedField { field, classification, look }| {
+                let settings = look.settings(view.settings, world);
+                OtherField { field, classification, settings }
+            })
+            .collect();
+        let view = View { settings: &settings, ..view };
+        let scene = Scene::new(view, &base.field, &mut base.classification, kernels, light).with_others(others);
+        work(&mut scene.with_colors(colors.as_ref().map(|colors| &colors.fields)))
+    }
+
+    /// Drops all data derived from fields and transfer functions.
+    pub fn drop_cached(&mut self) {
+        self.all_mut().for_each(ClassifiedField::drop_cached);
+    }
+}

@@ -1,0 +1,248 @@
+//! Volumes of colours and of labels: extinction times colour, and extinction, are interpolated.
+
+use super::check_whole;
+use super::field::{Field, Placement, UploadedVolume, value_range};
+use crate::device::launch::colors::{ColorVoxels, ColorVoxelsArguments, LabelVoxels, LabelVoxelsArguments};
+use crate::device::launch::structs::{ColorVoxelParams, Float4};
+use crate::device::launch::{Floats, Launcher, VoxelBuffer};
+use crate::device::{Buffer, Device};
+use crate::error::Error;
+use crate::layers::{GradientEstimator, Kernel};
+use crate::settings::{Algorithm, Blend, Classification, Layered, Settings};
+use crate::transfer::TransferFunction;
+use crate::volume::{Description, Grid, Volume, VoxelBox, VoxelType};
+
+/// Largest opacity of a voxel that keeps its exact extinction; LARGEST_OPACITY in kernels/volume/color_voxels.cl.
+const LARGEST_OPACITY: f64 = 0.99999;
+/// Entries of an opacity function over the intensities.
+const OPACITIES: usize = 4096;
+/// Standard deviation of the Gaussian that smooths gradients of labels, in voxels.
+const LABEL_SMOOTHING: f64 = 1.5;
+
+/// Opacity of the voxels of a volume of colours.
+///
+/// ```
+/// use layersplat::renderer::ColorOpacity;
+///
+/// // White, the background of a histological section, is transparent.
+/// let opacity = ColorOpacity::FromBackground([1.0; 3]);
+/// assert_ne!(opacity, ColorOpacity::Alpha);
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ColorOpacity {
+    /// The fourth component, per smallest spacing.
+    Alpha,
+    /// The opacities of the transfer function at the luminance (BT.709) in units of the components.
+    Luminance,
+    /// The opacities of the transfer function at the largest difference of a component from this colour, in units of the components. The
+    /// colour has components from 0 to 1.
+    FromBackground([f64; 3]),
+}
+
+/// A volume of colours or labels on a device. Four floats per voxel.
+#[derive(Clone)]
+pub struct UploadedColors {
+    pub(super) device: Device,
+    /// Extinction times red, green and blue.
+    pub(super) colors: [Field; 3],
+    pub(super) extinction: Field,
+    pub(super) are_labels: bool,
+}
+
+impl UploadedColors {
+    /// Uploads the components red, green, blue, and possibly alpha, which have one grid and one type. Integers are intensities from 0 to the
+    /// largest number of their type; floats from 0 to 1. `transfer` gives opacities unless they are alpha.
+    ///
+    /// # Errors
+    /// For other numbers of components, other grids or types, signed integers, and too little memory.
+    pub fn new(
+        device: &Device,
+        components: &[Volume],
+        opacity: ColorOpacity,
+        transfer: &TransferFunction,
+    ) -> Result<Self, Error> {
+        check_components(components, opacity)?;
+        let full = match components[0].voxel_type() {
+            VoxelType::Uint8 => 255.0,
+            VoxelType::Uint16 => 65535.0,
+            VoxelType::Float32 => 1.0,
+            other => {
+                let problem = format!("its components are {other}; colours are uint8, uint16 or float32");
+                return Err(Error::volume(std::path::Path::new(components[0].name()), problem));
+            }
+        };
+        let opacities: Vec<f32> =
+            (0..OPACITIES).map(|n| transfer.opacity(full * n as f64 / (OPACITIES - 1) as f64) as f32).collect();
+        let (opacity_from, background) = match opacity {
+            ColorOpacity::Alpha => (0, [0.0; 3]),
+            ColorOpacity::Luminance => (1, [0.0; 3]),
+            ColorOpacity::FromBackground(color) => (2, color.map(|c| c as f32)),
+        };
+        device.begin(&[])?;
+        let uploaded = components.iter().map(|volume| UploadedVolume::new(device, volume)).collect::<Result<Vec<_>, _>>()?;
+        let voxels = |n: usize| uploaded.get(n).unwrap_or(&uploaded[0]).field.voxels();
+        let out = Out::new(device, components[0].grid().voxel_count())?;
+        let arguments = ColorVoxelsArguments {
+            red: voxels(0),
+            green: voxels(1),
+            blue: voxels(2),
+            alpha: voxels(3),
+            opacities: &Buffer::from_slice(device, &opacities, "opacities of colours")?,
+            p: ColorVoxelParams {
+                count: components[0].grid().voxel_count() as i64,
+                per_step: (1.0 / full) as f32,
+                opacity_from,
+                background,
+                opacity_count: OPACITIES as i32,
+                factor: 1.0,
+                padding: 0,
+            },
+            out_red: Floats(&out.red),
+            out_green: Floats(&out.green),
+            out_blue: Floats(&out.blue),
+            out_extinction: Floats(&out.extinction),
+        };
+        Launcher::<ColorVoxels>::default().launch(device, uploaded[0].field.voxel_kind(), &arguments)?;
+        out.into_colors(device, components[0].description(), false)
+    }
+
+    /// Makes colours of labels, in layers that may overlap, on one grid: of each layer, voxel n has entry n, a colour and an opacity per
+    /// smallest spacing. Extinctions of layers add.
+    ///
+    /// # Errors
+    /// Without layers, for other grids or devices, for parts of volumes, for voxels that are not unsigned integers or have no entry, and for
+    /// too little memory.
+    pub fn from_labels(layers: &[(&UploadedVolume, &[[f64; 4]])]) -> Result<Self, Error> {
+        let Some((UploadedVolume { device, field }, _)) = layers.first().copied() else {
+            return Err(Error::Settings { field: "labels", problem: "there are no layers: give at least one".into() });
+        };
+        let grid = field.description().grid();
+        layers.iter().try_for_each(|(labels, entries)| check_labels(labels, entries, grid))?;
+        device.begin(&[])?;
+        let out = Out::new(device, grid.voxel_count())?;
+        for (n, (labels, entries)) in layers.iter().enumerate() {
+            let entries: Vec<Float4> = entries.iter().map(|&entry| Float4(emission(entry))).collect();
+            let arguments = LabelVoxelsArguments {
+                labels: labels.field.voxels(),
+                entries: &Buffer::from_slice(device, &entries, "the colours of labels")?,
+                entry_count: entries.len() as i32,
+                adds: i32::from(n > 0),
+                count: grid.voxel_count() as u64,
+                out_red: Floats(&out.red),
+                out_green: Floats(&out.green),
+                out_blue: Floats(&out.blue),
+                out_extinction: Floats(&out.extinction),
+            };
+            Launcher::<LabelVoxels>::default().launch(device, labels.field.voxel_kind(), &arguments)?;
+        }
+        out.into_colors(device, field.description(), true)
+    }
+
+    /// Description of the extinction.
+    pub fn description(&self) -> &Description {
+        self.extinction.description()
+    }
+
+    /// The extinction as a field, and a transfer function that shows where there is any.
+    pub(super) fn visibility(&self) -> (UploadedVolume, TransferFunction) {
+        let volume = UploadedVolume { device: self.device.clone(), field: self.extinction.clone() };
+        let largest = self.description().range().1.max(f64::from(f32::MIN_POSITIVE));
+        let transfer = TransferFunction::new("extinction", vec![(0.0, [1.0; 3])], vec![(0.0, 0.0), (largest, LARGEST_OPACITY)]);
+        (volume, transfer.expect("two values that ascend"))
+    }
+}
+
+/// Extinction times colour, and extinction, of a colour and an opacity.
+fn emission([r, g, b, opacity]: [f64; 4]) -> [f32; 4] {
+    let extinction = -(-opacity.clamp(0.0, LARGEST_OPACITY)).ln_1p();
+    [extinction * r, extinction * g, extinction * b, extinction].map(|c| c as f32)
+}
+
+fn check_labels(labels: &UploadedVolume, entries: &[[f64; 4]], grid: &Grid) -> Result<(), Error> {
+    check_whole(labels)?;
+    let description = labels.description();
+    let wrong = |problem: String| Err(Error::volume(std::path::Path::new(description.name()), problem));
+    if description.grid() != grid {
+        return wrong("its grid is not that of the first layer of labels".into());
+    }
+    if !matches!(description.voxel_type(), VoxelType::Uint8 | VoxelType::Uint16) {
+        return wrong(format!("its voxels are {}; labels are uint8 or uint16", description.voxel_type()));
+    }
+    let largest = description.stored().range.1 as usize;
+    if largest >= entries.len() {
+        return wrong(format!("label {largest} has no colour: the table has {} entries", entries.len()));
+    }
+    Ok(())
+}
+
+fn check_components(components: &[Volume], opacity: ColorOpacity) -> Result<(), Error> {
+    let wanted = if opacity == ColorOpacity::Alpha { 4..=4 } else { 3..=4 };
+    if !wanted.contains(&components.len()) {
+        let problem = format!("there are {} components, and colours have 3, or 4 with alpha", components.len());
+        return Err(Error::Settings { field: "colors", problem });
+    }
+    let first = &components[0];
+    for other in components {
+        if other.grid() != first.grid() || other.voxel_type() != first.voxel_type() {
+            let problem = format!("its grid or its type is not that of {}", first.name());
+            return Err(Error::volume(std::path::Path::new(other.name()), problem));
+        }
+    }
+    Ok(())
+}
+
+/// Buffers of the four fields.
+struct Out {
+    red: VoxelBuffer,
+    green: VoxelBuffer,
+    blue: VoxelBuffer,
+    extinction: VoxelBuffer,
+}
+
+impl Out {
+    fn new(device: &Device, count: usize) -> Result<Self, Error> {
+        let buffer = || VoxelBuffer::new(device, count, VoxelType::Float32, "the colours of voxels");
+        Ok(Self { red: buffer()?, green: buffer()?, blue: buffer()?, extinction: buffer()? })
+    }
+
+    fn into_colors(self, device: &Device, source: &Description, are_labels: bool) -> Result<UploadedColors, Error> {
+        let Self { red, green, blue, extinction } = self;
+        let grid = source.grid();
+        let placed = Placement::dense(grid.dims());
+        device.begin(&[])?;
+        let ((_, largest), _) = value_range(device, &extinction, placed, grid.dims(), &[])?;
+        let description = Description::new(source.name(), grid.clone(), VoxelType::Float32, (0.0, largest))?;
+        let field = |voxels| Field::new(&description, VoxelBox::whole(grid.dims()), voxels, placed, false);
+        let colors = [field(red), field(green), field(blue)];
+        Ok(UploadedColors { device: device.clone(), colors, extinction: field(extinction), are_labels })
+    }
+}
+
+/// The settings of a frame of colours. Kernels with negative weights would make negative extinctions: the paper's cubic replaces them.
+///
+/// # Errors
+/// For algorithms and blend modes that do not draw colours.
+pub(super) fn color_settings(settings: Settings, are_labels: bool) -> Result<Settings, Error> {
+    let refuse = |field, what: &str| {
+        let problem = format!("{what}, which volumes of colours and labels do not have: omit it");
+        Err(Error::Settings { field, problem })
+    };
+    if settings.blend != Blend::Composite {
+        return refuse("blend", "reduces single values");
+    }
+    if settings.sweeps_light() {
+        return refuse("shadows", "needs a transfer function");
+    }
+    let Algorithm::Layered(layered) = settings.algorithm else {
+        return refuse("algorithm", "classifies single values");
+    };
+    let Classification::Preintegrated { kernel, samples_per_layer } = layered.classification else {
+        return refuse("classification", "splats single values");
+    };
+    let kernel = if matches!(kernel, Kernel::CatmullRom | Kernel::BSpline) { Kernel::Cubic } else { kernel };
+    let classification = Classification::Preintegrated { kernel, samples_per_layer };
+    let smoothed = are_labels.then_some(GradientEstimator::Gaussian(LABEL_SMOOTHING));
+    let gradient = settings.gradient.or(smoothed);
+    let algorithm = Algorithm::Layered(Layered { classification, ..layered });
+    Ok(Settings { algorithm, gradient, ..settings })
+}

@@ -1,0 +1,46 @@
+//! A field at the voxels of another grid.
+
+use super::{Field, FieldKernels, Placement};
+use crate::device::Device;
+use crate::device::launch::VoxelBuffer;
+use crate::device::launch::structs::ResampleParams;
+use crate::device::launch::volume::ResampleArguments;
+use crate::error::Error;
+use crate::layers::{Axis, Kernel};
+use crate::volume::{Grid, VoxelBox, VoxelType};
+
+/// Reconstructs the field at voxels. It interpolates: a voxel at the place of one of the source has its value.
+const KERNEL: Kernel = Kernel::CatmullRom;
+
+impl Field {
+    /// This field at the voxels of another grid, in the caller's world units. Opacities keep the unit distance of the own grid.
+    ///
+    /// # Errors
+    /// If its voxels do not fit into a buffer of the device.
+    pub fn resampled(&self, kernels: &mut FieldKernels, device: &Device, grid: &Grid) -> Result<Self, Error> {
+        let description = self.description.resampled(grid.clone());
+        let name = description.name();
+        VoxelBuffer::check_capacity(device, grid.voxel_count(), VoxelType::Float32, name)?;
+        let resampled = VoxelBuffer::new(device, grid.voxel_count(), VoxelType::Float32, "a resampled volume")?;
+        let layout = self.layout(kernels, device, Axis::Z)?;
+        let to_source = self.description.grid().index_to_world().inverse() * grid.index_to_world();
+        let row = |i: usize| to_source.matrix3.row(i).extend(to_source.translation[i]).as_vec4().to_array();
+        let [least, largest] = self.voxel_values();
+        let background = layout.view.background;
+        let arguments = ResampleArguments {
+            voxels: &layout.voxels,
+            view: layout.view,
+            p: ResampleParams {
+                to_source: [row(0), row(1), row(2)],
+                dims: grid.dims().map(|n| n as i32),
+                range: [least.min(background), largest.max(background)],
+            },
+            resampled: super::Floats(&resampled),
+        };
+        kernels.resample.launch(device, (layout.voxels.kind(), KERNEL), &arguments)?;
+        let held = VoxelBox { first: [0; 3], dims: grid.dims() };
+        let field = Self::new(&description, held, resampled, Placement::dense(grid.dims()), self.range_is_declared);
+        let unit_distance = self.unit_distance * self.world.unit() / field.world.unit();
+        Ok(Self { unit_distance, ..field })
+    }
+}

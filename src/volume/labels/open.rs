@@ -1,0 +1,208 @@
+//! Label volumes of files, with their tables.
+
+use super::Declared;
+use super::change::change_all;
+use super::ids::Ids;
+use super::{Label, LabelChange, LabelTable};
+use crate::error::Error;
+use crate::volume::wide::Numbers;
+use crate::volume::{Contents, Endian, Grid, OpenOptions, Rescale, ScalarType, Volume, format};
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+/// Ids that a message lists.
+const LISTED: usize = 8;
+
+/// The labels of a file. Most files have one layer; in `.seg.nrrd` files whose segments overlap, each layer holds some of them.
+///
+/// ```
+/// use layersplat::volume::{Labels, OpenOptions};
+/// # let folder = tempfile::tempdir().expect("a folder");
+/// # let path = folder.path().join("organs.nrrd");
+/// # let header = "NRRD0004\ntype: uint32\ndimension: 3\nsizes: 2 2 1\nendian: little\nencoding: raw\n\n";
+/// # let ids = [0u32, 614_454_277, 614_454_277, 12].map(u32::to_le_bytes).concat();
+/// # std::fs::write(&path, [header.as_bytes(), &ids].concat()).expect("a file");
+///
+/// let mut labels = Labels::open(&path, &OpenOptions::default(), None)?;
+/// labels.change(&"12:hide".parse()?)?;
+/// let layer = &labels.layers()[0];
+/// assert_eq!(layer.ids(), [0, 12, 614_454_277]);
+/// assert_eq!(layer.voxels_of(614_454_277), 2);
+/// // Voxel values are positions in `ids`, and in `palette`.
+/// let indices = layer.indices(None)?;
+/// assert_eq!([0, 1, 2, 3].map(|voxel| indices.value(voxel)), [0.0, 2.0, 2.0, 1.0]);
+/// assert_eq!(layer.palette()[1][3], 0.0);
+/// # Ok::<(), layersplat::Error>(())
+/// ```
+#[derive(Debug)]
+pub struct Labels {
+    layers: Vec<LabelLayer>,
+}
+
+/// Labels that do not overlap: each voxel has one, or none.
+pub struct LabelLayer {
+    path: PathBuf,
+    grid: Grid,
+    table: LabelTable,
+    /// Ids of voxels, ascending from 0, and the number of voxels of each.
+    ids: Vec<u32>,
+    voxels: Vec<u64>,
+    stored: Stored,
+    contents: Contents,
+}
+
+/// The numbers of a file, in memory or mapped.
+struct Stored {
+    bytes: Box<dyn AsRef<[u8]> + Send + Sync>,
+    scalar: ScalarType,
+    endian: Endian,
+    rescale: Rescale,
+}
+
+impl Labels {
+    /// Opens a volume whose voxels are ids of labels, and counts the voxels of each id in one pass. Uncompressed files are mapped;
+    /// others take the memory of their stored numbers, or a temporary file if these exceed [`OpenOptions::memory`].
+    ///
+    /// Names and colours come from the file `table` ([`LabelTable::open`]) if it is given, else from the volume's own metadata: of
+    /// `.seg.nrrd` files, of OME-Zarr's `image-label`, or from the file that a NIfTI file with the label intent names. Ids without an entry
+    /// get a [default colour](LabelTable::default_color).
+    ///
+    /// # Errors
+    /// As [`Volume::open`] and [`LabelTable::open`]; [`Error::Volume`] for built-in volumes, for voxels that are not whole numbers from 0 to
+    /// 4294967295, and for more than 65535 different ids.
+    pub fn open(source: impl AsRef<Path>, options: &OpenOptions, table: Option<&Path>) -> Result<Self, Error> {
+        let path = source.as_ref();
+        if path.to_str().is_some_and(|name| name.starts_with("builtin:")) {
+            return Err(Error::volume(path, "built-in volumes have values, not labels: name a file"));
+        }
+        let given = table.map(LabelTable::open).transpose()?;
+        let declared = match &given {
+            // The layers count even if the names do not.
+            Some(_) => format::labels(path, options).ok().flatten(),
+            None => format::labels(path, options)?,
+        };
+        let tables = declared.map_or(vec![LabelTable::default()], |Declared { layers }| layers);
+        let is_named = given.is_some() || tables.iter().any(|table| !table.labels().is_empty());
+        let wanted = if tables.len() > 1 { (0..tables.len()).map(Some).collect() } else { vec![None] };
+        let wanted = options.channel.map_or(wanted, |channel| vec![Some(channel)]);
+        let layers: Result<Vec<_>, Error> = wanted
+            .into_iter()
+            .map(|channel| {
+                let own = tables.get(channel.unwrap_or(0)).cloned().unwrap_or_default();
+                let options = OpenOptions { channel, ..options.clone() };
+                LabelLayer::open(path, &options, given.clone().unwrap_or(own), is_named)
+            })
+            .collect();
+        Ok(Self { layers: layers? })
+    }
+
+    /// Whether a file states that its voxels are ids of labels: `.seg.nrrd` files, OME-Zarr's `image-label`, and NIfTI's label intent.
+    ///
+    /// # Errors
+    /// If the file cannot be read, or its table is malformed.
+    pub fn are_declared(source: impl AsRef<Path>, options: &OpenOptions) -> Result<bool, Error> {
+        let path = source.as_ref();
+        let is_builtin = path.to_str().is_some_and(|name| name.starts_with("builtin:"));
+        Ok(!is_builtin && format::labels(path, options)?.is_some())
+    }
+
+    /// The layers, at least one.
+    pub fn layers(&self) -> &[LabelLayer] {
+        &self.layers
+    }
+
+    /// Changes the chosen labels of all layers.
+    ///
+    /// # Errors
+    /// As [`LabelTable::change`], if no layer has a chosen name or id.
+    pub fn change(&mut self, change: &LabelChange) -> Result<(), Error> {
+        let mut tables: Vec<&mut LabelTable> = self.layers.iter_mut().map(|layer| &mut layer.table).collect();
+        change_all(&mut tables, change)
+    }
+}
+
+impl LabelLayer {
+    fn open(path: &Path, options: &OpenOptions, mut table: LabelTable, is_named: bool) -> Result<Self, Error> {
+        let (header, bytes) = format::numbers(path, options)?;
+        let format::Header { grid, scalar, endian, rescale, contents, .. } = header;
+        let stored = Stored { bytes, scalar, endian, rescale };
+        let mut counts = stored.ids(path, grid.dims()).counts()?;
+        counts.entry(0).or_default();
+        let (ids, voxels): (Vec<u32>, Vec<u64>) = counts.into_iter().unzip();
+        let added = table.complete(ids.iter().copied());
+        if is_named && !added.is_empty() {
+            let listed: Vec<String> = added.iter().take(LISTED).map(u32::to_string).collect();
+            let more = if added.len() > LISTED { ", …" } else { "" };
+            let listed = listed.join(", ");
+            tracing::warn!(
+                "{}: {} of its ids have no entry in the table, and get colours by their number: {listed}{more}",
+                path.display(),
+                added.len()
+            );
+        }
+        Ok(Self { path: path.into(), grid, table, ids, voxels, stored, contents })
+    }
+
+    /// Position of the voxels in the world.
+    pub fn grid(&self) -> &Grid {
+        &self.grid
+    }
+
+    /// Names and looks of all labels: those of the table, and those of voxels.
+    pub fn table(&self) -> &LabelTable {
+        &self.table
+    }
+
+    /// The ids that voxels have, ascending. The first is 0, the background, even if no voxel has it.
+    pub fn ids(&self) -> &[u32] {
+        &self.ids
+    }
+
+    /// The labels that voxels have, as in [`ids`](Self::ids) without the background.
+    pub fn present(&self) -> impl Iterator<Item = &Label> {
+        self.ids[1..].iter().filter_map(|&id| self.table.get(id))
+    }
+
+    /// Number of voxels of an id.
+    pub fn voxels_of(&self, id: u32) -> u64 {
+        self.ids.binary_search(&id).map_or(0, |at| self.voxels[at])
+    }
+
+    /// Volume of an id in cubic world units.
+    pub fn volume_of(&self, id: u32) -> f64 {
+        self.voxels_of(id) as f64 * self.grid.spacing().element_product()
+    }
+
+    /// Red, green, blue and opacity, 0 to 1, of each of [`ids`](Self::ids). The background and hidden labels have the opacity 0.
+    pub fn palette(&self) -> Vec<[f64; 4]> {
+        let of = |label: &Label| [label.color[0], label.color[1], label.color[2], label.drawn_opacity()];
+        std::iter::once([0.0; 4]).chain(self.present().map(of)).collect()
+    }
+
+    /// A volume whose values are the positions of the voxels' ids in [`ids`](Self::ids): `uint8` for up to 255 labels, else `uint16`. It is
+    /// in a temporary file if it exceeds `memory` bytes.
+    ///
+    /// # Errors
+    /// If memory or the temporary folder is too small.
+    pub fn indices(&self, memory: Option<u64>) -> Result<Volume<'static>, Error> {
+        let storage = self.stored.ids(&self.path, self.grid.dims()).indices(&self.ids, memory)?;
+        let name = self.path.file_name().unwrap_or_default().to_string_lossy();
+        // Beyond the grid there are no labels.
+        let volume = Volume::new(name, self.grid.clone(), storage)?.with_background(0.0)?;
+        Ok(volume.with_contents(self.contents.clone()))
+    }
+}
+
+impl Stored {
+    fn ids<'a>(&'a self, path: &'a Path, dims: [usize; 3]) -> Ids<'a> {
+        let Self { scalar, endian, rescale, .. } = *self;
+        let numbers = Numbers { bytes: (*self.bytes).as_ref(), scalar, endian };
+        Ids { path, dims, numbers, rescale }
+    }
+}
+
+impl fmt::Debug for LabelLayer {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} labels of {}", self.ids.len() - 1, self.path.display())
+    }
+}

@@ -1,0 +1,43 @@
+//! Files of names and colours.
+
+mod json;
+mod text;
+
+#[cfg(feature = "zarr")]
+pub(in crate::volume) use json::image_label;
+
+use super::LabelTable;
+use crate::error::Error;
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+/// Largest table in bytes.
+const LARGEST: u64 = 64 << 20;
+
+/// What a volume file states about the ids of its voxels.
+#[derive(Debug, PartialEq)]
+pub(in crate::volume) struct Declared {
+    /// The labels of each layer: each channel of the file is a layer of labels. Empty where it states none.
+    pub layers: Vec<LabelTable>,
+}
+
+/// Reads a table of any format.
+pub(super) fn read(path: &Path) -> Result<LabelTable, Error> {
+    let mut bytes = Vec::new();
+    let file = File::open(path).map_err(|e| Error::read(path, e))?;
+    file.take(LARGEST + 1).read_to_end(&mut bytes).map_err(|e| Error::read(path, e))?;
+    if bytes.len() as u64 > LARGEST {
+        return Err(Error::volume(path, format!("it has more than {LARGEST} bytes: too many for a table of labels")));
+    }
+    let text = std::str::from_utf8(&bytes).map_err(|e| {
+        let line = 1 + bytes[..e.valid_up_to()].iter().filter(|&&byte| byte == b'\n').count() as u64;
+        wrong(path, line, "it is no text in UTF-8: a table of labels is text or JSON")
+    })?;
+    let text = text.trim_start_matches('\u{feff}');
+    if text.trim_start().starts_with(['{', '[']) { json::read(path, text) } else { text::read(path, text) }
+}
+
+fn wrong(path: &Path, line: u64, problem: impl Into<String>) -> Error {
+    Error::Labels { path: path.into(), line, problem: problem.into() }
+}
