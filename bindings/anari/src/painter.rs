@@ -2,15 +2,14 @@
 
 use crate::camera::View;
 use crate::colors::{Background, Pixels};
-use crate::field::FieldKey;
+use crate::kept::{Kept, Renderer, Renderers};
 use crate::objects::Handle;
 use crate::types::DataType;
-use crate::volume::Shown;
+use crate::volume::{Place, Shown};
 use anari_sys::ANARI_UFIXED8_VEC4;
-use layersplat::glam::DAffine3;
-use layersplat::renderer::{Accumulation, VolumeRenderer, volume_renderer};
-use layersplat::settings::Settings;
-use layersplat::{Cancel, Device, DeviceChoice, Error, Frame, TransferFunction, Viewport};
+use layersplat::renderer::Accumulation;
+use layersplat::settings::{Algorithm, Classification, Layered, Settings};
+use layersplat::{Cancel, Error, Frame, Kernel, TransferFunction, Viewport};
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// A frame to draw.
@@ -18,8 +17,8 @@ pub struct Picture {
     pub viewport: Viewport,
     pub view: View,
     pub settings: Settings,
-    /// `None`: the background alone.
-    pub shown: Option<Shown>,
+    /// Volumes that are drawn together; none: the background alone.
+    pub shown: Vec<Shown>,
     pub background: Background,
     /// Type of the colours, if they are asked for.
     pub color: Option<DataType>,
@@ -43,9 +42,8 @@ struct Scene {
     viewport: Viewport,
     view: View,
     settings: Settings,
-    field: FieldKey,
-    placement: DAffine3,
-    transfer: TransferFunction,
+    /// Places, transfer functions and unit distances.
+    volumes: Vec<(Place, TransferFunction, f64)>,
 }
 
 /// The channels of a drawn frame, row by row from the bottom.
@@ -62,23 +60,10 @@ pub struct Channels {
 /// Id of pixels without an object.
 const NO_OBJECT: u32 = u32::MAX;
 
-/// Largest number of renderers, each with its voxels on the device.
-const KEPT: usize = 4;
-
-/// Renderers of the fields that were drawn last. The device is opened for the first frame.
+/// Draws with renderers that stay from frame to frame.
 #[derive(Default)]
 pub struct Painter {
-    device: Option<Device>,
-    kept: Vec<Kept>,
-}
-
-type Renderer = dyn VolumeRenderer<'static> + Send;
-
-/// A renderer and what it was made for.
-struct Kept {
-    field: FieldKey,
-    placement: DAffine3,
-    renderer: Box<Renderer>,
+    renderers: Renderers,
 }
 
 impl Painter {
@@ -87,74 +72,44 @@ impl Painter {
     /// # Errors
     /// Those of the library, and [`Error::Cancelled`].
     pub fn draw(&mut self, picture: &Picture, cancel: &Cancel) -> Result<Channels, Error> {
-        let Some(shown) = &picture.shown else { return Ok(picture.blank()) };
-        let renderer = self.renderer(shown)?;
-        renderer.set_cancel(Some(cancel.clone()));
-        let (color, refinement) = picture.colors(renderer, shown)?;
-        let depth = if picture.has_depth || picture.has_ids { Some(picture.depths(renderer)?) } else { None };
-        let ids = depth
-            .as_ref()
-            .filter(|_| picture.has_ids)
-            .map(|depths| depths.iter().map(|depth| if depth.is_finite() { shown.id } else { NO_OBJECT }).collect());
-        Ok(Channels { viewport: picture.viewport, color, depth: depth.filter(|_| picture.has_depth), ids, refinement })
+        if picture.shown.is_empty() {
+            return Ok(picture.blank());
+        }
+        let kept = self.renderers.get(&picture.shown)?;
+        kept.renderer.set_cancel(Some(cancel.clone()));
+        match picture.channels(kept, &picture.settings) {
+            // Views without one layer axis for all rays.
+            Err(Error::Settings { field: "channels", .. }) if picture.shown.len() > 1 => {
+                picture.channels(kept, &cast(&picture.settings))
+            }
+            channels => channels,
+        }
     }
 
     /// Forgets what was made from an array, whose memory goes.
     pub fn forget(&mut self, array: Handle) {
-        self.kept.retain(|kept| kept.field.array != array);
+        self.renderers.forget(array);
     }
 
     /// Forgets what was made from fields that are gone.
     pub fn forget_fields(&mut self, fields: &[Handle]) {
-        self.kept.retain(|kept| !fields.contains(&kept.field.field));
+        self.renderers.forget_fields(fields);
     }
 
     /// Number of renderers, each with its voxels on the device.
     #[cfg(test)]
     pub fn count(&self) -> usize {
-        self.kept.len()
+        self.renderers.count()
     }
+}
 
-    /// The renderer of a volume, with its transfer function.
-    fn renderer(&mut self, shown: &Shown) -> Result<&mut Renderer, Error> {
-        let is_same = |kept: &Kept| kept.field == shown.field.key && kept.placement == shown.placement;
-        let kept = match self.kept.iter().position(is_same) {
-            Some(place) => self.kept.remove(place),
-            None => self.make(shown)?,
-        };
-        self.kept.push(kept);
-        let renderer = &mut self.kept.last_mut().expect("it was pushed").renderer;
-        if *renderer.transfer_function() != shown.transfer {
-            renderer.set_transfer_function(&shown.transfer);
-        }
-        Ok(renderer.as_mut())
-    }
-
-    /// A renderer for a volume: one whose voxels are out of date, or a new one.
-    fn make(&mut self, shown: &Shown) -> Result<Kept, Error> {
-        let volume = shown.field.volume(shown.placement)?;
-        let (field, placement) = (shown.field.key, shown.placement);
-        let is_stale = |kept: &Kept| kept.field.field == field.field;
-        let stale = self.kept.iter().position(is_stale).or((self.kept.len() == KEPT).then_some(0));
-        if let Some(place) = stale {
-            let Kept { mut renderer, .. } = self.kept.remove(place);
-            if renderer.set_volume(&volume).is_ok() {
-                return Ok(Kept { field, placement, renderer });
-            }
-        }
-        let device = match &self.device {
-            Some(device) => device,
-            None => self.device.insert(Device::open(&DeviceChoice::Default)?),
-        };
-        let renderer = match volume_renderer(device, &volume, &shown.transfer) {
-            Err(_) if !self.kept.is_empty() => {
-                self.kept.clear();
-                volume_renderer(device, &volume, &shown.transfer)?
-            }
-            renderer => renderer?,
-        };
-        Ok(Kept { field, placement, renderer })
-    }
+/// The same field by ray casting, with steps of half the smallest spacing.
+fn cast(settings: &Settings) -> Settings {
+    let kernel = match settings.algorithm {
+        Algorithm::Layered(Layered { classification: Classification::Preintegrated { kernel, .. }, .. }) => kernel,
+        _ => Kernel::Linear,
+    };
+    Settings { algorithm: Algorithm::Raycast { kernel, step: 0.5 }, ..*settings }
 }
 
 /// Only distributed renderers return no picture.
@@ -171,23 +126,35 @@ impl Picture {
         Channels { viewport: self.viewport, color, depth, ids, refinement: 1.0 }
     }
 
+    /// Everything that is asked for.
+    fn channels(&self, kept: &mut Kept, settings: &Settings) -> Result<Channels, Error> {
+        let (color, refinement) = self.colors(kept.renderer.as_mut(), settings)?;
+        let has_depth = self.has_depth || self.has_ids;
+        let depth = if has_depth { Some(self.depths(kept.renderer.as_mut(), settings)?) } else { None };
+        let ids = match &depth {
+            Some(depth) if self.has_ids => Some(self.ids(kept, settings, depth)?),
+            _ => None,
+        };
+        Ok(Channels { viewport: self.viewport, color, depth: depth.filter(|_| self.has_depth), ids, refinement })
+    }
+
     /// The colours, and the share of averaged frames.
-    fn colors(&self, renderer: &mut Renderer, shown: &Shown) -> Result<(Option<Pixels>, f32), Error> {
+    fn colors(&self, renderer: &mut Renderer, settings: &Settings) -> Result<(Option<Pixels>, f32), Error> {
         let Some(format) = self.color else { return Ok((None, 1.0)) };
         let width = self.viewport.width as usize;
         let is_plain = self.view.part.is_none() && self.samples == 1 && self.accumulated.is_none();
         if let (true, ANARI_UFIXED8_VEC4, Some(color)) = (is_plain, format, self.background.opaque()) {
             let background = layersplat::Background::Color(color);
-            let (bytes, _) = renderer.render_rgba8(&self.view.camera, self.viewport, &self.settings, background)?;
+            let (bytes, _) = renderer.render_rgba8(&self.view.camera, self.viewport, settings, background)?;
             return Ok((Some(Pixels::from_rgba8(&bytes.expect(ONE_PROCESS), width)), 1.0));
         }
-        let (frame, refinement) = self.frame(renderer, shown)?;
+        let (frame, refinement) = self.frame(renderer, settings)?;
         Ok((Some(Pixels::new(format, frame.pixels(), width, &self.background)), refinement))
     }
 
-    /// The volume without a background.
-    fn frame(&self, renderer: &mut Renderer, shown: &Shown) -> Result<(Frame, f32), Error> {
-        let (camera, settings) = (&self.view.camera, &self.settings);
+    /// The volumes without a background.
+    fn frame(&self, renderer: &mut Renderer, settings: &Settings) -> Result<(Frame, f32), Error> {
+        let camera = &self.view.camera;
         if let Some(part) = &self.view.part {
             let [columns, rows] = [part.columns.clone(), part.rows.clone()];
             let whole = renderer.require_whole("an imageRegion of a perspective")?;
@@ -195,7 +162,7 @@ impl Picture {
         }
         if let Some(accumulated) = &self.accumulated {
             let mut accumulated = accumulated.lock().unwrap_or_else(PoisonError::into_inner);
-            return self.accumulate(renderer, self.scene(shown), &mut accumulated);
+            return self.accumulate(renderer, self.scene(), settings, &mut accumulated);
         }
         if self.samples > 1 {
             let mut mean = Accumulation::new(self.viewport)?;
@@ -208,14 +175,13 @@ impl Picture {
         Ok((frame.expect(ONE_PROCESS), 1.0))
     }
 
-    fn scene(&self, shown: &Shown) -> Scene {
+    fn scene(&self) -> Scene {
+        let volume = |shown: &Shown| (shown.place(), shown.transfer.clone(), shown.unit_distance);
         Scene {
             viewport: self.viewport,
             view: self.view.clone(),
             settings: self.settings,
-            field: shown.field.key,
-            placement: shown.placement,
-            transfer: shown.transfer.clone(),
+            volumes: self.shown.iter().map(volume).collect(),
         }
     }
 
@@ -224,6 +190,7 @@ impl Picture {
         &self,
         renderer: &mut Renderer,
         scene: Scene,
+        settings: &Settings,
         accumulated: &mut Option<Accumulated>,
     ) -> Result<(Frame, f32), Error> {
         let kept = match accumulated.take_if(|accumulated| accumulated.scene != scene) {
@@ -232,17 +199,17 @@ impl Picture {
         };
         for _ in 0..self.samples {
             if kept.mean.frames() < Accumulation::FRAMES {
-                renderer.accumulate(&self.view.camera, &self.settings, &mut kept.mean)?;
+                renderer.accumulate(&self.view.camera, settings, &mut kept.mean)?;
             }
         }
         Ok((kept.mean.mean()?, kept.mean.frames() as f32 / Accumulation::FRAMES as f32))
     }
 
     /// Distances from the camera along rays, row by row from the bottom.
-    fn depths(&self, renderer: &mut Renderer) -> Result<Vec<f32>, Error> {
+    fn depths(&self, renderer: &mut Renderer, settings: &Settings) -> Result<Vec<f32>, Error> {
         let part = self.view.part.as_ref();
         let whole = part.map_or(self.viewport, |part| part.whole);
-        let depths = renderer.depths(&self.view.camera, whole, &self.settings)?;
+        let depths = renderer.depths(&self.view.camera, whole, settings)?;
         let stretch = self.view.stretch(whole);
         let columns = part.map_or(0..whole.width, |part| part.columns.clone());
         let rows = part.map_or(0..whole.height, |part| part.rows.clone());
@@ -255,5 +222,19 @@ impl Picture {
             .flat_map(|row| columns.clone().map(move |column| (row, column)))
             .map(|(row, column)| at(row, column))
             .collect())
+    }
+
+    /// Ids, where there is a depth: of the volume that alone would have the nearest one; of the first, if none would have any.
+    fn ids(&self, kept: &mut Kept, settings: &Settings, depths: &[f32]) -> Result<Vec<u32>, Error> {
+        let mut nearest = vec![(f32::INFINITY, self.shown[0].id); depths.len()];
+        for which in (0..self.shown.len()).filter(|_| self.shown.len() > 1) {
+            kept.show_only(&self.shown, which)?;
+            let own = self.depths(kept.renderer.as_mut(), settings)?;
+            for (nearest, depth) in nearest.iter_mut().zip(own).filter(|(nearest, depth)| *depth < nearest.0) {
+                *nearest = (depth, self.shown[which].id);
+            }
+        }
+        let id = |(&depth, (_, id)): (&f32, (f32, u32))| if depth.is_finite() { id } else { NO_OBJECT };
+        Ok(depths.iter().zip(nearest).map(id).collect())
     }
 }
