@@ -1,8 +1,9 @@
 //! Renderers that stay from frame to frame, with their voxels on the device.
 
 use crate::objects::Handle;
+use crate::on_device::{OnDevice, channels, uploaded};
 use crate::volume::{Place, Shown};
-use layersplat::renderer::{Channel, UploadedVolume, VolumeRenderer, volume_renderer};
+use layersplat::renderer::{Channel, VolumeRenderer, volume_renderer};
 use layersplat::{Device, DeviceChoice, Error};
 
 pub type Renderer = dyn VolumeRenderer<'static> + Send;
@@ -22,19 +23,20 @@ pub struct Kept {
     /// Its volumes, at least one.
     places: Vec<Place>,
     /// The same on the device, if there are several.
-    uploaded: Vec<UploadedVolume>,
+    uploaded: Vec<OnDevice>,
     pub renderer: Box<Renderer>,
 }
 
 impl Kept {
     /// Sets the transfer functions of all its volumes.
-    fn show(&mut self, shown: &[Shown]) -> Result<(), Error> {
+    fn show(&mut self, device: &Device, shown: &[Shown]) -> Result<(), Error> {
         if let [one] = shown {
             if *self.renderer.transfer_function() != one.transfer {
                 self.renderer.set_transfer_function(&one.transfer);
             }
             return Ok(());
         }
+        self.uploaded = uploaded(device, shown, std::mem::take(&mut self.uploaded))?;
         let channels = channels(&self.uploaded, shown)?;
         self.renderer.require_whole("several volumes")?.set_channels(&channels)
     }
@@ -54,19 +56,6 @@ impl Kept {
         let is_other = |old: &Place| !places.contains(old) && places.iter().any(|new| new.field.field == old.field.field);
         self.places.iter().any(is_other)
     }
-
-    /// Its volumes on the device, if there are several.
-    fn on_device(&self) -> impl Iterator<Item = (Place, UploadedVolume)> {
-        self.places.iter().copied().zip(self.uploaded.iter().cloned())
-    }
-}
-
-/// The channels of volumes. Settings have the unit distance of the first: optical depths per length are inverse to it.
-fn channels(uploaded: &[UploadedVolume], shown: &[Shown]) -> Result<Vec<Channel>, Error> {
-    let channel = |(uploaded, volume): (&UploadedVolume, &Shown)| {
-        Channel::new(uploaded, &volume.transfer).with_factor(shown[0].unit_distance / volume.unit_distance)
-    };
-    uploaded.iter().zip(shown).map(channel).collect()
 }
 
 impl Renderers {
@@ -91,60 +80,59 @@ impl Renderers {
     /// # Errors
     /// Those of the library.
     pub fn get(&mut self, shown: &[Shown]) -> Result<&mut Kept, Error> {
-        let places: Vec<Place> = shown.iter().map(Shown::place).collect();
-        let kept = match self.kept.iter().position(|kept| kept.places == places) {
-            Some(place) => self.kept.remove(place),
-            None => self.make(shown, places)?,
-        };
-        self.kept.push(kept);
-        let kept = self.kept.last_mut().expect("it was pushed");
-        kept.show(shown)?;
-        Ok(kept)
-    }
-
-    /// A renderer of volumes: one whose voxels are out of date, or a new one.
-    fn make(&mut self, shown: &[Shown], places: Vec<Place>) -> Result<Kept, Error> {
-        let mut stale: Vec<Kept> = self.kept.extract_if(.., |kept| kept.is_stale(&places)).collect();
-        if stale.is_empty() && self.kept.len() == KEPT {
-            stale.push(self.kept.remove(0));
-        }
         let device = match &self.device {
             Some(device) => device.clone(),
             None => self.device.insert(Device::open(&DeviceChoice::Default)?).clone(),
         };
-        let known: Vec<(Place, UploadedVolume)> = stale.iter().chain(&self.kept).flat_map(Kept::on_device).collect();
+        let places: Vec<Place> = shown.iter().map(Shown::place).collect();
+        let kept = match self.kept.iter().position(|kept| kept.places == places) {
+            Some(place) => self.kept.remove(place),
+            None => self.make(&device, shown, places)?,
+        };
+        self.kept.push(kept);
+        let kept = self.kept.last_mut().expect("it was pushed");
+        kept.show(&device, shown)?;
+        Ok(kept)
+    }
+
+    /// A renderer of volumes: one whose voxels are out of date, or a new one.
+    fn make(&mut self, device: &Device, shown: &[Shown], places: Vec<Place>) -> Result<Kept, Error> {
+        let mut stale: Vec<Kept> = self.kept.extract_if(.., |kept| kept.is_stale(&places)).collect();
+        if stale.is_empty() && self.kept.len() == KEPT {
+            stale.push(self.kept.remove(0));
+        }
+        let known: Vec<OnDevice> = stale.iter().chain(&self.kept).flat_map(|kept| kept.uploaded.clone()).collect();
         if let [one] = shown {
-            let renderer = self.one(&device, one, stale, &known)?;
+            let renderer = self.one(device, one, stale, &known)?;
             return Ok(Kept { places, uploaded: Vec::new(), renderer });
         }
         drop(stale);
-        let uploaded = match uploaded(&device, shown, known) {
+        let several = |known| -> Result<_, Error> {
+            let uploaded = uploaded(device, shown, known)?;
+            let renderer = layersplat::Renderer::from_channels(&channels(&uploaded, shown)?)?;
+            Ok((uploaded, renderer))
+        };
+        let (uploaded, renderer) = match several(known) {
             Err(_) if !self.kept.is_empty() => {
                 self.kept.clear();
-                uploaded(&device, shown, Vec::new())?
+                several(Vec::new())?
             }
-            uploaded => uploaded?,
+            several => several?,
         };
-        let renderer = layersplat::Renderer::from_channels(&channels(&uploaded, shown)?)?;
         Ok(Kept { places, uploaded, renderer: Box::new(renderer) })
     }
 
     /// A renderer of one volume.
-    fn one(
-        &mut self,
-        device: &Device,
-        shown: &Shown,
-        stale: Vec<Kept>,
-        known: &[(Place, UploadedVolume)],
-    ) -> Result<Box<Renderer>, Error> {
-        if let Some((_, volume)) = known.iter().find(|(place, _)| *place == shown.place()) {
+    fn one(&mut self, device: &Device, shown: &Shown, stale: Vec<Kept>, known: &[OnDevice]) -> Result<Box<Renderer>, Error> {
+        if let Some(volume) = known.iter().find_map(|known| known.alone(shown)) {
             return Ok(Box::new(layersplat::Renderer::from_uploaded(volume, &shown.transfer)?));
         }
         let volume = shown.field.volume(shown.placement)?;
-        if let Some(Kept { mut renderer, .. }) = stale.into_iter().find(|kept| kept.places.len() == 1) {
-            if renderer.set_volume(&volume).is_ok() {
-                return Ok(renderer);
-            }
+        let reused = stale.into_iter().find(|kept| kept.places.len() == 1);
+        if let Some(Kept { mut renderer, .. }) = reused
+            && renderer.set_volume(&volume).is_ok()
+        {
+            return Ok(renderer);
         }
         match volume_renderer(device, &volume, &shown.transfer) {
             Err(_) if !self.kept.is_empty() => {
@@ -154,22 +142,4 @@ impl Renderers {
             renderer => renderer,
         }
     }
-}
-
-/// Volumes on the device: those that are there, and new ones.
-fn uploaded(device: &Device, shown: &[Shown], mut known: Vec<(Place, UploadedVolume)>) -> Result<Vec<UploadedVolume>, Error> {
-    let mut all = Vec::new();
-    for volume in shown {
-        let place = volume.place();
-        let uploaded = match known.iter().find(|(known, _)| *known == place) {
-            Some((_, uploaded)) => uploaded.clone(),
-            None => {
-                let uploaded = UploadedVolume::new(device, &volume.field.volume(volume.placement)?)?;
-                known.push((place, uploaded.clone()));
-                uploaded
-            }
-        };
-        all.push(uploaded);
-    }
-    Ok(all)
 }

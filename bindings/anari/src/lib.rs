@@ -17,6 +17,7 @@ mod introspection;
 mod kept;
 mod light;
 mod objects;
+mod on_device;
 mod painter;
 mod parameters;
 mod properties;

@@ -8,8 +8,8 @@ use crate::types::DataType;
 use crate::volume::{Place, Shown};
 use anari_sys::ANARI_UFIXED8_VEC4;
 use layersplat::renderer::Accumulation;
-use layersplat::settings::{Algorithm, Classification, Layered, Settings};
-use layersplat::{Cancel, Error, Frame, Kernel, TransferFunction, Viewport};
+use layersplat::settings::Settings;
+use layersplat::{Cancel, Error, Frame, TransferFunction, Viewport};
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// A frame to draw.
@@ -77,13 +77,7 @@ impl Painter {
         }
         let kept = self.renderers.get(&picture.shown)?;
         kept.renderer.set_cancel(Some(cancel.clone()));
-        match picture.channels(kept, &picture.settings) {
-            // Views without one layer axis for all rays.
-            Err(Error::Settings { field: "channels", .. }) if picture.shown.len() > 1 => {
-                picture.channels(kept, &cast(&picture.settings))
-            }
-            channels => channels,
-        }
+        picture.channels(kept)
     }
 
     /// Forgets what was made from an array, whose memory goes.
@@ -103,15 +97,6 @@ impl Painter {
     }
 }
 
-/// The same field by ray casting, with steps of half the smallest spacing.
-fn cast(settings: &Settings) -> Settings {
-    let kernel = match settings.algorithm {
-        Algorithm::Layered(Layered { classification: Classification::Preintegrated { kernel, .. }, .. }) => kernel,
-        _ => Kernel::Linear,
-    };
-    Settings { algorithm: Algorithm::Raycast { kernel, step: 0.5 }, ..*settings }
-}
-
 /// Only distributed renderers return no picture.
 const ONE_PROCESS: &str = "a single-process renderer returns the picture";
 
@@ -127,34 +112,34 @@ impl Picture {
     }
 
     /// Everything that is asked for.
-    fn channels(&self, kept: &mut Kept, settings: &Settings) -> Result<Channels, Error> {
-        let (color, refinement) = self.colors(kept.renderer.as_mut(), settings)?;
+    fn channels(&self, kept: &mut Kept) -> Result<Channels, Error> {
+        let (color, refinement) = self.colors(kept.renderer.as_mut())?;
         let has_depth = self.has_depth || self.has_ids;
-        let depth = if has_depth { Some(self.depths(kept.renderer.as_mut(), settings)?) } else { None };
+        let depth = if has_depth { Some(self.depths(kept.renderer.as_mut())?) } else { None };
         let ids = match &depth {
-            Some(depth) if self.has_ids => Some(self.ids(kept, settings, depth)?),
+            Some(depth) if self.has_ids => Some(self.ids(kept, depth)?),
             _ => None,
         };
         Ok(Channels { viewport: self.viewport, color, depth: depth.filter(|_| self.has_depth), ids, refinement })
     }
 
     /// The colours, and the share of averaged frames.
-    fn colors(&self, renderer: &mut Renderer, settings: &Settings) -> Result<(Option<Pixels>, f32), Error> {
+    fn colors(&self, renderer: &mut Renderer) -> Result<(Option<Pixels>, f32), Error> {
         let Some(format) = self.color else { return Ok((None, 1.0)) };
         let width = self.viewport.width as usize;
         let is_plain = self.view.part.is_none() && self.samples == 1 && self.accumulated.is_none();
         if let (true, ANARI_UFIXED8_VEC4, Some(color)) = (is_plain, format, self.background.opaque()) {
             let background = layersplat::Background::Color(color);
-            let (bytes, _) = renderer.render_rgba8(&self.view.camera, self.viewport, settings, background)?;
+            let (bytes, _) = renderer.render_rgba8(&self.view.camera, self.viewport, &self.settings, background)?;
             return Ok((Some(Pixels::from_rgba8(&bytes.expect(ONE_PROCESS), width)), 1.0));
         }
-        let (frame, refinement) = self.frame(renderer, settings)?;
+        let (frame, refinement) = self.frame(renderer)?;
         Ok((Some(Pixels::new(format, frame.pixels(), width, &self.background)), refinement))
     }
 
     /// The volumes without a background.
-    fn frame(&self, renderer: &mut Renderer, settings: &Settings) -> Result<(Frame, f32), Error> {
-        let camera = &self.view.camera;
+    fn frame(&self, renderer: &mut Renderer) -> Result<(Frame, f32), Error> {
+        let (camera, settings) = (&self.view.camera, &self.settings);
         if let Some(part) = &self.view.part {
             let [columns, rows] = [part.columns.clone(), part.rows.clone()];
             let whole = renderer.require_whole("an imageRegion of a perspective")?;
@@ -162,7 +147,7 @@ impl Picture {
         }
         if let Some(accumulated) = &self.accumulated {
             let mut accumulated = accumulated.lock().unwrap_or_else(PoisonError::into_inner);
-            return self.accumulate(renderer, self.scene(), settings, &mut accumulated);
+            return self.accumulate(renderer, self.scene(), &mut accumulated);
         }
         if self.samples > 1 {
             let mut mean = Accumulation::new(self.viewport)?;
@@ -190,7 +175,6 @@ impl Picture {
         &self,
         renderer: &mut Renderer,
         scene: Scene,
-        settings: &Settings,
         accumulated: &mut Option<Accumulated>,
     ) -> Result<(Frame, f32), Error> {
         let kept = match accumulated.take_if(|accumulated| accumulated.scene != scene) {
@@ -199,17 +183,17 @@ impl Picture {
         };
         for _ in 0..self.samples {
             if kept.mean.frames() < Accumulation::FRAMES {
-                renderer.accumulate(&self.view.camera, settings, &mut kept.mean)?;
+                renderer.accumulate(&self.view.camera, &self.settings, &mut kept.mean)?;
             }
         }
         Ok((kept.mean.mean()?, kept.mean.frames() as f32 / Accumulation::FRAMES as f32))
     }
 
     /// Distances from the camera along rays, row by row from the bottom.
-    fn depths(&self, renderer: &mut Renderer, settings: &Settings) -> Result<Vec<f32>, Error> {
+    fn depths(&self, renderer: &mut Renderer) -> Result<Vec<f32>, Error> {
         let part = self.view.part.as_ref();
         let whole = part.map_or(self.viewport, |part| part.whole);
-        let depths = renderer.depths(&self.view.camera, whole, settings)?;
+        let depths = renderer.depths(&self.view.camera, whole, &self.settings)?;
         let stretch = self.view.stretch(whole);
         let columns = part.map_or(0..whole.width, |part| part.columns.clone());
         let rows = part.map_or(0..whole.height, |part| part.rows.clone());
@@ -225,11 +209,11 @@ impl Picture {
     }
 
     /// Ids, where there is a depth: of the volume that alone would have the nearest one; of the first, if none would have any.
-    fn ids(&self, kept: &mut Kept, settings: &Settings, depths: &[f32]) -> Result<Vec<u32>, Error> {
+    fn ids(&self, kept: &mut Kept, depths: &[f32]) -> Result<Vec<u32>, Error> {
         let mut nearest = vec![(f32::INFINITY, self.shown[0].id); depths.len()];
         for which in (0..self.shown.len()).filter(|_| self.shown.len() > 1) {
             kept.show_only(&self.shown, which)?;
-            let own = self.depths(kept.renderer.as_mut(), settings)?;
+            let own = self.depths(kept.renderer.as_mut())?;
             for (nearest, depth) in nearest.iter_mut().zip(own).filter(|(nearest, depth)| *depth < nearest.0) {
                 *nearest = (depth, self.shown[which].id);
             }
