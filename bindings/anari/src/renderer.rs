@@ -28,20 +28,14 @@ impl Look {
         problems: &mut Vec<Problem>,
     ) -> Self {
         let mut refused = |what: &str| problems.push(Problem::argument(format!("{} volumes are visible: {what}", shown.len())));
-        let are_several = shown.len() > 1;
         let mut quality: Quality = renderer.text(c"quality").and_then(|name| name.parse().ok()).unwrap_or_default();
-        if are_several && quality == Quality::Paper {
+        if shown.len() > 1 && quality == Quality::Paper {
             refused("quality 'paper' draws one, and 'standard' is used");
             quality = Quality::Standard;
         }
         let mut settings = quality.settings();
-        let is_cubic = shown.first().is_some_and(|shown| shown.field.is_cubic);
-        let by_filter = if is_cubic { Kernel::BSpline } else { Kernel::Linear };
-        let kernel = kernel(renderer);
-        if kernel.is_none() && shown.iter().any(|shown| shown.field.is_cubic != is_cubic) {
-            refused("their filters differ, and that of the first is used");
-        }
-        settings.algorithm = with_kernel(settings.algorithm, kernel.unwrap_or(by_filter));
+        let kernel = kernel(renderer).unwrap_or_else(|| kernel_of_filter(shown, &mut refused));
+        settings.algorithm = with_kernel(settings.algorithm, kernel);
         settings.gradient = renderer.text(c"gradient").and_then(|name| name.parse().ok());
         settings.shading = shading(renderer, lights);
         let is_lit = settings.shading.is_some();
@@ -49,9 +43,8 @@ impl Look {
         settings.ambient_occlusion = (is_lit && renderer.is_set(c"ambientOcclusion")).then(AmbientOcclusion::default);
         let samples = renderer.integer(c"pixelSamples").map_or(1, |samples| samples.clamp(1, 16) as u32);
         let mut clips_to_bounds = renderer.is_set(c"clipToBounds");
-        if are_several {
-            let dims = settings.shadows.take().is_some() | settings.ambient_occlusion.take().is_some();
-            if dims {
+        if shown.len() > 1 {
+            if settings.shadows.take().is_some() | settings.ambient_occlusion.take().is_some() {
                 refused("they are drawn without shadows and ambient occlusion");
             }
             if std::mem::take(&mut clips_to_bounds) {
@@ -73,6 +66,15 @@ impl Default for Look {
 fn kernel(renderer: &Object) -> Option<Kernel> {
     let name = renderer.text(c"kernel")?;
     Kernel::OF_LAYERS.into_iter().find(|kernel| kernel.name() == name)
+}
+
+/// The kernel of the first field's filter.
+fn kernel_of_filter(shown: &[Shown], refused: &mut impl FnMut(&str)) -> Kernel {
+    let is_cubic = shown.first().is_some_and(|shown| shown.field.is_cubic);
+    if shown.iter().any(|shown| shown.field.is_cubic != is_cubic) {
+        refused("their filters differ, and that of the first is used");
+    }
+    if is_cubic { Kernel::BSpline } else { Kernel::Linear }
 }
 
 /// Sets the kernel, unless voxels are splatted.

@@ -12,6 +12,11 @@ use layersplat::{Background, Device, DeviceChoice, OpenOptions, Renderer, Settin
 const STEP: f64 = 1.0;
 /// Rounding of floats.
 const ROUNDING: f64 = 2e-5;
+/// Tables are of optical depths for one length, and interpolated: 9e-4 was measured.
+const TABLES: f64 = 2e-3;
+/// Mean over the pixels of a volume: 2.4e-3 was measured, since the last voxel fades sooner and lattices are anchored elsewhere; without a
+/// background of its own, 0.3.
+const EDGES: f32 = 0.01;
 /// Voxels along each side of the second field, and its other numbers.
 const OTHER_SIDE: usize = 20;
 const OTHER_SPACING: f32 = 1.4;
@@ -134,7 +139,7 @@ fn transparencies_are_multiplied() {
     for ((both, one), other) in floats(&scene).iter().zip(&one).zip(&other) {
         largest = largest.max(f64::from(both[3] - (1.0 - (1.0 - one[3]) * (1.0 - other[3]))).abs());
     }
-    assert!(largest < 2e-3, "{largest}");
+    assert!(largest < TABLES, "{largest}");
     assert!(one.iter().any(|pixel| pixel[3] > 0.2) && other.iter().any(|pixel| pixel[3] > 0.2));
     scene.device.expect_nothing();
 }
@@ -378,7 +383,7 @@ fn volumes_end_with_their_grids() {
         let sum: f32 = a.iter().zip(b).map(|(a, b)| (a[3] - b[3]).abs()).sum();
         sum / a.iter().filter(|pixel| pixel[3] > 0.0).count() as f32
     };
-    assert!(mean(&alone, &both) < 0.01, "{}", mean(&alone, &both));
+    assert!(mean(&alone, &both) < EDGES, "{}", mean(&alone, &both));
     // So it does when the smallest value becomes visible later.
     let opacities = device.array(ANARI_FLOAT32, &[2], &[0.0f32, 0.03]);
     veil.set_object(c"opacity", &opacities).commit();
