@@ -103,21 +103,21 @@ pub fn picture(objects: &Objects, handle: Handle, problems: &mut Vec<Problem>) -
     };
     let [world, camera, renderer] = [c"world", c"camera", c"renderer"].map(&mut required);
     let lights = world.and_then(|world| world::lights(objects, world, problems));
-    let shown = world.and_then(|world| world::shown(objects, world, problems));
-    let is_cubic = shown.as_ref().is_some_and(|shown| shown.field.is_cubic);
+    let shown = world.map(|world| world::shown(objects, world, problems)).unwrap_or_default();
     let view = camera.and_then(|camera| View::from_object(camera, viewport, problems).map_err(|p| problems.push(p)).ok());
-    let look = renderer.map(|renderer| Look::from_object(objects, renderer, lights, is_cubic)).unwrap_or_default();
+    let look = renderer.map(|renderer| Look::from_object(objects, renderer, lights, &shown, problems)).unwrap_or_default();
     let is_complete = view.is_some() && renderer.is_some();
     let view = view.unwrap_or_default();
     let mut settings = look.settings;
     settings.clipping = view.clipping;
-    settings.clipping.crop = shown.as_ref().filter(|_| look.clips_to_bounds).map(|shown| shown.field.crop_box());
-    settings.unit_distance = shown.as_ref().map(|shown| shown.unit_distance);
+    settings.clipping.crop = shown.first().filter(|_| look.clips_to_bounds).map(|shown| shown.field.crop_box());
+    // Others have factors to theirs.
+    settings.unit_distance = shown.first().map(|shown| shown.unit_distance);
     Ok(Picture {
         viewport,
         view,
         settings,
-        shown: shown.filter(|_| is_complete),
+        shown: if is_complete { shown } else { Vec::new() },
         background: look.background,
         color: frame.integer(c"channel.color"),
         has_depth: frame.integer(c"channel.depth").is_some(),

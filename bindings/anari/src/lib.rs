@@ -4,7 +4,7 @@
 //! not through its C functions, which would need a second set of handles and copies of arrays.
 //!
 //! `device.rs` has the calls and the lock, `objects.rs` the table of objects with their references, `schema.rs` what parameters there are,
-//! `frame.rs` makes a picture from a scene, and `painter.rs` draws it, on the thread of `worker.rs`.
+//! `frame.rs` makes a picture from a scene, and `painter.rs` draws it, on the thread of `worker.rs`, with the renderers that `kept.rs` has.
 
 mod arrays;
 mod boundary;
@@ -14,8 +14,10 @@ mod device;
 mod field;
 mod frame;
 mod introspection;
+mod kept;
 mod light;
 mod objects;
+mod on_device;
 mod painter;
 mod parameters;
 mod properties;

@@ -2,15 +2,14 @@
 
 use crate::camera::View;
 use crate::colors::{Background, Pixels};
-use crate::field::FieldKey;
+use crate::kept::{Kept, Renderer, Renderers};
 use crate::objects::Handle;
 use crate::types::DataType;
-use crate::volume::Shown;
+use crate::volume::{Place, Shown};
 use anari_sys::ANARI_UFIXED8_VEC4;
-use layersplat::glam::DAffine3;
-use layersplat::renderer::{Accumulation, VolumeRenderer, volume_renderer};
+use layersplat::renderer::Accumulation;
 use layersplat::settings::Settings;
-use layersplat::{Cancel, Device, DeviceChoice, Error, Frame, TransferFunction, Viewport};
+use layersplat::{Cancel, Error, Frame, TransferFunction, Viewport};
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// A frame to draw.
@@ -18,8 +17,8 @@ pub struct Picture {
     pub viewport: Viewport,
     pub view: View,
     pub settings: Settings,
-    /// `None`: the background alone.
-    pub shown: Option<Shown>,
+    /// Volumes that are drawn together; none: the background alone.
+    pub shown: Vec<Shown>,
     pub background: Background,
     /// Type of the colours, if they are asked for.
     pub color: Option<DataType>,
@@ -43,9 +42,8 @@ struct Scene {
     viewport: Viewport,
     view: View,
     settings: Settings,
-    field: FieldKey,
-    placement: DAffine3,
-    transfer: TransferFunction,
+    /// Places, transfer functions and unit distances.
+    volumes: Vec<(Place, TransferFunction, f64)>,
 }
 
 /// The channels of a drawn frame, row by row from the bottom.
@@ -62,23 +60,10 @@ pub struct Channels {
 /// Id of pixels without an object.
 const NO_OBJECT: u32 = u32::MAX;
 
-/// Largest number of renderers, each with its voxels on the device.
-const KEPT: usize = 4;
-
-/// Renderers of the fields that were drawn last. The device is opened for the first frame.
+/// Draws with renderers that stay from frame to frame.
 #[derive(Default)]
 pub struct Painter {
-    device: Option<Device>,
-    kept: Vec<Kept>,
-}
-
-type Renderer = dyn VolumeRenderer<'static> + Send;
-
-/// A renderer and what it was made for.
-struct Kept {
-    field: FieldKey,
-    placement: DAffine3,
-    renderer: Box<Renderer>,
+    renderers: Renderers,
 }
 
 impl Painter {
@@ -87,73 +72,28 @@ impl Painter {
     /// # Errors
     /// Those of the library, and [`Error::Cancelled`].
     pub fn draw(&mut self, picture: &Picture, cancel: &Cancel) -> Result<Channels, Error> {
-        let Some(shown) = &picture.shown else { return Ok(picture.blank()) };
-        let renderer = self.renderer(shown)?;
-        renderer.set_cancel(Some(cancel.clone()));
-        let (color, refinement) = picture.colors(renderer, shown)?;
-        let depth = if picture.has_depth || picture.has_ids { Some(picture.depths(renderer)?) } else { None };
-        let ids = depth
-            .as_ref()
-            .filter(|_| picture.has_ids)
-            .map(|depths| depths.iter().map(|depth| if depth.is_finite() { shown.id } else { NO_OBJECT }).collect());
-        Ok(Channels { viewport: picture.viewport, color, depth: depth.filter(|_| picture.has_depth), ids, refinement })
+        if picture.shown.is_empty() {
+            return Ok(picture.blank());
+        }
+        let kept = self.renderers.get(&picture.shown)?;
+        kept.renderer.set_cancel(Some(cancel.clone()));
+        picture.channels(kept)
     }
 
     /// Forgets what was made from an array, whose memory goes.
     pub fn forget(&mut self, array: Handle) {
-        self.kept.retain(|kept| kept.field.array != array);
+        self.renderers.forget(array);
     }
 
     /// Forgets what was made from fields that are gone.
     pub fn forget_fields(&mut self, fields: &[Handle]) {
-        self.kept.retain(|kept| !fields.contains(&kept.field.field));
+        self.renderers.forget_fields(fields);
     }
 
     /// Number of renderers, each with its voxels on the device.
     #[cfg(test)]
     pub fn count(&self) -> usize {
-        self.kept.len()
-    }
-
-    /// The renderer of a volume, with its transfer function.
-    fn renderer(&mut self, shown: &Shown) -> Result<&mut Renderer, Error> {
-        let is_same = |kept: &Kept| kept.field == shown.field.key && kept.placement == shown.placement;
-        let kept = match self.kept.iter().position(is_same) {
-            Some(place) => self.kept.remove(place),
-            None => self.make(shown)?,
-        };
-        self.kept.push(kept);
-        let renderer = &mut self.kept.last_mut().expect("it was pushed").renderer;
-        if *renderer.transfer_function() != shown.transfer {
-            renderer.set_transfer_function(&shown.transfer);
-        }
-        Ok(renderer.as_mut())
-    }
-
-    /// A renderer for a volume: one whose voxels are out of date, or a new one.
-    fn make(&mut self, shown: &Shown) -> Result<Kept, Error> {
-        let volume = shown.field.volume(shown.placement)?;
-        let (field, placement) = (shown.field.key, shown.placement);
-        let is_stale = |kept: &Kept| kept.field.field == field.field;
-        let stale = self.kept.iter().position(is_stale).or((self.kept.len() == KEPT).then_some(0));
-        if let Some(place) = stale {
-            let Kept { mut renderer, .. } = self.kept.remove(place);
-            if renderer.set_volume(&volume).is_ok() {
-                return Ok(Kept { field, placement, renderer });
-            }
-        }
-        let device = match &self.device {
-            Some(device) => device,
-            None => self.device.insert(Device::open(&DeviceChoice::Default)?),
-        };
-        let renderer = match volume_renderer(device, &volume, &shown.transfer) {
-            Err(_) if !self.kept.is_empty() => {
-                self.kept.clear();
-                volume_renderer(device, &volume, &shown.transfer)?
-            }
-            renderer => renderer?,
-        };
-        Ok(Kept { field, placement, renderer })
+        self.renderers.count()
     }
 }
 
@@ -171,8 +111,20 @@ impl Picture {
         Channels { viewport: self.viewport, color, depth, ids, refinement: 1.0 }
     }
 
+    /// Everything that is asked for.
+    fn channels(&self, kept: &mut Kept) -> Result<Channels, Error> {
+        let (color, refinement) = self.colors(kept.renderer.as_mut())?;
+        let has_depth = self.has_depth || self.has_ids;
+        let depth = if has_depth { Some(self.depths(kept.renderer.as_mut())?) } else { None };
+        let ids = match &depth {
+            Some(depth) if self.has_ids => Some(self.ids(kept, depth)?),
+            _ => None,
+        };
+        Ok(Channels { viewport: self.viewport, color, depth: depth.filter(|_| self.has_depth), ids, refinement })
+    }
+
     /// The colours, and the share of averaged frames.
-    fn colors(&self, renderer: &mut Renderer, shown: &Shown) -> Result<(Option<Pixels>, f32), Error> {
+    fn colors(&self, renderer: &mut Renderer) -> Result<(Option<Pixels>, f32), Error> {
         let Some(format) = self.color else { return Ok((None, 1.0)) };
         let width = self.viewport.width as usize;
         let is_plain = self.view.part.is_none() && self.samples == 1 && self.accumulated.is_none();
@@ -181,12 +133,12 @@ impl Picture {
             let (bytes, _) = renderer.render_rgba8(&self.view.camera, self.viewport, &self.settings, background)?;
             return Ok((Some(Pixels::from_rgba8(&bytes.expect(ONE_PROCESS), width)), 1.0));
         }
-        let (frame, refinement) = self.frame(renderer, shown)?;
+        let (frame, refinement) = self.frame(renderer)?;
         Ok((Some(Pixels::new(format, frame.pixels(), width, &self.background)), refinement))
     }
 
-    /// The volume without a background.
-    fn frame(&self, renderer: &mut Renderer, shown: &Shown) -> Result<(Frame, f32), Error> {
+    /// The volumes without a background.
+    fn frame(&self, renderer: &mut Renderer) -> Result<(Frame, f32), Error> {
         let (camera, settings) = (&self.view.camera, &self.settings);
         if let Some(part) = &self.view.part {
             let [columns, rows] = [part.columns.clone(), part.rows.clone()];
@@ -195,7 +147,7 @@ impl Picture {
         }
         if let Some(accumulated) = &self.accumulated {
             let mut accumulated = accumulated.lock().unwrap_or_else(PoisonError::into_inner);
-            return self.accumulate(renderer, self.scene(shown), &mut accumulated);
+            return self.accumulate(renderer, self.scene(), &mut accumulated);
         }
         if self.samples > 1 {
             let mut mean = Accumulation::new(self.viewport)?;
@@ -208,14 +160,13 @@ impl Picture {
         Ok((frame.expect(ONE_PROCESS), 1.0))
     }
 
-    fn scene(&self, shown: &Shown) -> Scene {
+    fn scene(&self) -> Scene {
+        let volume = |shown: &Shown| (shown.place(), shown.transfer.clone(), shown.unit_distance);
         Scene {
             viewport: self.viewport,
             view: self.view.clone(),
             settings: self.settings,
-            field: shown.field.key,
-            placement: shown.placement,
-            transfer: shown.transfer.clone(),
+            volumes: self.shown.iter().map(volume).collect(),
         }
     }
 
@@ -255,5 +206,19 @@ impl Picture {
             .flat_map(|row| columns.clone().map(move |column| (row, column)))
             .map(|(row, column)| at(row, column))
             .collect())
+    }
+
+    /// Ids, where there is a depth: of the volume that alone would have the nearest one; of the first, if none would have any.
+    fn ids(&self, kept: &mut Kept, depths: &[f32]) -> Result<Vec<u32>, Error> {
+        let mut nearest = vec![(f32::INFINITY, self.shown[0].id); depths.len()];
+        for which in (0..self.shown.len()).filter(|_| self.shown.len() > 1) {
+            kept.show_only(&self.shown, which)?;
+            let own = self.depths(kept.renderer.as_mut())?;
+            for (nearest, depth) in nearest.iter_mut().zip(own).filter(|(nearest, depth)| *depth < nearest.0) {
+                *nearest = (depth, self.shown[which].id);
+            }
+        }
+        let id = |(&depth, (_, id)): (&f32, (f32, u32))| if depth.is_finite() { id } else { NO_OBJECT };
+        Ok(depths.iter().zip(nearest).map(id).collect())
     }
 }

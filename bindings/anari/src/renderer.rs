@@ -3,6 +3,8 @@
 use crate::colors::{self, Background};
 use crate::light::luminance;
 use crate::objects::{Object, Objects};
+use crate::status::Problem;
+use crate::volume::Shown;
 use layersplat::settings::{Algorithm, AmbientOcclusion, Layered, Lights, Settings, Shading, Shadows};
 use layersplat::{Kernel, Quality};
 
@@ -17,19 +19,38 @@ pub struct Look {
 }
 
 impl Look {
-    /// The parameters of a renderer. `lights` are those of the world; `is_cubic` is the filter of the field.
-    pub fn from_object(objects: &Objects, renderer: &Object, lights: Option<Lights>, is_cubic: bool) -> Self {
-        let quality: Quality = renderer.text(c"quality").and_then(|name| name.parse().ok()).unwrap_or_default();
+    /// The parameters of a renderer. `lights` are those of the world, and `shown` its volumes. Problems are what several volumes cannot have.
+    pub fn from_object(
+        objects: &Objects,
+        renderer: &Object,
+        lights: Option<Lights>,
+        shown: &[Shown],
+        problems: &mut Vec<Problem>,
+    ) -> Self {
+        let mut refused = |what: &str| problems.push(Problem::argument(format!("{} volumes are visible: {what}", shown.len())));
+        let mut quality: Quality = renderer.text(c"quality").and_then(|name| name.parse().ok()).unwrap_or_default();
+        if shown.len() > 1 && quality == Quality::Paper {
+            refused("quality 'paper' draws one, and 'standard' is used");
+            quality = Quality::Standard;
+        }
         let mut settings = quality.settings();
-        let by_filter = if is_cubic { Kernel::BSpline } else { Kernel::Linear };
-        settings.algorithm = with_kernel(settings.algorithm, kernel(renderer).unwrap_or(by_filter));
+        let kernel = kernel(renderer).unwrap_or_else(|| kernel_of_filter(shown, &mut refused));
+        settings.algorithm = with_kernel(settings.algorithm, kernel);
         settings.gradient = renderer.text(c"gradient").and_then(|name| name.parse().ok());
         settings.shading = shading(renderer, lights);
         let is_lit = settings.shading.is_some();
         settings.shadows = (lights.is_some() && renderer.is_set(c"shadows")).then(Shadows::default);
         settings.ambient_occlusion = (is_lit && renderer.is_set(c"ambientOcclusion")).then(AmbientOcclusion::default);
         let samples = renderer.integer(c"pixelSamples").map_or(1, |samples| samples.clamp(1, 16) as u32);
-        let clips_to_bounds = renderer.is_set(c"clipToBounds");
+        let mut clips_to_bounds = renderer.is_set(c"clipToBounds");
+        if shown.len() > 1 {
+            if settings.shadows.take().is_some() | settings.ambient_occlusion.take().is_some() {
+                refused("they are drawn without shadows and ambient occlusion");
+            }
+            if std::mem::take(&mut clips_to_bounds) {
+                refused("clipToBounds has no effect");
+            }
+        }
         Self { settings, background: background(objects, renderer), samples, clips_to_bounds }
     }
 }
@@ -45,6 +66,15 @@ impl Default for Look {
 fn kernel(renderer: &Object) -> Option<Kernel> {
     let name = renderer.text(c"kernel")?;
     Kernel::OF_LAYERS.into_iter().find(|kernel| kernel.name() == name)
+}
+
+/// The kernel of the first field's filter.
+fn kernel_of_filter(shown: &[Shown], refused: &mut impl FnMut(&str)) -> Kernel {
+    let is_cubic = shown.first().is_some_and(|shown| shown.field.is_cubic);
+    if shown.iter().any(|shown| shown.field.is_cubic != is_cubic) {
+        refused("their filters differ, and that of the first is used");
+    }
+    if is_cubic { Kernel::BSpline } else { Kernel::Linear }
 }
 
 /// Sets the kernel, unless voxels are splatted.

@@ -1,7 +1,7 @@
 //! Volumes: fields with transfer functions.
 
 use crate::colors;
-use crate::field::Field;
+use crate::field::{Field, FieldKey};
 use crate::objects::{Handle, Object, Objects};
 use crate::status::Problem;
 use anari_sys::*;
@@ -20,7 +20,19 @@ pub struct Shown {
     pub id: u32,
 }
 
+/// Voxels and where they are. Volumes of one place share them on the device.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Place {
+    pub field: FieldKey,
+    placement: DAffine3,
+}
+
 impl Shown {
+    /// What its voxels on the device depend on.
+    pub fn place(&self) -> Place {
+        Place { field: self.field.key, placement: self.placement }
+    }
+
     /// The volume of an object.
     ///
     /// # Errors

@@ -6,6 +6,7 @@ use crate::objects::{Handle, Object, Objects};
 use crate::status::Problem;
 use crate::volume::{Shown, handles};
 use layersplat::glam::{DAffine3, DMat4, DVec3};
+use layersplat::renderer::Channel;
 use layersplat::settings::{Light, Lights};
 
 /// An object and the transform of its instance.
@@ -41,8 +42,8 @@ fn transform(instance: &Object) -> DAffine3 {
         .map_or(DAffine3::IDENTITY, |columns| DAffine3::from_mat4(DMat4::from_cols_array(&columns.map(f64::from))))
 }
 
-/// The volume that is drawn: the first visible one that can be. Others are named as problems.
-pub fn shown(objects: &Objects, world: &Object, problems: &mut Vec<Problem>) -> Option<Shown> {
+/// The volumes that are drawn together: the first visible ones that can be. Others are named as problems.
+pub fn shown(objects: &Objects, world: &Object, problems: &mut Vec<Problem>) -> Vec<Shown> {
     let surfaces = placed(objects, world, c"surface").len();
     if surfaces > 0 {
         problems.push(Problem::argument(format!("{surfaces} surfaces are not drawn: this device draws volumes only")));
@@ -50,22 +51,24 @@ pub fn shown(objects: &Objects, world: &Object, problems: &mut Vec<Problem>) -> 
     let is_visible = |placed: &Placed| {
         objects.get(placed.handle).is_some_and(|volume| volume.class.is_supported() && volume.is_set(c"visible"))
     };
-    let visible: Vec<Placed> = placed(objects, world, c"volume").into_iter().filter(is_visible).collect();
-    let mut found = None;
-    for volume in &visible {
+    let mut all = Vec::new();
+    let mut names = Vec::new();
+    for volume in placed(objects, world, c"volume").into_iter().filter(is_visible) {
         match Shown::from_object(objects, volume.handle, volume.placement, volume.index) {
-            Ok(_) if found.is_some() => {}
-            Ok(shown) => found = Some((volume, shown)),
+            Ok(shown) => {
+                all.push(shown);
+                names.push(name(objects, volume.handle));
+            }
             Err(problem) => problems.push(problem),
         }
     }
-    let (drawn, shown) = found?;
-    if visible.len() > 1 {
-        let name = name(objects, drawn.handle);
-        let text = format!("{} volumes are visible: only the first, {name}, is drawn", visible.len());
+    if all.len() > Channel::MOST {
+        let drawn = names[..Channel::MOST].join(", ");
+        let text = format!("{} volumes are visible: only the first {} are drawn, {drawn}", all.len(), Channel::MOST);
         problems.push(Problem::argument(text));
+        all.truncate(Channel::MOST);
     }
-    Some(shown)
+    all
 }
 
 /// Name of an object for messages.

@@ -53,9 +53,27 @@ fn voxels_leave_the_opencl_device_with_their_field() {
         assert!(device.is_ready(frame, true));
         assert_eq!(device.worker.painter().count(), (i + 1).min(4));
     }
-    for &field in &fields {
+    // Two volumes together have one renderer, which goes with any of their fields.
+    let second = device.new_object(ANARI_VOLUME, c"transferFunction1D");
+    set(&device, second, c"value", fields[0]);
+    device.commit(second);
+    let both = array(&device, ANARI_VOLUME, [2, 1, 1], 1, [volume.0, second.0].as_ptr().cast());
+    set(&device, world, c"volume", both);
+    device.commit(world);
+    device.render(frame);
+    assert!(device.is_ready(frame, true));
+    assert_eq!(device.worker.painter().count(), 4);
+    for &field in &fields[1..5] {
         device.release(field);
     }
+    assert_eq!(device.worker.painter().count(), 2, "those of the last field and of both volumes");
+    set(&device, world, c"volume", volumes);
+    device.commit(world);
+    for object in [both, second, fields[0]] {
+        device.release(object);
+    }
+    assert_eq!(device.worker.painter().count(), 1, "that of both volumes went with a field");
+    device.release(fields[5]);
     assert_eq!(device.worker.painter().count(), 1, "the volume has the last field");
     for object in [volume, volumes, world, frame, camera, renderer] {
         device.release(object);

@@ -9,3 +9,4 @@ mod pictures;
 mod random;
 mod scene;
 mod settings;
+mod several;

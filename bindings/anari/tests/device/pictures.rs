@@ -128,17 +128,6 @@ fn what_cannot_be_drawn_is_told_once() {
     let background = scene.frame.channel::<[u8; 4]>(c"channel.color", ANARI_UFIXED8_VEC4);
     assert!(background.iter().all(|&pixel| pixel == [0, 0, 0, 255]));
     let scene = Scene::new();
-    let second = scene.device.make(ANARI_VOLUME, c"transferFunction1D");
-    second.set_object(c"value", &scene.field).commit();
-    scene.world.set_object(c"volume", &scene.device.objects(&[&scene.volume, &second])).commit();
-    scene.frame.render();
-    scene.device.expect("2 volumes are visible");
-    scene.frame.render();
-    scene.device.expect_nothing();
-    assert_eq!(scene.frame.channel::<[u8; 4]>(c"channel.color", ANARI_UFIXED8_VEC4), Expected::new().bytes());
-    scene.volume.set_flag(c"visible", false).commit();
-    scene.frame.render();
-    scene.device.expect_nothing();
     let surface = scene.device.make(ANARI_SURFACE, c"");
     scene.world.set_object(c"surface", &scene.device.objects(&[&surface])).commit();
     scene.frame.render();

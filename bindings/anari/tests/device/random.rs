@@ -148,21 +148,46 @@ impl Sequence {
 
     /// The objects of a scene that can be drawn.
     fn make_scene(&mut self) {
-        let device = &self.device;
+        let device = self.device.clone();
         let data = device.array(ANARI_FLOAT32, &[4; 3], &[0.5f32; 64]);
         let field = device.make(ANARI_SPATIAL_FIELD, c"structuredRegular");
         field.set_object(c"data", &data).commit();
         let volume = device.make(ANARI_VOLUME, c"transferFunction1D");
         volume.set_object(c"value", &field).commit();
-        let volumes = device.objects(&[&volume]);
+        // Often a second volume, of the same field or of another one, somewhere else.
+        let other_data = device.array(ANARI_UFIXED8, &[3, 2, 4], &[100u8; 24]);
+        let other_field = device.make(ANARI_SPATIAL_FIELD, c"structuredRegular");
+        other_field.set_object(c"data", &other_data).set(c"origin", [1.0f32, 0.5, 0.0]).commit();
+        let other = device.make(ANARI_VOLUME, c"transferFunction1D");
+        other.set_object(c"value", if self.random.below(2) == 0 { &field } else { &other_field }).commit();
+        let volumes = match self.random.below(3) {
+            0 => device.objects(&[&volume]),
+            _ => device.objects(&[&volume, &other]),
+        };
+        let group = device.make(ANARI_GROUP, c"");
+        group.set_object(c"volume", &volumes).commit();
+        let instance = device.make(ANARI_INSTANCE, c"transform");
+        let turned = [0.0, 1.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 2.0, 0.0, 0.0, 1.0f32];
+        instance.set_object(c"group", &group).set(c"transform", turned).commit();
         let world = device.make(ANARI_WORLD, c"");
-        world.set_object(c"volume", &volumes).commit();
+        world.set_object(c"volume", &volumes);
+        if self.random.below(4) == 0 {
+            world.set_object(c"instance", &device.objects(&[&instance]));
+        }
+        world.commit();
         let camera = device.make(ANARI_CAMERA, c"perspective");
         camera.set(c"position", [1.5f32, 1.5, 9.0]).commit();
         let renderer = device.make(ANARI_RENDERER, c"default");
         let frame = device.make(ANARI_FRAME, c"");
         frame.set_object(c"world", &world).set_object(c"camera", &camera).set_object(c"renderer", &renderer);
-        frame.set(c"size", [9u32, 7]).set_type(c"channel.color", ANARI_UFIXED8_VEC4).commit();
+        frame.set(c"size", [9u32, 7]).set_type(c"channel.color", ANARI_UFIXED8_VEC4);
+        if self.random.below(4) == 0 {
+            frame.set_type(c"channel.objectId", ANARI_UINT32);
+        }
+        frame.commit();
+        for object in [other_data, other_field, other, group, instance] {
+            self.made(object.into_handle());
+        }
         for object in [data, field, volume, volumes, world, camera, renderer, frame] {
             self.frame = object.into_handle();
             self.made(self.frame);
