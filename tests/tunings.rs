@@ -183,7 +183,7 @@ fn fields_and_colors_at_every_width() {
         let mut several = Renderer::from_channels(&channels).unwrap();
         let labels = UploadedVolume::new(device, &labels).unwrap();
         let mut colors = Renderer::from_colors(&UploadedColors::from_labels(&[(&labels, &entries)]).unwrap()).unwrap();
-        let mut draw = |renderer: &mut Renderer, settings| renderer.render(&camera, size, settings).unwrap().0;
+        let draw = |renderer: &mut Renderer, settings: &Settings| renderer.render(&camera, size, settings).unwrap().0;
         let maximum = Settings { blend: Blend::Maximum, shading: None, ..Settings::default() };
         let found = vec![
             draw(&mut several, &Settings::default()),
