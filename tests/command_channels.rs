@@ -85,7 +85,18 @@ fn masks_leave_what_lies_within() {
     std::fs::write(f.join("mask.nrrd"), [header.as_bytes(), &ids.collect::<Vec<u8>>()].concat()).unwrap();
     let voxels: Vec<u8> = (0..4096).map(|n| 100 + (n % 16) as u8).collect();
     std::fs::write(f.join("block_16x16x16_uint8.raw"), voxels).unwrap();
-    let shown = ["--opacity", "0:0,99:0,100:1", "--transfer", "grey", "--fit", "volume", "--background-value", "0"];
+    let shown = [
+        "--opacity",
+        "0:0,99:0,100:1",
+        "--transfer",
+        "grey",
+        "--transfer-range",
+        "0,115",
+        "--fit",
+        "volume",
+        "--background-value",
+        "0",
+    ];
     let draw = |mask: &str| {
         let mask: &[&str] = if mask.is_empty() { &[] } else { &["--mask", mask] };
         picture(f, &[&["block_16x16x16_uint8.raw"], mask, &shown].concat())

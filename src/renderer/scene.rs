@@ -74,6 +74,11 @@ impl<'a> Scene<'a> {
         Self { colors, ..self }
     }
 
+    /// Whether layers are drawn by kernels that have a work-item per tile on every device.
+    pub fn is_tiled(&self) -> bool {
+        self.has_colors() || self.channels() > 1
+    }
+
     /// Whether the scene shows colours.
     pub fn has_colors(&self) -> bool {
         self.colors.is_some()

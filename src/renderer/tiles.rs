@@ -42,6 +42,11 @@ impl Tiles {
         Self::for_rays(lattice, tuning.point_tile_rows, tuning)
     }
 
+    /// Tiles of a lattice with point-sampled layers whose kernels have a work-item per tile on every device.
+    pub fn for_tiled_points(lattice: &Lattice, tuning: &Tuning) -> Self {
+        Self::new(lattice.size, [tuning.vector_width, tuning.point_tile_rows])
+    }
+
     /// Tiles of a lattice with splatted layers that is not rendered in phases.
     pub fn for_splats(lattice: &Lattice, tuning: &Tuning) -> Self {
         Self::for_rays(lattice, tuning.tile_rows, tuning)

@@ -296,6 +296,11 @@ impl Fields {
         }
     }
 
+    /// Whether frames are of several fields or of colours.
+    pub fn are_tiled(&self, blend: Blend) -> bool {
+        self.colors.is_some() || self.all().filter(|field| field.shows(blend)).count() > 1
+    }
+
     /// The shapes and the tables of the visible fields, beginning with the one that scenes begin with.
     pub fn sizes(&self) -> Vec<(FieldShape, TableSizes<'_>)> {
         let visible: Vec<_> = self.visible().map(ClassifiedField::sizes).collect();

@@ -17,6 +17,8 @@ pub(in crate::renderer) struct Declaring<'a> {
     pub others: &'a [(FieldShape, TableSizes<'a>)],
     /// Number of this field.
     pub channel: usize,
+    /// Whether frames may be of several fields or of colours, whose layers have a work-item per tile on every device.
+    pub is_tiled: bool,
     pub tuning: &'a Tuning,
     pub viewport: Viewport,
     /// Estimation of gradients, if the frame needs them.
@@ -60,7 +62,7 @@ impl DeclaredLight {
 impl<'a> Declaring<'a> {
     /// Of a frame of one field that needs neither gradients nor light.
     pub fn new(shape: FieldShape, tables: &'a TableSizes<'a>, tuning: &'a Tuning, viewport: Viewport) -> Self {
-        Self { shape, tables, others: &[], channel: 0, tuning, viewport, gradient: None, light: None }
+        Self { shape, tables, others: &[], channel: 0, is_tiled: false, tuning, viewport, gradient: None, light: None }
     }
 
     /// Declares the resources of each field.

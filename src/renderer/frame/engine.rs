@@ -194,6 +194,7 @@ impl Engine {
             tables,
             others: &fields[1..],
             channel: 0,
+            is_tiled: self.fields.are_tiled(settings.blend),
             tuning: self.device.tuning(),
             viewport,
             gradient: settings.needed_gradient(),

@@ -11,12 +11,12 @@ use super::super::tiles::{Drawn, Target, Tiles, declare_target};
 use super::channels::ChannelLayers;
 use super::colors::ColorLayers;
 use super::pixels::{direct_params, layer_axes};
-use crate::device::LatticeSchedule;
 use crate::device::launch::Launcher;
 use crate::device::launch::layered::{
     PointDirect, PointDirectArguments, PointLattice, PointLatticeArguments, PointSamples, Segments,
 };
 use crate::device::launch::structs::{ClassificationParams, RayLatticeParams, SampleParams, SegmentParams};
+use crate::device::{LatticeSchedule, Tuning};
 use crate::error::Error;
 use crate::layers::{Axis, AxisFrame, Density, Kernel, Lattice, Stagger};
 use crate::settings::Blend;
@@ -66,7 +66,7 @@ pub(in crate::renderer) fn declare_lattice(
     kernel: Kernel,
     resources: &mut Resources,
 ) {
-    declare_target(lattice.samples(), Tiles::for_points(lattice, declaring.tuning), resources);
+    declare_target(lattice.samples(), tiles(declaring.is_tiled, lattice, declaring.tuning), resources);
     declare_channels(declaring, resources);
     // Lattices that share a frame have tables of their own if they differ in samples per layer.
     let axis = lattice.frame.layer_axis();
@@ -76,6 +76,11 @@ pub(in crate::renderer) fn declare_lattice(
         declaring.gradients(axis, kernel, resources);
         declaring.integrals(Some(axis).filter(|_| own), kernel, resources);
     });
+}
+
+/// Tiles of a lattice. `is_tiled`: of several fields or of colours.
+fn tiles(is_tiled: bool, lattice: &Lattice, tuning: &Tuning) -> Tiles {
+    if is_tiled { Tiles::for_tiled_points(lattice, tuning) } else { Tiles::for_points(lattice, tuning) }
 }
 
 /// Declares the resources of [`PointLayers::draw_pixels`].
@@ -102,7 +107,7 @@ impl PointLayers {
         let axis = frame.layer_axis();
         let thickness = scene.field.shape().thickness(axis);
         let per_layer = adapted(samples_per_layer, evaluation, scene.rays.pixels_along(frame.a), thickness);
-        let tiles = Tiles::for_points(lattice, device.tuning());
+        let tiles = tiles(scene.is_tiled(), lattice, device.tuning());
         let Drawn { samples, active_samples, .. } = &target.prepare(tiles);
         if lattice.samples() == 0 {
             return Ok(());
