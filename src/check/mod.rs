@@ -164,9 +164,22 @@ mod tests {
     use super::*;
     use crate::device::{LatticeSchedule, Tuning};
 
-    /// These kernels render nothing for a frame at full resolution; tests/shadows, tests/slices and tests/embedding check their results.
-    const NOT_CHECKED: [&str; 4] =
-        ["light/coarse_transmittance.cl", "light/light_table.cl", "slice/slice.cl", "volume/value_range.cl"];
+    /// These kernels render nothing for a frame of one field at full resolution; tests/shadows, tests/slices and tests/embedding check their
+    /// results, and tests/channels and tests/colors those of several fields and of colours.
+    const NOT_CHECKED: [&str; 12] = [
+        "layered/channel_lattice.cl",
+        "layered/channels.cl",
+        "layered/color_lattice.cl",
+        "light/coarse_transmittance.cl",
+        "light/light_table.cl",
+        "rays/channel_raycast.cl",
+        "shared/emission.cl",
+        "slice/slice.cl",
+        "volume/color_voxels.cl",
+        "volume/label_voxels.cl",
+        "volume/resample.cl",
+        "volume/value_range.cl",
+    ];
 
     /// Other families have no schedules.
     fn is_lattice(family: Family) -> bool {
