@@ -27,6 +27,6 @@ __kernel void color_voxels(__global const VOXEL *red, __global const VOXEL *gree
         const int below = min((int)place, p.opacity_count - 2);
         opacity = opacities[below] + (place - below) * (opacities[below + 1] - opacities[below]);
     }
-    const float extinction = -log1p(-fmin(opacity, LARGEST_OPACITY)) * p.factor;
+    const float extinction = -log1p(-fmin(opacity, LARGEST_OPACITY));
     out_red[id] = extinction * r, out_green[id] = extinction * g, out_blue[id] = extinction * b, out_extinction[id] = extinction;
 }

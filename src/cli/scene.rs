@@ -115,7 +115,7 @@ impl Scene {
                 "memory: limit of {bytes} bytes on the device; first, passes over the volume find its range and its visible part"
             );
         }
-        if options.volume.is_default() && processes.leads() {
+        if options.volume.is_default() && !options.channels.has_scene() && processes.leads() {
             eprintln!("volume: {}, which is built in; name a file to render your own", VolumeOptions::DEFAULT);
         }
         let opened_at = Instant::now();

@@ -94,8 +94,6 @@ impl UploadedColors {
                 opacity_from,
                 background,
                 opacity_count: OPACITIES as i32,
-                factor: 1.0,
-                padding: 0,
             },
             out_red: Floats(&out.red),
             out_green: Floats(&out.green),

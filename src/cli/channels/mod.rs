@@ -9,7 +9,7 @@ use crate::device::Device;
 use crate::error::Error;
 use crate::renderer::{Channel, UploadedVolume};
 use crate::settings::{Blend, GradientOpacity};
-use crate::transfer::{TransferFunction, Value};
+use crate::transfer::TransferFunction;
 use crate::viewport::Viewport;
 use crate::volume::{ChannelDescription, OpenOptions, Volume};
 use clap::Args;
@@ -97,6 +97,11 @@ impl ChannelOptions {
             Some(Components::All) => Some(0),
             None => None,
         }
+    }
+
+    /// Whether a scene names the fields.
+    pub fn has_scene(&self) -> bool {
+        self.scene.is_some()
     }
 
     /// Opens the fields beside `first`, the volume of the command.
@@ -207,11 +212,6 @@ impl Field {
     pub fn iso(&self) -> Option<f64> {
         self.look.iso
     }
-}
-
-/// A value of a volume.
-fn find(volume: &Volume, value: Value) -> f64 {
-    Value::finder(volume)(value)
 }
 
 /// Options of a file that is named beside others.

@@ -1,6 +1,6 @@
 //! A field beside the volume, as text: `FILE,KEY=VALUE,…`.
 
-use super::{Look, find, open_options};
+use super::{Look, open_options};
 use crate::annotation::LegendEntry;
 use crate::cli::options::Opacities;
 use crate::cli::parse;
@@ -138,11 +138,12 @@ impl FieldSpec {
             None if blend.gathers_values() => TransferFunction::channel_ramp(volume, color),
             None => TransferFunction::channel(volume, color),
         };
+        // One pass over the voxels finds all percentiles.
+        let find = Value::finder(volume);
         if let Some((lo, hi)) = self.range {
-            transfer = transfer.stretched(find(volume, lo), find(volume, hi))?;
+            transfer = transfer.stretched(find(lo), find(hi))?;
         }
         if let Some(Opacities(points)) = &self.opacity {
-            let find = Value::finder(volume);
             transfer = transfer.with_opacities(points.iter().map(|&(value, opacity)| (find(value), opacity)).collect())?;
         }
         Ok(transfer)
@@ -153,7 +154,7 @@ impl FieldSpec {
         Look {
             factor: self.factor.unwrap_or(1.0),
             visible: !self.hidden,
-            iso: self.iso.map(|value| find(volume, value)),
+            iso: self.iso.map(Value::finder(volume)),
             gradient_opacity: self.gradient_opacity,
         }
     }

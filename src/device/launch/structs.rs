@@ -220,9 +220,6 @@ kernel_struct! {
         background as [background_r, background_g, background_b]: f32,
         /// Entries of that function, from 0 to full intensity.
         opacity_count: i32,
-        /// Factor of the extinction.
-        factor: f32,
-        padding: i32,
     }
 }
 
