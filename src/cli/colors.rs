@@ -37,6 +37,12 @@ fn color_opacity(text: &str) -> Result<ColorOpacity, String> {
 }
 
 impl ColorOptions {
+    /// Whether components are used as colours.
+    #[cfg(feature = "viewer")]
+    pub fn are_given(&self) -> bool {
+        self.colors.is_some()
+    }
+
     /// Opens the components of the volume's file, or its labels; `None` if its values are shown.
     pub fn open(&self, options: &VolumeOptions, labels: &LabelOptions, size: Viewport) -> Result<Option<Shown>, Error> {
         if self.colors.is_none() {

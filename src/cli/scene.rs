@@ -12,7 +12,7 @@ use super::options::{
 use super::orientation::Angles;
 use super::processes::{Processes, TeamOptions};
 use super::viewer::BoundOptions;
-use crate::annotation::Legend;
+use crate::annotation::{Legend, LegendEntry};
 use crate::camera::{Camera, Orbit, Projection};
 use crate::device::Device;
 use crate::error::Error;
@@ -68,6 +68,8 @@ pub(super) struct Scene {
     pub shown: Option<Shown>,
     /// Names and looks of the labels of each layer.
     pub labels: Vec<LabelTable>,
+    /// Name and colour of the volume and of each other field.
+    pub entries: Vec<LegendEntry>,
     /// Names and colours for the legend, instead of the transfer function's.
     pub legend: Option<Legend>,
     pub settings: Settings,
@@ -161,7 +163,8 @@ impl Scene {
         };
         let look = fields.first_look(&volume);
         let labels = shown.as_ref().map_or_else(|| Ok(Vec::new()), |shown| shown.tables(&[]))?;
-        let legend = fields.legend(&volume).or_else(|| shown.as_ref().and_then(|shown| shown.legend(&labels)));
+        let entries = fields.entries(&volume);
+        let legend = fields.legend(&entries).or_else(|| shown.as_ref().and_then(|shown| shown.legend(&labels)));
         let others = fields.into_others(settings.blend)?;
         // A function that options have changed is the user's own.
         if processes.leads() && !options.transfer.changes_opacity() {
@@ -179,6 +182,7 @@ impl Scene {
             others,
             shown,
             labels,
+            entries,
             legend,
             settings,
             device,
@@ -208,6 +212,7 @@ impl Scene {
     }
 
     /// Rejects several fields, colours and labels, which `what` does not draw.
+    #[cfg(feature = "mpi")]
     pub fn require_one_field(&self, what: &str) -> Result<(), Error> {
         if !self.has_channels() && self.shown.is_none() {
             return Ok(());

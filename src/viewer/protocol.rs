@@ -28,18 +28,32 @@ pub(super) enum Request {
     Slices(SlicesView),
     /// Use this look from the next view on.
     Look { look: Look },
-    /// Use this transfer function from the next view on.
-    Transfer { colors: Vec<ControlPoint<[f64; 3]>>, opacities: Vec<ControlPoint<f64>> },
+    /// Use this transfer function of a field from the next view on.
+    Transfer {
+        #[serde(default)]
+        field: usize,
+        colors: Vec<ControlPoint<[f64; 3]>>,
+        opacities: Vec<ControlPoint<f64>>,
+    },
     /// The page has drawn a picture.
     Shown {},
     /// Answer with the camera that fits what is visible.
     Fit { camera: PageCamera, width: u32, height: u32 },
-    /// Answer with a transfer function by name.
-    Named { kind: Kind, name: String },
+    /// Answer with a transfer function of a field by name.
+    Named {
+        #[serde(default)]
+        field: usize,
+        kind: Kind,
+        name: String,
+    },
     /// Answer with the transfer function in the text of a file.
     Read { name: String, text: String },
-    /// Answer with the transfer function as the text of a file, by the name's extension.
-    Write { name: String },
+    /// Answer with the transfer function of a field as the text of a file, by the name's extension.
+    Write {
+        #[serde(default)]
+        field: usize,
+        name: String,
+    },
     /// Answer with a picture of the best quality, and the command that makes it.
     Save {
         camera: PageCamera,
@@ -184,15 +198,15 @@ pub(super) fn transfer_function(
 #[serde(tag = "type", rename_all = "snake_case")]
 pub(super) enum Reply<'a> {
     /// What the program shows from now on; the page asks for it.
-    Given { camera: PageCamera, look: &'a Look, transfer: NamedTransfer<'a> },
+    Given { camera: PageCamera, look: &'a Look, transfer: NamedTransfer<'a>, others: Vec<NamedTransfer<'a>> },
     /// A camera that fits.
     Fitted { camera: PageCamera },
     /// A transfer function that was asked for.
     Transfer { name: &'a str, colors: &'a [ControlPoint<[f64; 3]>], opacities: &'a [ControlPoint<f64>] },
     /// The text of a file that was asked for.
     Written { name: &'a str, text: &'a str },
-    /// The command that makes the picture.
-    Command { line: &'a str, python: &'a str, transfer_name: &'a str, transfer_text: &'a str },
+    /// The command that makes the picture. `more`: further files that it reads.
+    Command { line: &'a str, python: &'a str, transfer_name: &'a str, transfer_text: &'a str, more: &'a [NamedText] },
     /// The command that makes a film, if the program has one, and its files.
     FilmCommand {
         id: u32,
@@ -201,6 +215,7 @@ pub(super) enum Reply<'a> {
         keys_text: &'a str,
         transfer_name: &'a str,
         transfer_text: &'a str,
+        more: &'a [NamedText],
     },
     /// How far a film is: pictures done, of how many.
     Film { id: u32, state: FilmState, done: u32, of: u32 },
@@ -229,14 +244,32 @@ pub(super) enum FilmState {
 }
 
 /// A point of the volume that is seen.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub(super) struct Picked {
     /// World position.
     pub position: [f64; 3],
     /// Position in voxels.
     pub voxel: [f64; 3],
-    /// Value of the field.
+    /// Value of the field, of the first of several.
     pub value: f64,
+    /// Values of several fields, or of the components of colours.
+    pub values: Vec<f64>,
+    /// Labels that are seen there, of each layer that has one.
+    pub labels: Vec<PickedLabel>,
+}
+
+/// A label that is seen.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub(super) struct PickedLabel {
+    pub id: u32,
+    pub name: String,
+}
+
+/// A text file beside a command.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub(super) struct NamedText {
+    pub name: String,
+    pub text: String,
 }
 
 /// A transfer function, and its name.

@@ -56,7 +56,7 @@ pub(super) fn open(given: &Given, offered: &[Offered], source: &Source, device: 
     arguments.scene.volume.alone = matches!(source, Source::File(_));
     let (scene, sequence) = arguments.open(&Processes::alone())?;
     let scene = Scene { device: device.clone(), ..scene };
-    let opening = super::opening_of(&arguments.scene, scene, sequence);
+    let opening = super::opening_of(&arguments.scene, scene, sequence)?;
     let host = PageHost::new(Given::of(words.into_iter().map(Into::into)), arguments.scene.device, &opening);
     Ok((opening, host.offering(offered)))
 }
