@@ -2,6 +2,7 @@
 
 use super::fields::{Drawn, PageField};
 use super::look::{Look, PageBlend, PageQuality};
+use super::look_fields::is_name;
 use super::protocol::{NamedTransfer, Reply};
 use super::scene::{First, Opening, Scene};
 use super::slices;
@@ -11,6 +12,7 @@ use crate::shown::{Shown, name_of};
 use crate::transfer::TransferFunction;
 use crate::volume::{Label, LabelLayer, Statistics};
 use serde_json::{Map, Value, json};
+use std::collections::HashMap;
 
 /// Most labels that a page lists.
 const MOST_LABELS: usize = 4096;
@@ -99,9 +101,13 @@ impl Scene {
             all.sort_by_key(|(_, layer, label)| std::cmp::Reverse(layer.voxels_of(label.id)));
             all.truncate(MOST_LABELS);
         }
+        let mut layers_of: HashMap<u32, usize> = HashMap::new();
+        all.iter().for_each(|(_, _, label)| *layers_of.entry(label.id).or_default() += 1);
+        let is_shared = |label: &Label| layers_of[&label.id] > 1;
         let described = |(layer, found, label): (usize, &LabelLayer, &Label)| {
+            let name = label.name.as_ref().filter(|name| is_shared(label) && is_name(name));
             json!({
-                "layer": layer, "id": label.id, "name": name_of(label), "color": label.color, "opacity": label.opacity,
+                "layer": layer, "key": name.cloned().unwrap_or_else(|| label.id.to_string()), "id": label.id, "name": name_of(label), "color": label.color, "opacity": label.opacity,
                 "visible": label.visible, "voxels": found.voxels_of(label.id),
             })
         };

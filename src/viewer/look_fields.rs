@@ -7,8 +7,10 @@ use crate::renderer::Channel;
 use crate::volume::LabelChange;
 use serde::{Deserialize, Serialize};
 
-/// Most ids in a list of a page.
-const MOST_IDS: usize = 4096;
+/// Most labels in a list of a page.
+const MOST_LABELS: usize = 4096;
+/// Longest name of a label in bytes.
+const LONGEST_NAME: usize = 200;
 /// Largest factor of an extinction.
 const LARGEST_FACTOR: f64 = 1e6;
 
@@ -24,16 +26,17 @@ pub struct PageChannel {
     pub color: String,
 }
 
-/// What a page has changed of the looks of labels.
+/// What a page has changed of the looks of labels. They are named as options of the command name them: by their ids, or, where layers have
+/// the same id, by their names.
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct PageLabels {
     /// If it is not empty: the labels that are drawn, and no others.
-    pub only: Vec<u32>,
+    pub only: Vec<String>,
     /// Labels that are not drawn.
-    pub hidden: Vec<u32>,
+    pub hidden: Vec<String>,
     /// Labels with another colour, `#rrggbb`.
-    pub colors: Vec<(u32, String)>,
+    pub colors: Vec<(String, String)>,
 }
 
 impl Look {
@@ -65,8 +68,12 @@ impl Look {
             }
         }
         let PageLabels { only, hidden, colors } = &self.labels;
-        if only.len().max(hidden.len()).max(colors.len()) > MOST_IDS {
+        if only.len().max(hidden.len()).max(colors.len()) > MOST_LABELS {
             return refuse("labels", "a list of more".into(), "at most 4096 labels in a list");
+        }
+        let named = colors.iter().map(|(label, _)| label).chain(only).chain(hidden);
+        if let Some(label) = named.into_iter().find(|label| !is_name(label)) {
+            return refuse("labels", label.chars().take(20).collect(), "ids and names without commas and colons");
         }
         colors.iter().try_for_each(|(_, color)| color_of(color).map(drop))
     }
@@ -85,10 +92,9 @@ impl PageChannel {
 impl PageLabels {
     /// The changes as options of the command write them.
     pub fn words(&self) -> Vec<String> {
-        let list = |ids: &[u32]| ids.iter().map(u32::to_string).collect::<Vec<_>>().join(",");
-        let colors = self.colors.iter().map(|(id, color)| format!("{id}:{color}"));
-        let only = (!self.only.is_empty()).then(|| format!("{}:only", list(&self.only)));
-        let hidden = (!self.hidden.is_empty()).then(|| format!("{}:hide", list(&self.hidden)));
+        let colors = self.colors.iter().map(|(label, color)| format!("{label}:{color}"));
+        let only = (!self.only.is_empty()).then(|| format!("{}:only", self.only.join(",")));
+        let hidden = (!self.hidden.is_empty()).then(|| format!("{}:hide", self.hidden.join(",")));
         colors.chain(only).chain(hidden).collect()
     }
 
@@ -99,6 +105,12 @@ impl PageLabels {
     pub(super) fn changes(&self) -> Result<Vec<LabelChange>, Error> {
         self.words().iter().map(|word| word.parse()).collect()
     }
+}
+
+/// Whether a list of labels can have this name between others.
+pub(super) fn is_name(text: &str) -> bool {
+    let is_plain = |c: char| !c.is_control() && c != ',' && c != ':';
+    !text.is_empty() && text.len() <= LONGEST_NAME && text.trim() == text && text.chars().all(is_plain)
 }
 
 /// Components of `#rrggbb`, 0 … 1.
@@ -129,16 +141,24 @@ mod tests {
         for bad in [look(-1.0, "#ff8000"), look(f64::NAN, "#ff8000"), look(f64::INFINITY, "#ff8000"), look(1.0, "red")] {
             assert!(bad.check().is_err(), "{bad:?}");
         }
-        let many = PageLabels { hidden: vec![1; MOST_IDS + 1], ..PageLabels::default() };
+        let many = PageLabels { hidden: vec!["1".into(); MOST_LABELS + 1], ..PageLabels::default() };
         assert!(Look { labels: many, ..look(1.0, "#000000") }.check().is_err());
-        let pink = PageLabels { colors: vec![(3, "pink".into())], ..PageLabels::default() };
+        let pink = PageLabels { colors: vec![("3".into(), "pink".into())], ..PageLabels::default() };
         assert!(Look { labels: pink, ..look(1.0, "#000000") }.check().is_err());
+        for name in ["a,b", "a:hide", " a", "", &"a".repeat(999)] {
+            let named = PageLabels { hidden: vec![name.into()], ..PageLabels::default() };
+            assert!(Look { labels: named, ..look(1.0, "#000000") }.check().is_err(), "{name}");
+        }
     }
 
     #[test]
     fn changes_of_labels_are_those_of_the_command() {
-        let labels = PageLabels { only: vec![3, 9], hidden: vec![9], colors: vec![(3, "#ff0000".into())] };
-        assert_eq!(labels.words(), ["3:#ff0000", "3,9:only", "9:hide"]);
+        let labels = PageLabels {
+            only: vec!["3".into(), "rib".into()],
+            hidden: vec!["rib".into()],
+            colors: vec![("3".into(), "#ff0000".into())],
+        };
+        assert_eq!(labels.words(), ["3:#ff0000", "3,rib:only", "rib:hide"]);
         let changes = labels.changes().unwrap();
         assert_eq!(changes[0].color, Some([1.0, 0.0, 0.0]));
         assert_eq!(changes[1].visibility, Some(LabelVisibility::Only));

@@ -26,11 +26,13 @@ impl FirstFields {
 
     /// The options of a look. `others`: files with the transfer functions of all fields but the first.
     pub fn words(&self, look: &Look, others: &[String]) -> Vec<String> {
+        // A given colour changes those that other fields get by default.
+        let is_recolored = look.channels.iter().zip(&self.channels).any(|(now, first)| now.color != first.color);
         let fields = look.channels.iter().zip(&self.channels).enumerate().filter_map(|(n, (now, first))| {
             let transfer = n.checked_sub(1).and_then(|n| others.get(n)).map(|name| format!("transfer={name}"));
             let factor = (now.factor != first.factor).then(|| format!("factor={}", now.factor));
             let visible = (now.visible != first.visible).then(|| format!("visible={}", if now.visible { "on" } else { "off" }));
-            let color = (now.color != first.color).then(|| format!("color={}", now.color));
+            let color = is_recolored.then(|| format!("color={}", now.color));
             let keys: Vec<String> = [transfer, factor, visible, color].into_iter().flatten().collect();
             (!keys.is_empty()).then(|| ["--field".to_owned(), format!("{n},{}", keys.join(","))])
         });

@@ -233,7 +233,7 @@ mod tests {
         program(
             given,
             &source,
-            &Wanted { look, camera: &camera, view, size, samples, format, transfer, length_units: None },
+            &Wanted { look, camera: &camera, view, size, samples, format, transfer, others: &[], length_units: None },
             true,
         )
     }
