@@ -1,6 +1,7 @@
 //! Pages of several fields, colours and labels.
 
 use crate::client::{Page, Viewer};
+use crate::files::open_dropped;
 use crate::pictures::run;
 use serde_json::{Value, json};
 use std::path::Path;
@@ -200,4 +201,23 @@ fn channels_of_a_file_and_masks_open() {
     let mut page = viewer.page();
     let look = with(&page.hello["look"], &[("/quality", json!("standard"))]);
     saved(&mut page, folder.path(), &look);
+}
+
+/// Other files open as the command would open them, and with all channels where the run began with channels.
+#[cfg(unix)]
+#[test]
+fn opened_files_have_their_channels_and_labels() {
+    let folder = folder();
+    let bytes = |name: &str| std::fs::read(folder.path().join(name)).unwrap();
+    let viewer = Viewer::start_in(Some(folder.path()), &["rgb.nrrd", "--channels", "0"]);
+    let mut page = viewer.page();
+    let hello = open_dropped(&viewer, &mut page, "rgb.nrrd", &bytes("rgb.nrrd"));
+    assert_eq!(hello["channels"].as_array().unwrap().len(), 3, "{hello}");
+    let hello = open_dropped(&viewer, &mut page, "layers.seg.nrrd", &bytes("layers.seg.nrrd"));
+    assert!(hello["labels"].as_array().unwrap().len() > 1 && hello["channels"] == json!([]), "{hello}");
+    page.send(&page.view(1, 0.0, true));
+    assert!(page.picture().pixels().pixels().any(|p| p.0[0] > 20));
+    let plain = Viewer::start_in(Some(folder.path()), &["builtin:hydrogen@8"]);
+    let mut page = plain.page();
+    assert_eq!(open_dropped(&plain, &mut page, "rgb.nrrd", &bytes("rgb.nrrd"))["channels"], json!([]));
 }

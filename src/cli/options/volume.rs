@@ -2,6 +2,8 @@
 
 use super::LabelOptions;
 use crate::cli::{parse, standard};
+#[cfg(feature = "viewer")]
+use crate::renderer::Channel;
 use crate::viewport::Viewport;
 use crate::volume::{ChannelDescription, Endian, Labels, Level, OpenOptions, ScalarType, Sequence, Volume};
 use clap::{Args, ValueEnum};
@@ -123,6 +125,13 @@ impl VolumeOptions {
             return Ok(None);
         }
         labels.open(&self.volume, &OpenOptions { alone: self.alone, ..self.file.raw(Some(size))? })
+    }
+
+    /// Whether the file has several channels, as many as are drawn together.
+    #[cfg(feature = "viewer")]
+    pub fn has_several_channels(&self, size: Viewport) -> bool {
+        let count = self.channel_descriptions(Some(size)).map_or(0, |described| described.len());
+        (2..=Channel::MOST).contains(&count)
     }
 
     /// Whether the file says that its voxels are labels.

@@ -1,33 +1,41 @@
 // What the page cannot do with the fields that it shows: the server says why, and the page offers it no more.
 
-/** Controls by the server's names, and what carries the reason. */
+const element = (/** @type {string} */ id) => /** @type {HTMLElement} */ (document.getElementById(id));
+
+/** Controls by the server's names: ids, and options of lists. @type {Record<string, string[]>} */
 const CONTROLS = {
-  shadows: ["#shadows", "#shadow-strength"],
-  "ambient-occlusion": ["#ambient-occlusion"],
-  slices: ["#slices-shown", "#slices-planes", "#slices-colors", "#slices-kernel", "#slices-level", "#slices-width", "#slices-x", "#slices-y", "#slices-z"],
-  paper: ["#quality option[value=paper]"],
-  maximum: ["#blend option[value=maximum]"],
-  minimum: ["#blend option[value=minimum]"],
-  average: ["#blend option[value=average]"],
-  iso: ["#blend option[value=iso]"],
-  curve: ["#curve-part > :not(summary)"],
+  shadows: ["shadows", "shadow-strength"],
+  "ambient-occlusion": ["ambient-occlusion"],
+  slices: ["shown", "planes", "colors", "kernel", "level", "width", "thickness", "x", "y", "z"].map((name) => `slices-${name}`),
+  paper: ["quality=paper"],
+  maximum: ["blend=maximum"],
+  minimum: ["blend=minimum"],
+  average: ["blend=average"],
+  iso: ["blend=iso"],
 };
 
 /** Titles before a reason took their place. @type {Map<HTMLElement, string>} */
 const titles = new Map();
 
-/** @param {Record<string, string>} unavailable reasons by name */
+/** @param {HTMLElement} carrier @param {string | undefined} reason */
+function explain(carrier, reason) {
+  if (!titles.has(carrier)) titles.set(carrier, carrier.title);
+  carrier.title = reason ?? titles.get(carrier) ?? "";
+}
+
+/** Shadows are enabled by the light's controls. @param {Record<string, string>} unavailable reasons by name */
 export function show(unavailable) {
-  for (const [name, selectors] of Object.entries(CONTROLS)) {
+  for (const [name, ids] of Object.entries(CONTROLS)) {
     const reason = unavailable[name];
-    for (const control of document.querySelectorAll(selectors.join())) {
-      const found = /** @type {HTMLInputElement} */ (control);
-      if (name === "curve") found.inert = reason !== undefined;
-      else if (reason !== undefined) found.disabled = true;
-      else if (name === "slices" || found.tagName === "OPTION") found.disabled = false;
-      const carrier = name === "curve" ? /** @type {HTMLElement} */ (found.parentElement) : found.closest("label") ?? found;
-      if (!titles.has(carrier)) titles.set(carrier, carrier.title);
-      carrier.title = reason ?? titles.get(carrier) ?? "";
+    for (const id of ids) {
+      const [list, value] = id.split("=");
+      const control = /** @type {HTMLInputElement} */ (value ? element(list).querySelector(`option[value=${value}]`) : element(id));
+      if (reason !== undefined) control.disabled = true;
+      else if (value || name === "slices") control.disabled = false;
+      explain(value ? control : control.closest("label") ?? control, reason);
     }
   }
+  const curve = element("curve-part");
+  for (const part of [...curve.children].slice(1)) /** @type {HTMLElement} */ (part).inert = "curve" in unavailable;
+  explain(curve, unavailable.curve);
 }
