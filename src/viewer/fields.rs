@@ -45,7 +45,7 @@ pub struct PageField {
 pub(super) enum Uploaded {
     /// None: the volume is streamed, or a step of a sequence, which each page has on its own.
     Own,
-    One(UploadedVolume),
+    One(Box<UploadedVolume>),
     Several(Vec<UploadedVolume>),
     /// Components or indices of labels, and the colours that pages have made of them.
     Shown(Vec<UploadedVolume>, Made),

@@ -111,7 +111,7 @@ impl Scene {
         let is_shared = !is_streamed && opening.time.is_none();
         let uploaded = match opening.drawn.upload(device)? {
             Some(uploaded) => uploaded,
-            None if is_shared => Uploaded::One(UploadedVolume::new(device, volume)?),
+            None if is_shared => Uploaded::One(Box::new(UploadedVolume::new(device, volume)?)),
             None => Uploaded::Own,
         };
         let (statistics, warming, ready) = (OnceLock::new(), Default::default(), Readiness::default());

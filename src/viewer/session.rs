@@ -73,7 +73,7 @@ pub struct Received {
 #[expect(missing_docs, reason = "what changed")]
 pub enum Change {
     Camera(PageCamera),
-    Look(Look),
+    Look(Box<Look>),
     Transfer(TransferFunction),
 }
 
@@ -132,7 +132,7 @@ impl Session {
         let open = if let Request::Open { volume } = &request { Some(volume.clone()) } else { None };
         let change = match &request {
             Request::View(view) => self.scene.camera(&view.camera).ok().map(|_| Change::Camera(view.camera)),
-            Request::Look { look } => Some(Change::Look(look.clone())),
+            Request::Look { look } => Some(Change::Look(Box::new(look.clone()))),
             // Programs that follow a page show one field.
             Request::Transfer { field: 0, colors, opacities } => {
                 transfer_function(colors.clone(), opacities.clone()).ok().map(Change::Transfer)

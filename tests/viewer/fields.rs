@@ -30,6 +30,9 @@ fn saved(page: &mut Page, folder: &Path, look: &Value) -> Vec<u8> {
     let command = page.text("command");
     let saved = page.picture().bytes;
     assert!(run(folder, &command) == saved, "{}", command["line"]);
+    // The program in Python says that it has one volume.
+    let python = command["python"].as_str().unwrap();
+    assert_eq!(python.contains("see layersplat."), !command["line"].as_str().unwrap().contains("--mask"), "{python}");
     saved
 }
 

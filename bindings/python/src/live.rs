@@ -263,7 +263,7 @@ impl LivePage {
                 let camera = Camera::from_library(self.scene.camera(&camera)?);
                 Ok(vec![("camera", Bound::new(py, camera)?.into_any())])
             }
-            Change::Look(look) if look != state.last.look => {
+            Change::Look(look) if *look != state.last.look => {
                 let mut shown = locked(&self.view.shown);
                 let settings = Settings::from_library(shown.overlay.settings(&look, None)?);
                 let mut changes = vec![("settings", Bound::new(py, settings)?.into_any())];
@@ -271,7 +271,7 @@ impl LivePage {
                     changes.push(("background", PyString::new(py, &look.background).into_any()));
                 }
                 state.last.look.clone_from(&look);
-                shown.look = look;
+                shown.look = *look;
                 Ok(changes)
             }
             Change::Transfer(transfer) if !has_points_of(&transfer, &state.last.transfer) => {

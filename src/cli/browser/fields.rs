@@ -24,6 +24,16 @@ impl FirstFields {
         self.kind != FieldKind::Labels
     }
 
+    /// What a program in Python with a single volume leaves out.
+    pub fn missing_in_python(&self) -> Option<&'static str> {
+        match self.kind {
+            FieldKind::One => None,
+            FieldKind::Several => Some("all fields but the first, factors and visibilities: see layersplat.Channel"),
+            FieldKind::Colors => Some("colours: see layersplat.Colors"),
+            FieldKind::Labels => Some("labels: see layersplat.Labels"),
+        }
+    }
+
     /// The options of a look. `others`: files with the transfer functions of all fields but the first.
     pub fn words(&self, look: &Look, others: &[String]) -> Vec<String> {
         // A given colour changes those that other fields get by default.

@@ -113,6 +113,6 @@ impl Host for PageHost {
     }
 
     fn python(&self, wanted: &Wanted) -> String {
-        python::program(&self.given, &self.source(wanted.look.frame), wanted, self.is_layered)
+        python::program(&self.given, &self.fields, &self.source(wanted.look.frame), wanted, self.is_layered)
     }
 }

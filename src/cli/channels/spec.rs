@@ -157,11 +157,14 @@ impl FieldSpec {
     }
 }
 
+/// Keys and values.
+type Pairs = Vec<(String, String)>;
+
 /// Splits `FIRST,KEY=VALUE,…`. A value may have commas: what lacks a key continues it.
-fn split(text: &str) -> Result<(&str, Vec<(String, String)>), String> {
+fn split(text: &str) -> Result<(&str, Pairs), String> {
     let mut parts = text.split(',');
     let first = parts.next().unwrap_or_default();
-    let mut pairs: Vec<(String, String)> = Vec::new();
+    let mut pairs = Pairs::new();
     for part in parts {
         match (part.split_once('='), pairs.last_mut()) {
             (Some((key, value)), _) => pairs.push((key.trim().to_lowercase().replace('_', "-"), value.into())),
@@ -177,7 +180,7 @@ fn split(text: &str) -> Result<(&str, Vec<(String, String)>), String> {
 pub(super) struct FieldChange {
     /// Number of the field; 0 is the first.
     pub number: usize,
-    pairs: Vec<(String, String)>,
+    pairs: Pairs,
 }
 
 impl FieldChange {
