@@ -15,7 +15,7 @@ fn folder() -> tempfile::TempDir {
     let labels = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/formats/files/labels/layers.seg.nrrd");
     std::fs::copy(labels, folder.path().join("layers.seg.nrrd")).unwrap();
     let header = "NRRD0004\ntype: uint8\ndimension: 4\nsizes: 3 10 9 8\nkinds: vector domain domain domain\nencoding: raw\n\n";
-    let voxel = |n: usize| [n % 10 * 25, n / 10 % 9 * 28, if (n / 90) % 2 == 0 { 250 } else { 40 }].map(|c| c as u8);
+    let voxel = |n: usize| [n % 10 * 25, n / 10 % 9 * 28, if (n / 90).is_multiple_of(2) { 250 } else { 40 }].map(|c| c as u8);
     let voxels: Vec<u8> = (0..720).flat_map(voxel).collect();
     std::fs::write(folder.path().join("rgb.nrrd"), [header.as_bytes(), &voxels].concat()).unwrap();
     std::fs::create_dir(folder.path().join("temporary")).unwrap();
