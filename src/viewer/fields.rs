@@ -129,6 +129,13 @@ impl Scene {
         Err(Error::OutOfRange { name: "field", value: field.to_string(), expected: "a field that the page was told, from 0" })
     }
 
+    /// Fails for looks that do not go with the fields.
+    pub(super) fn check_look(&self, look: &Look, settings: &Settings) -> Result<(), Error> {
+        self.kind().check(settings)?;
+        look.channels_of(self.opening.drawn.fields().len())?;
+        self.tables(look).map(drop)
+    }
+
     /// A renderer of its own for a page. `volume`: the step of a sequence.
     ///
     /// # Errors

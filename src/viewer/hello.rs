@@ -81,34 +81,28 @@ impl Scene {
     /// The fields, if there are several.
     fn channels_described(&self, first: &First) -> Vec<Value> {
         let fields = self.opening.drawn.fields().iter().zip(self.statistics()).zip(first.transfers());
-        let described = |((field, statistics), transfer): ((&PageField, &Statistics), TransferFunction)| {
-            let grid = field.volume.grid();
-            json!({
-                "name": field.name, "histogram": histogram(statistics), "transfer": NamedTransfer::from(&transfer),
-                "dims": grid.dims(), "voxel_type": field.volume.voxel_type().to_string(),
-            })
-        };
+        let described = |((field, statistics), transfer): ((&PageField, &Statistics), TransferFunction)| json!({ "name": field.name, "histogram": histogram(statistics), "transfer": NamedTransfer::from(&transfer) });
         fields.map(described).collect()
     }
 
     /// The labels that voxels have, as they are shown at first. Of very many, those with most voxels.
     fn labels_described(&self) -> Vec<Value> {
         let Drawn::Shown(Shown::Labels(labels, _)) = &self.opening.drawn else { return Vec::new() };
-        let layers = labels.layers().iter().enumerate();
-        let mut all: Vec<(usize, &LabelLayer, &Label)> =
-            layers.flat_map(|(n, layer)| layer.present().map(move |label| (n, layer, label))).collect();
+        let layers = labels.layers().iter();
+        let mut all: Vec<(&LabelLayer, &Label)> =
+            layers.flat_map(|layer| layer.present().map(move |label| (layer, label))).collect();
         if all.len() > MOST_LABELS {
-            all.sort_by_key(|(_, layer, label)| std::cmp::Reverse(layer.voxels_of(label.id)));
+            all.sort_by_key(|(layer, label)| std::cmp::Reverse(layer.voxels_of(label.id)));
             all.truncate(MOST_LABELS);
         }
         let mut layers_of: HashMap<u32, usize> = HashMap::new();
-        all.iter().for_each(|(_, _, label)| *layers_of.entry(label.id).or_default() += 1);
+        all.iter().for_each(|(_, label)| *layers_of.entry(label.id).or_default() += 1);
         let is_shared = |label: &Label| layers_of[&label.id] > 1;
-        let described = |(layer, found, label): (usize, &LabelLayer, &Label)| {
+        let described = |(found, label): (&LabelLayer, &Label)| {
             let name = label.name.as_ref().filter(|name| is_shared(label) && is_name(name));
             json!({
-                "layer": layer, "key": name.cloned().unwrap_or_else(|| label.id.to_string()), "id": label.id, "name": name_of(label), "color": label.color, "opacity": label.opacity,
-                "visible": label.visible, "voxels": found.voxels_of(label.id),
+                "key": name.cloned().unwrap_or_else(|| label.id.to_string()), "id": label.id, "name": name_of(label),
+                "color": label.color, "visible": label.visible, "voxels": found.voxels_of(label.id),
             })
         };
         all.into_iter().map(described).collect()
@@ -124,7 +118,7 @@ impl Scene {
         let blend = |blend: PageBlend| (blend.name(), check(Look { blend, ..plain.clone() }));
         let paper = Look { quality: Some(PageQuality::Paper), kernel: None, ..plain.clone() };
         let curve = match &self.opening.drawn {
-            Drawn::Shown(Shown::Labels(..)) => Some("Labels have colours and opacities of their own: see Channels and labels."),
+            Drawn::Shown(Shown::Labels(..)) => Some("Labels have colours and opacities of their own: see the list of labels."),
             Drawn::Shown(Shown::Components(_, ColorOpacity::Alpha)) => Some("The opacity is the alpha of the file."),
             _ => None,
         };

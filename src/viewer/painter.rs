@@ -137,7 +137,8 @@ impl Painter {
         }
         if let Some(look) = look {
             let settings = self.scene.host.settings(&look, None);
-            let checked = settings.and_then(|settings| self.scene.kind().check(&settings)).and_then(|()| self.go(look.frame));
+            let checked =
+                settings.and_then(|settings| self.scene.check_look(&look, &settings)).and_then(|()| self.go(look.frame));
             match checked {
                 Ok(()) => {
                     is_changed |= (&look.channels, &look.labels) != (&self.look.channels, &self.look.labels);

@@ -3,6 +3,7 @@
 use super::films::Film;
 use super::look::Look;
 use super::page_camera::PageCamera;
+use super::reading::Picked;
 use super::slices::{PlacedSlice, SlicesView};
 use crate::error::Error;
 use crate::transfer::{ControlPoint, TransferFunction};
@@ -241,28 +242,6 @@ pub(super) enum FilmState {
     Cancelled,
     /// The problem was sent.
     Failed,
-}
-
-/// A point of the volume that is seen.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub(super) struct Picked {
-    /// World position.
-    pub position: [f64; 3],
-    /// Position in voxels.
-    pub voxel: [f64; 3],
-    /// Value of the field, of the first of several.
-    pub value: f64,
-    /// Values of several fields, or of the components of colours.
-    pub values: Vec<f64>,
-    /// Labels that are seen there, of each layer that has one.
-    pub labels: Vec<PickedLabel>,
-}
-
-/// A label that is seen.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub(super) struct PickedLabel {
-    pub id: u32,
-    pub name: String,
 }
 
 /// A text file beside a command.

@@ -2,7 +2,7 @@
 
 use super::fields::{Drawn, Now, PageField};
 use super::painter::Painter;
-use super::protocol::{Pick, Picked, PickedLabel, shown_size};
+use super::protocol::{Pick, shown_size};
 use super::scene::Scene;
 use crate::camera::{Camera, Projection};
 use crate::error::Error;
@@ -14,6 +14,7 @@ use crate::shown::{Shown, name_of};
 use crate::viewport::Viewport;
 use crate::volume::{LabelLayer, LabelTable, Volume};
 use glam::DVec3;
+use serde::Serialize;
 use std::collections::BTreeMap;
 
 /// Farthest place in half heights from the middle of a picture. Pictures are at most this many times as wide as high.
@@ -22,6 +23,28 @@ const FARTHEST: f64 = 65_536.0;
 const MOST_OPAQUE: f64 = 0.99999;
 /// The one pixel of a pick.
 const PIXEL: Viewport = Viewport { width: 1, height: 1 };
+
+/// A point of the volume that is seen.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub(super) struct Picked {
+    /// World position.
+    pub position: [f64; 3],
+    /// Position in voxels.
+    pub voxel: [f64; 3],
+    /// Value of the field, of the first of several.
+    pub value: f64,
+    /// Values of several fields, or of the components of colours.
+    pub values: Vec<f64>,
+    /// Labels that are seen there, of each layer that has one.
+    pub labels: Vec<PickedLabel>,
+}
+
+/// A label that is seen.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub(super) struct PickedLabel {
+    pub id: u32,
+    pub name: String,
+}
 
 impl Pick {
     /// Checks the numbers of a page.

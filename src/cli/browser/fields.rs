@@ -1,5 +1,6 @@
 //! Several fields, colours and labels: what pages draw of a scene, and the options that say how a page shows them.
 
+use crate::annotation::LegendEntry;
 use crate::cli::channels;
 use crate::cli::scene::Scene;
 use crate::renderer::FieldKind;
@@ -62,11 +63,10 @@ pub(super) fn drawn_of(scene: &mut Scene) -> (Drawn, Vec<PageChannel>) {
     let first = (scene.volume.clone(), scene.transfer.clone(), scene.look);
     let others = std::mem::take(&mut scene.others).into_iter().map(|field| (field.volume, field.transfer, field.look));
     let fields = std::iter::once(first).chain(others).zip(&scene.entries);
-    let described = |((volume, transfer, look), entry): ((Volume<'static>, TransferFunction, channels::Look), &_)| {
+    let described = |((volume, transfer, look), entry): ((Volume<'static>, TransferFunction, channels::Look), &LegendEntry)| {
         let channels::Look { factor, visible, iso, gradient_opacity } = look;
-        let crate::annotation::LegendEntry { name, color } = entry;
-        let color = color.iter().map(|c| format!("{:02x}", (c * 255.0).round() as u8)).collect::<String>();
-        let field = PageField { name: name.clone(), volume, transfer, iso, gradient_opacity };
+        let color = entry.color.iter().map(|c| format!("{:02x}", (c * 255.0).round() as u8)).collect::<String>();
+        let field = PageField { name: entry.name.clone(), volume, transfer, iso, gradient_opacity };
         (field, PageChannel { visible, factor, color: format!("#{color}") })
     };
     let (fields, channels) = fields.map(described).unzip();
