@@ -31,6 +31,8 @@ struct Summand<'a> {
     transfer: &'a TransferFunction,
     factor: f64,
     field: Field,
+    /// How far the field reaches beyond its grid, in voxels.
+    reach: f64,
 }
 
 impl<'a> Sum<'a> {
@@ -38,8 +40,17 @@ impl<'a> Sum<'a> {
     pub fn with_field(mut self, volume: &'a Volume<'a>, transfer: &'a TransferFunction, factor: f64, kernel: Kernel) -> Self {
         let field = Field::new(volume, transfer, Blend::Composite, kernel);
         let field = field.with_gradient(GradientEstimator::for_kernel(kernel));
-        self.fields.push(Summand { volume, transfer, factor, field });
+        self.fields.push(Summand { volume, transfer, factor, field, reach: f64::from(kernel.radius()) });
         self
+    }
+
+    /// Adds a field on a grid of its own, as it is resampled: by Catmull-Rom, up to one voxel beyond its grid.
+    pub fn with_resampled_field(self, volume: &'a Volume<'a>, transfer: &'a TransferFunction, factor: f64) -> Self {
+        let mut sum = self.with_field(volume, transfer, factor, Kernel::CatmullRom);
+        if let Some(field) = sum.fields.last_mut() {
+            field.reach = 1.0;
+        }
+        sum
     }
 
     /// Shades the fields by their own gradients, or not.
@@ -106,7 +117,7 @@ impl Summand<'_> {
         let moved = own.index_to_world().inverse() * grid.index_to_world();
         let ray = Ray { origin: moved.transform_point3(ray.origin), direction: moved.transform_vector3(ray.direction), ..*ray };
         let to_eye = own.world_to_grid_axes() * (grid.direction() * to_eye);
-        let extent = self.field.support(&ray)?;
+        let extent = self.field.within(&ray, self.reach)?;
         Some(Seen { ray, to_eye, from: extent.from, to: extent.to })
     }
 

@@ -231,6 +231,10 @@ kernel_struct! {
         dims as [dims_x, dims_y, dims_z]: i32,
         /// Range of the values, less the offset.
         range as [least, largest]: f32,
+        /// Value at the end of the field, less the offset.
+        end: f32,
+        /// How many times as far from the background values beyond the end are, at most.
+        steepest: f32,
     }
 }
 
