@@ -49,7 +49,8 @@ static inline bool add_absorbed_share(const Absorber *absorber, const Clipping *
     realv share = 1.0f - GATHER(absorber->transmittance, index);
 #ifdef THINNED
     if (sample->light.thinned) {
-        const Gradient gradient = gradient_at(&absorber->field.shading, &sample->field, u, v, a, absorbs);
+        const ShadingSource source = shading_of(&absorber->field);
+        const Gradient gradient = gradient_at(&source, &sample->field, u, v, a, absorbs);
         const realv scale = gradient_extinction_scale(sample, gradient_length(sample, gradient));
         share = sample->classification.linear ? share * scale : 1.0f - general_power(1.0f - share, scale);
     }

@@ -33,6 +33,9 @@
 
 #include "light/ray_sample.cl"
 
+// Whether a field is not sampled in a layer in which one is.
+#define IS_IDLE(absorber) (CHANNELS > 1 && !is_sampled(absorber))
+
 // Voxels -1 ... n of layer k that lie between the rays of a tile: interpolates the transmittance of the rays around them.
 static inline void store_layer(const LightSweepParams *p, const RayLayer *layer, const float (*rays)[PADDED_COLUMNS], bool lit,
                                __global uchar *light, __global ushort *sums) {
@@ -140,7 +143,7 @@ __kernel void light_sweep(PER_CHANNEL(__global const VOXEL *, voxels), PER_CHANN
             for (int r = 0; r < SWEEP_ROWS; r++) {
                 for (int i = 0; i < FIELDS(count); i++) {
                     const ChannelField *field = &absorbers[i].field;
-                    if (!is_sampled(&absorbers[i]))
+                    if (IS_IDLE(&absorbers[i]))
                         continue;
                     float *low = rows[i][r & 1], *high = rows[i][~r & 1];
                     load_row(field->voxels, &field->view, layer.first_u, layer.first_v + r + 1, layer.k, SWEEP_VECTORS + 1, high);
@@ -154,7 +157,7 @@ __kernel void light_sweep(PER_CHANNEL(__global const VOXEL *, voxels), PER_CHANN
                     bool dims = false;
                     for (int i = 0; i < FIELDS(count); i++) {
                         const Absorber *absorber = &absorbers[i];
-                        if (!is_sampled(absorber))
+                        if (IS_IDLE(absorber))
                             continue;
                         const float *mixed = rows[i][r & 1] + c;
                         const realv left = LOADV(mixed), value = left + across_columns.tap[2] * (LOADV(mixed + 1) - left);

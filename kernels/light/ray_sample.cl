@@ -221,7 +221,8 @@ ALWAYS_INLINE bool cross_to_layer(const LightSweepParams *p, const Absorber *abs
     own.extinction_scale = 1.0f;
     const intv shown = value >= sample->classification.shown_from && value <= sample->classification.shown_to;
     if (sample->light.thinned && ANY(dims || shown)) {
-        const Gradient gradient = gradient_at(&absorber->field.shading, &sample->field, u, v, (realv)(k), dims || shown);
+        const ShadingSource source = shading_of(&absorber->field);
+        const Gradient gradient = gradient_at(&source, &sample->field, u, v, (realv)(k), dims || shown);
         own.extinction_scale = gradient_extinction_scale(sample, gradient_length(sample, gradient));
     }
 #endif

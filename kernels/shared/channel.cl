@@ -23,22 +23,26 @@
 
 typedef struct {
     __global const VOXEL *voxels;
-    ShadingSource shading;
+    __global const GRADIENT_VOXEL *gradient_voxels;
+    LightVolume light;
     VolumeView view, gradient_view;
     SampleParams sample;
 } ChannelField;
 
-// Must not be moved: its source of gradients points into it.
 ALWAYS_INLINE void set_field(__global const ChannelParams *params, __global const VOXEL *voxels,
                              __global const GRADIENT_VOXEL *gradient_voxels, __global const uchar *light, __global const uchar *sky,
                              ChannelField *field) {
     field->view = params->view, field->gradient_view = params->gradient_view;
     field->sample = params->sample;
-    field->voxels = voxels + field->view.first;
+    field->voxels = voxels + field->view.first, field->gradient_voxels = gradient_voxels + field->gradient_view.first;
+    field->light.lights = light, field->light.sky = sky;
+}
+
+ALWAYS_INLINE ShadingSource shading_of(const ChannelField *field) {
 #ifdef SEPARATE_GRADIENTS
-    field->shading.voxels = gradient_voxels + field->gradient_view.first, field->shading.view = &field->gradient_view;
+    const ShadingSource source = {field->gradient_voxels, &field->gradient_view, field->light};
 #else
-    field->shading.voxels = field->voxels, field->shading.view = &field->view;
+    const ShadingSource source = {field->voxels, &field->view, field->light};
 #endif
-    field->shading.light.lights = light, field->shading.light.sky = sky;
+    return source;
 }
