@@ -147,10 +147,8 @@ impl Scene<'_> {
         let tuning = self.device.tuning();
         // The state of rays between slabs is that of `LightSweep`'s tiles.
         let absorbers = self.absorbers(sweep.axis, coarse)?;
-        let by_rays = tuning.lattice_schedule == LatticeSchedule::Samples
-            && absorbers.len() == 1
-            && order == [0, all]
-            && !state.continues;
+        let by_rays =
+            tuning.lattice_schedule == LatticeSchedule::Samples && absorbers.len() == 1 && order == [0, all] && !state.continues;
         let together = Together::new(absorbers.iter().map(|absorber| &absorber.field).collect())?;
         let integrals: Vec<_> = absorbers.iter().map(|absorber| &absorber.integrals.nodes).collect();
         // Lengths of a step from layer to layer, in world units and in unit distances.
