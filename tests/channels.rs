@@ -82,10 +82,10 @@ fn psnr(one: &Frame, other: &Frame) -> f64 {
 fn two_fields_shade_each_other() {
     /// Light volumes interpolate between voxels, and have steps of 1/255.
     const LEAST_SHADED: f64 = 40.0;
-    let size = Viewport { width: 44, height: 40 };
+    let size = Viewport { width: 32, height: 28 };
     let device = Device::open(&DeviceChoice::Default).unwrap();
     let fields =
-        [Placed::new("builtin:hydrogen@32", [0.9, 0.5, 0.1], 1.0), Placed::new("builtin:gyroid@32", [0.1, 0.4, 0.9], 0.4)];
+        [Placed::new("builtin:hydrogen@32", [0.9, 0.5, 0.1], 4.0), Placed::new("builtin:gyroid@32", [0.1, 0.4, 0.9], 1.0)];
     let grid = fields[0].volume.grid();
     let camera = Camera::fit_parallel(grid.centre(), 1.1 * grid.diagonal(), size, Orbit { azimuth: 25.0, ..Orbit::default() });
     let light = Light::towards(DVec3::new(-1.0, 1.2, 0.4));
