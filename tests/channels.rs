@@ -6,7 +6,7 @@ use layersplat::device::DeviceChoice;
 use layersplat::layers::Kernel;
 use layersplat::reference::Sum;
 use layersplat::renderer::{Channel, UploadedVolume};
-use layersplat::settings::{Algorithm, Classification, Shading};
+use layersplat::settings::{Algorithm, AmbientOcclusion, Classification, Light, Lights, Shading, Shadows};
 use layersplat::volume::Grid;
 use layersplat::{Camera, Device, Frame, OpenOptions, Orbit, Quality, Renderer, Settings, TransferFunction, Viewport, Volume};
 
@@ -86,6 +86,40 @@ fn psnr(one: &Frame, other: &Frame) -> f64 {
     let pairs = one.pixels().iter().zip(other.pixels());
     let squares: f64 = pairs.flat_map(|(a, b)| (0..4).map(|c| f64::from(a[c] - b[c]).powi(2)).collect::<Vec<_>>()).sum();
     -10.0 * (squares / (4 * one.pixels().len()) as f64).log10()
+}
+
+/// Shadows and ambient occlusion: rays to the lights pass through both fields. In small pictures, since these rays take long.
+#[test]
+fn two_fields_shade_each_other() {
+    /// Light volumes interpolate between voxels, and have steps of 1/255.
+    const LEAST_SHADED: f64 = 40.0;
+    let size = Viewport { width: 32, height: 28 };
+    let device = Device::open(&DeviceChoice::Default).unwrap();
+    let fields =
+        [Placed::new("builtin:hydrogen@32", [0.9, 0.5, 0.1], 4.0), Placed::new("builtin:gyroid@32", [0.1, 0.4, 0.9], 1.0)];
+    let grid = fields[0].volume.grid();
+    let camera = Camera::fit_parallel(grid.centre(), 1.1 * grid.diagonal(), size, Orbit { azimuth: 25.0, ..Orbit::default() });
+    let light = Light::towards(DVec3::new(-1.0, 1.2, 0.4));
+    let shading = Some(Shading { lights: Lights::new(&[light]).unwrap(), ..Shading::default() });
+    let shadows =
+        Settings { shading, shadows: Some(Shadows { forgiveness: 1.0, ..Shadows::default() }), ..Quality::High.settings() };
+    let occlusion = Some(AmbientOcclusion { reach: Some(8.0), gain: 1.5 });
+    for (name, settings) in [("shadows", shadows), ("with occlusion", Settings { ambient_occlusion: occlusion, ..shadows })] {
+        let psnr_of = |fields: &[&Placed]| {
+            let channels: Vec<Channel> = fields.iter().map(|field| field.channel(&device)).collect();
+            let drawn = Renderer::from_channels(&channels).unwrap().render(&camera, size, &settings).unwrap().0;
+            let sum = fields.iter().fold(Sum::default(), |sum, field| {
+                sum.with_field(&field.volume, &field.transfer, field.factor, kernel(&settings))
+            });
+            let apart = |sum: Sum| psnr(&drawn, &sum.render(&camera, size).unwrap());
+            (apart(sum.clone().with_shadows(&settings)), apart(sum.with_shading(shading)))
+        };
+        let [[one, other], [both, unshaded]] =
+            [fields.each_ref().map(|field| psnr_of(&[field]).0), psnr_of(&fields.each_ref()).into()];
+        println!("{name}: {one:.1} and {other:.1} alone, {both:.1} dB together, {unshaded:.1} to the picture without");
+        assert!(both >= LEAST_SHADED.min(one.min(other) - SLACK), "{name}: {one}, {other}, {both}");
+        assert!(unshaded < 30.0, "missing shadows would be noticed: {unshaded}");
+    }
 }
 
 /// Fidelity of both fields together, and of each alone, over some views.

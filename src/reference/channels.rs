@@ -3,12 +3,12 @@
 use super::compositing::{Gathered, picture};
 use super::field::Field;
 use super::shading::Look;
-use super::shadow_rays::Reached;
+use super::shadow_rays::{Reached, ShadowRays};
 use crate::camera::Camera;
 use crate::error::Error;
 use crate::image::Frame;
 use crate::layers::{GradientEstimator, Kernel, Ray, Rays};
-use crate::settings::{Blend, Shading};
+use crate::settings::{Blend, Settings, Shading};
 use crate::transfer::{Extinction, TransferFunction};
 use crate::viewport::Viewport;
 use crate::volume::Volume;
@@ -19,13 +19,15 @@ const STEPS: f64 = 16.0;
 
 /// Emission and absorption of several fields, each on its own grid: τ = Σ τ_c, and C = Σ τ_c C_c / τ, in steps of 1/16 of the smallest
 /// spacing. Opacities are per the smallest spacing of each field.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub struct Sum<'a> {
     fields: Vec<Summand<'a>>,
     shading: Option<Shading>,
+    lit_by: Option<&'a Settings>,
 }
 
 /// A field of the sum.
+#[derive(Clone)]
 struct Summand<'a> {
     volume: &'a Volume<'a>,
     transfer: &'a TransferFunction,
@@ -58,20 +60,28 @@ impl<'a> Sum<'a> {
         Self { shading, ..self }
     }
 
+    /// Shades the fields, with the shadows and the ambient occlusion of these settings: rays to the lights pass through all fields.
+    pub fn with_shadows(self, settings: &'a Settings) -> Self {
+        Self { shading: settings.shading, lit_by: Some(settings), ..self }
+    }
+
     /// Renders the picture of a camera.
     ///
     /// # Errors
     /// For cameras that are not valid.
     ///
     /// # Panics
-    /// Without a field.
+    /// Without a field, and if a light that casts shadows moves with the camera.
     pub fn render(&self, camera: &Camera, viewport: Viewport) -> Result<Frame, Error> {
         let rays = Rays::new(camera, viewport, self.fields[0].volume.grid())?;
-        Ok(picture(viewport, |x, y| self.composite(&rays.at(x, y), rays.to_eye)))
+        let absorbers: Vec<_> = self.fields.iter().map(|field| (field.volume, field.transfer, field.factor)).collect();
+        let shadow_rays = self.lit_by.and_then(|settings| ShadowRays::through(&absorbers, settings));
+        let reached = |point| shadow_rays.as_ref().map_or(Reached::ALL, |rays| rays.reached(point));
+        Ok(picture(viewport, |x, y| self.composite(&rays.at(x, y), rays.to_eye, &reached)))
     }
 
-    /// Premultiplied RGBA of a ray in voxels of the first field; `to_eye` is in its axes.
-    fn composite(&self, ray: &Ray, to_eye: DVec3) -> [f64; 4] {
+    /// Premultiplied RGBA of a ray in voxels of the first field; `to_eye` is in its axes. `reached`: the light at a point.
+    fn composite(&self, ray: &Ray, to_eye: DVec3, reached: &impl Fn(DVec3) -> Reached) -> [f64; 4] {
         let first = self.fields[0].volume.grid();
         let seen: Vec<_> =
             self.fields.iter().filter_map(|summand| Some((summand, summand.seen_along(ray, to_eye, first)?))).collect();
@@ -89,8 +99,10 @@ impl<'a> Sum<'a> {
         for n in 0..steps as usize {
             let t = from + (n as f64 + 0.5) * step;
             let (mut depth, mut sum) = (0.0, [0.0; 3]);
+            let mut light = None;
             for (summand, seen) in seen.iter().filter(|(_, seen)| (seen.from..=seen.to).contains(&t)) {
-                let (own, color) = summand.emission(seen, t, step * world_per_t, self.shading);
+                let reached = || *light.get_or_insert_with(|| reached(ray.origin + ray.direction * t));
+                let (own, color) = summand.emission(seen, t, step * world_per_t, (self.shading, reached));
                 depth += own;
                 (0..3).for_each(|c| sum[c] += own * color[c]);
             }
@@ -121,15 +133,21 @@ impl Summand<'_> {
         Some(Seen { ray, to_eye, from: extent.from, to: extent.to })
     }
 
-    /// Optical depth over a world length, and the lit colour.
-    fn emission(&self, seen: &Seen, t: f64, length: f64, shading: Option<Shading>) -> (f64, [f64; 3]) {
+    /// Optical depth over a world length, and the colour in the light that reaches it.
+    fn emission(
+        &self,
+        seen: &Seen,
+        t: f64,
+        length: f64,
+        (shading, reached): (Option<Shading>, impl FnOnce() -> Reached),
+    ) -> (f64, [f64; 3]) {
         let p = seen.ray.origin + seen.ray.direction * t;
         let value = self.field.classified(p);
         let extinction = self.transfer.extinction(value) * self.factor;
         if extinction == 0.0 {
             return (0.0, [0.0; 3]);
         }
-        let look = Look { shading, gradient_opacity: None, extinction: Extinction::Exponential, reached: Reached::ALL };
+        let look = Look { shading, gradient_opacity: None, extinction: Extinction::Exponential, reached: reached() };
         let (color, _) = look.at(self.volume, || self.field.gradient(p), seen.to_eye, self.transfer.color(value), 1.0);
         (extinction * length / self.volume.grid().spacing().min_element(), color)
     }

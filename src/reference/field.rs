@@ -11,6 +11,7 @@ use crate::volume::Volume;
 use glam::DVec3;
 
 /// The voxels of a volume, the values outside, the reconstruction kernel, and the estimation of gradients.
+#[derive(Clone)]
 pub(super) struct Field {
     kernel: Kernel,
     gradient: GradientEstimator,

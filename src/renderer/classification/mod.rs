@@ -107,12 +107,17 @@ impl Classification {
     }
 
     fn inputs(&self) -> Inputs {
-        Inputs { classification: Some(self.version), field: None }
+        Inputs { classification: Some(self.version), ..Inputs::default() }
     }
 
     /// Versions of this classification and a field.
     pub fn inputs_with(&self, field: &Field) -> Inputs {
-        Inputs { classification: Some(self.version), field: Some(field.version()) }
+        Inputs { field: Some(field.version()), ..self.inputs() }
+    }
+
+    /// Versions of a field and of this classification of it.
+    pub fn versions(&self, field: &Field) -> [Version; 2] {
+        [field.version(), self.version]
     }
 
     /// Number of values made so far.
