@@ -3,9 +3,9 @@
 use glam::DVec3;
 use layersplat::device::DeviceChoice;
 use layersplat::layers::Kernel;
-use layersplat::reference::Colors;
+use layersplat::reference::{Colors, Sum};
 use layersplat::renderer::{ColorOpacity, UploadedColors, UploadedVolume};
-use layersplat::settings::{Algorithm, Blend, Classification, Layered};
+use layersplat::settings::{Algorithm, Blend, Classification, Layered, Light, Lights, Shading, Shadows};
 use layersplat::volume::Grid;
 use layersplat::{
     Camera, Device, Error, Frame, GradientEstimator, Orbit, Quality, Renderer, Settings, TransferFunction, Viewport, Volume,
@@ -114,6 +114,34 @@ fn colors_have_the_integral_of_their_fields() {
     let [camera, ..] = cameras();
     let drawn = renderer.render(&camera, VIEWPORT, &unlit).unwrap().0;
     assert!(psnr(&drawn, &truth.render(&camera, VIEWPORT).unwrap()) < 30.0);
+}
+
+/// White colours have the shadows of a field with their extinction.
+#[test]
+fn colors_cast_shadows() {
+    /// In dB below the picture of that field, which is pre-integrated through a table.
+    const SLACK: f64 = 1.0;
+    let size = Viewport { width: 32, height: 28 };
+    let white = |name| bytes(name, |_| 1.0);
+    let components = vec![white("red"), white("green"), white("blue"), components().remove(3)];
+    let extinction = &emission(&components)[3];
+    let (_, largest) = extinction.range();
+    let opacities = (0..=256).map(|n| largest * f64::from(n) / 256.0).map(|tau| (tau, -(-tau).exp_m1())).collect();
+    let transfer = TransferFunction::new("extinction", vec![(0.0, [1.0; 3])], opacities).unwrap();
+    let light = Light::towards(DVec3::new(-1.0, 1.2, 0.4));
+    let shading = Some(Shading { lights: Lights::new(&[light]).unwrap(), ..Shading::default() });
+    let shadows = Some(Shadows { forgiveness: 1.0, ..Shadows::default() });
+    let settings = Settings { shading, shadows, ..Quality::High.settings() };
+    let camera = Camera::fit_parallel(grid().centre(), grid().diagonal(), size, Orbit { azimuth: 25.0, ..Orbit::default() });
+    let colors = UploadedColors::new(&device(), &components, ColorOpacity::Alpha, &unused()).unwrap();
+    let drawn = Renderer::from_colors(&colors).unwrap().render(&camera, size, &settings).unwrap().0;
+    let field = Renderer::new(&device(), extinction, &transfer).unwrap().render(&camera, size, &settings).unwrap().0;
+    let sum = Sum::default().with_field(extinction, &transfer, 1.0, Kernel::Cubic);
+    let truth = sum.clone().with_shadows(&settings).render(&camera, size).unwrap();
+    let (shaded, of_field) = (psnr(&drawn, &truth), psnr(&field, &truth));
+    let without = psnr(&drawn, &sum.with_shading(shading).render(&camera, size).unwrap());
+    println!("colours with shadows: {shaded:.1} dB, the field {of_field:.1}, {without:.1} to the picture without");
+    assert!(shaded >= of_field - SLACK && without < 25.0, "{shaded}, {of_field}, {without}");
 }
 
 /// A red half beside a transparent green one.

@@ -124,7 +124,7 @@ fn mistakes_are_named() {
     components(f);
     std::fs::write(f.join("scene.json"), r#"[{"file": "rgb.nrrd"}, {"color": "grey"}]"#).unwrap();
     std::fs::write(f.join("sheared.txt"), "1 0.5 0 0\n0 1 0 0\n0 0 1 0\n").unwrap();
-    let cases: [(&str, i32, &[&str]); 13] = [
+    let cases: [(&str, i32, &[&str]); 12] = [
         ("rgb.nrrd --channels 0,3", 2, &["channel", "0 to 2"]),
         ("rgb.nrrd --channels 0,0", 2, &["channel 0 occurs twice"]),
         ("rgb.nrrd --with nothing.nrrd", 1, &["nothing.nrrd"]),
@@ -132,7 +132,6 @@ fn mistakes_are_named() {
         ("rgb.nrrd --with rgb.nrrd,at=sheared.txt", 1, &["sheared.txt", "angle"]),
         ("rgb.nrrd --scene scene.json", 1, &["scene.json", "field 2", "names no file"]),
         ("rgb.nrrd --channels all --classification post", 2, &["one channel"]),
-        ("rgb.nrrd --channels all --shadows on", 2, &["shadows"]),
         ("rgb.nrrd --channels all --algorithm view-sheets", 2, &["one channel"]),
         ("rgb.nrrd --colors direct --color-opacity alpha", 2, &["fourth component"]),
         ("rgb.nrrd --colors direct --blend maximum", 2, &["blend"]),

@@ -4,8 +4,8 @@
 // block, per table entry. Voxels outside the clip region count as clear. Blocks at the far faces may be incomplete: what is missing is
 // clear. coarse[(z*dims_y + y)*dims_x + x] is block (first_x + x, first_y + y, first_z + z).
 
+#include "shared/channel.cl"
 #include "shared/clipping.cl"
-#include "shared/field.cl"
 #include "shared/shading.cl"
 
 #ifndef COARSE
@@ -29,10 +29,16 @@ static inline intv unclipped(const Clipping *clip, realv u, realv v, realv a) {
     return inside;
 }
 
-// The share of the light that those of the voxels with these values absorb that are `held`. False if they absorb none.
-static inline bool absorbed_share(const SampleParams *sample, const Clipping *clip, const ShadingSource *source,
-                                  __global const float *transmittance, realv value, intv held, realv u, realv v, realv a,
-                                  realv *absorbed) {
+// A field that absorbs light, with the transmittance of its table entries.
+typedef struct {
+    ChannelField field;
+    __global const float *transmittance;
+} Absorber;
+
+// Adds the share of the light that those of a field's voxels with these values absorb that are `held`. False if they absorb none.
+static inline bool add_absorbed_share(const Absorber *absorber, const Clipping *clip, realv value, intv held, realv u, realv v, realv a,
+                                      realv *absorbed) {
+    const SampleParams *sample = &absorber->field.sample;
     const intv index = table_index(sample, value);
     intv absorbs = held && index >= sample->classification.first_visible && index <= sample->classification.last_visible;
 #ifdef CLIPPED
@@ -40,15 +46,18 @@ static inline bool absorbed_share(const SampleParams *sample, const Clipping *cl
 #endif
     if (!ANY(absorbs))
         return false;
-    realv share = 1.0f - GATHER(transmittance, index);
+    realv share = 1.0f - GATHER(absorber->transmittance, index);
 #ifdef THINNED
     if (sample->light.thinned) {
-        const Gradient gradient = gradient_at(source, &sample->field, u, v, a, absorbs);
+        const ShadingSource source = shading_of(&absorber->field);
+        const Gradient gradient = gradient_at(&source, &sample->field, u, v, a, absorbs);
         const realv scale = gradient_extinction_scale(sample, gradient_length(sample, gradient));
         share = sample->classification.linear ? share * scale : 1.0f - general_power(1.0f - share, scale);
     }
 #endif
-    *absorbed = absorbs ? share : (realv)(0.0f);
+    // Of one field: its share, to the bit.
+    const realv left = 1.0f - *absorbed;
+    *absorbed += absorbs ? (sample->classification.linear ? MIN(share, left) : share * left) : (realv)(0.0f);
     return true;
 }
 
@@ -58,28 +67,33 @@ static inline bool absorbed_share(const SampleParams *sample, const Clipping *cl
 #define COLUMNS (COARSE * BLOCKS)
 
 // `COLUMNS` columns of voxels from `first_u` to `end_u` at most, of the rows of a row of blocks.
-static inline bool absorbed_columns(__global const VOXEL *voxels, const VolumeView *view, const SampleParams *sample, const Clipping *clip,
-                                    const ShadingSource *source, __global const float *transmittance, int first_u, int end_u,
-                                    int first_v, int first_a, float *absorbed_by) {
+static inline bool absorbed_columns(const Absorber *absorbers, int count, const Clipping *clip, int first_u, int end_u, int first_v,
+                                    int first_a, float *absorbed_by) {
     for (int c = 0; c < COLUMNS; c += VW)
         STOREV(absorbed_by + c, (realv)(0.0f));
     bool any = false;
+    const VolumeView *grid = &absorbers[0].field.view;
     for (int n = 0; n < COARSE * COARSE; n++) {
         const int j = first_v + n % COARSE, k = first_a + n / COARSE;
-        if (j >= view->dims_v || k >= view->dims_a)
+        if (j >= grid->dims_v || k >= grid->dims_a)
             continue;
-        __global const VOXEL *row = voxels + (k - view->first_a) * view->stride_a + j * view->stride_v;
         for (int c = 0; c < COLUMNS && first_u + c < end_u; c += VW) {
             const int i = first_u + c;
-            realv value = (realv)(view->background), absorbed;
-            if (i + VW <= end_u)
-                value = VOXEL_VALUES(view, LOAD_VOXELS(row + i));
-            else
-                for (int lane = 0; lane < end_u - i; lane++)
-                    ((float *)&value)[lane] = VOXEL_VALUE(view, convert_float(row[i + lane]));
-            const intv held = LANES + i < end_u;
-            if (absorbed_share(sample, clip, source, transmittance, value, held, CONVERT_REALV(LANES + i), (realv)(j), (realv)(k),
-                               &absorbed)) {
+            realv absorbed = 0.0f;
+            bool absorbs = false;
+            for (int m = 0; m < count; m++) {
+                const VolumeView *view = &absorbers[m].field.view;
+                __global const VOXEL *row = absorbers[m].field.voxels + (k - view->first_a) * view->stride_a + j * view->stride_v;
+                realv value = (realv)(view->background);
+                if (i + VW <= end_u)
+                    value = VOXEL_VALUES(view, LOAD_VOXELS(row + i));
+                else
+                    for (int lane = 0; lane < end_u - i; lane++)
+                        ((float *)&value)[lane] = VOXEL_VALUE(view, convert_float(row[i + lane]));
+                absorbs |= add_absorbed_share(&absorbers[m], clip, value, LANES + i < end_u, CONVERT_REALV(LANES + i), (realv)(j),
+                                              (realv)(k), &absorbed);
+            }
+            if (absorbs) {
                 STOREV(absorbed_by + c, LOADV(absorbed_by + c) + absorbed);
                 any = true;
             }
@@ -89,35 +103,44 @@ static inline bool absorbed_columns(__global const VOXEL *voxels, const VolumeVi
 }
 #endif
 
-__kernel void coarse_transmittance(__global const VOXEL *voxels, VolumeView view, __global const GRADIENT_VOXEL *gradient_voxels,
-                                   VolumeView gradient_view, __global const float *transmittance, SampleParams sample, Clipping clip,
-                                   int first_x, int first_y, int first_z, int dims_x, int dims_y, int dims_z, __global float *coarse,
-                                   ulong first_item) {
+__kernel void coarse_transmittance(PER_CHANNEL(__global const VOXEL *, voxels),
+                                   PER_CHANNEL(__global const GRADIENT_VOXEL *, gradient_voxels),
+                                   PER_CHANNEL(__global const float *, transmittance), __global const ChannelParams *channel_params,
+                                   int count, Clipping clip, int first_x, int first_y, int first_z, int dims_x, int dims_y, int dims_z,
+                                   __global float *coarse, ulong first_item) {
     const int id = first_item + get_global_id(0);
-    voxels += view.first;
-    __global const uchar *light = 0, *sky = 0;
-    const ShadingSource source = SHADING_SOURCE;
-#if VW == 1
-    if (id >= dims_x * dims_y * dims_z)
+    if (id >= (VW == 1 ? dims_x : 1) * dims_y * dims_z)
         return;
+    __global const VOXEL *const all_voxels[MAX_CHANNELS] = EACH(voxels);
+    __global const GRADIENT_VOXEL *const all_gradient_voxels[MAX_CHANNELS] = EACH(gradient_voxels);
+    __global const float *const all_transmittances[MAX_CHANNELS] = EACH(transmittance);
+    Absorber absorbers[CHANNELS];
+    for (int m = 0; m < FIELDS(count); m++) {
+        set_field(channel_params + m, all_voxels[m], all_gradient_voxels[m], 0, 0, &absorbers[m].field);
+        absorbers[m].transmittance = all_transmittances[m];
+    }
+    const VolumeView *grid = &absorbers[0].field.view;
+#if VW == 1
     const int first_u = (first_x + id % dims_x) * COARSE, first_v = (first_y + id / dims_x % dims_y) * COARSE;
     const int first_a = (first_z + id / dims_x / dims_y) * COARSE;
     float sum = 0.0f;
     for (int n = 0; n < COARSE * COARSE * COARSE; n++) {
         const int i = first_u + n % COARSE, j = first_v + n / COARSE % COARSE, k = first_a + n / (COARSE * COARSE);
-        float absorbed;
-        if (i < view.dims_u && j < view.dims_v && k < view.dims_a &&
-            absorbed_share(&sample, &clip, &source, transmittance, voxel_at(voxels, &view, i, j, k), true, i, j, k, &absorbed))
-            sum += absorbed;
+        if (i >= grid->dims_u || j >= grid->dims_v || k >= grid->dims_a)
+            continue;
+        float absorbed = 0.0f;
+        for (int m = 0; m < FIELDS(count); m++) {
+            const float value = voxel_at(absorbers[m].field.voxels, &absorbers[m].field.view, i, j, k);
+            add_absorbed_share(&absorbers[m], &clip, value, true, i, j, k, &absorbed);
+        }
+        sum += absorbed;
     }
     coarse[id] = 1.0f - sum / (COARSE * COARSE * COARSE);
 #else
-    if (id >= dims_y * dims_z)
-        return;
-    const int end_u = min((first_x + dims_x) * COARSE, view.dims_u);
+    const int end_u = min((first_x + dims_x) * COARSE, grid->dims_u);
     for (int first = 0; first < dims_x; first += BLOCKS) {
         float absorbed_by[COLUMNS];
-        const bool any = absorbed_columns(voxels, &view, &sample, &clip, &source, transmittance, (first_x + first) * COARSE, end_u,
+        const bool any = absorbed_columns(absorbers, FIELDS(count), &clip, (first_x + first) * COARSE, end_u,
                                           (first_y + id % dims_y) * COARSE, (first_z + id / dims_y) * COARSE, absorbed_by);
         __global float *out = coarse + (size_t)id * dims_x + first;
         for (int b = 0; b < min(BLOCKS, dims_x - first); b++) {

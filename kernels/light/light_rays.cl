@@ -1,7 +1,7 @@
 // Transmittance to a light, as in light_sweep.cl, with a work-item per ray, for GPUs.
 //
 // One work-group per tile of rays. In each layer its work-items exchange their transmittances through local memory, and each writes one
-// voxel, from its own and the next rays. VW is 1. A sweep visits all layers: `state` is not used.
+// voxel, from its own and the next rays. VW is 1, and so is the number of fields. A sweep visits all layers: `state` is not used.
 
 #include "layered/sample_tile.cl"
 
@@ -43,41 +43,41 @@ static inline void store_voxel(const LightSweepParams *p, const RayLayer *layer,
 }
 
 __attribute__((reqd_work_group_size(SAMPLE_COLUMNS * SAMPLE_ROWS, 1, 1)))
-__kernel void light_rays(__global const VOXEL *voxels, VolumeView view, __global const GRADIENT_VOXEL *gradient_voxels,
-                         VolumeView gradient_view, __global const uchar *visible, __global const int4 *integrals,
-                         __global const LayerOffset *offsets, LightSweepParams p, SampleParams sample, Clipping clip,
-                         __global uchar *light, __global ushort *sums, __global float *state, ulong first_item) {
+__kernel void light_rays(PER_CHANNEL(__global const VOXEL *, voxels), PER_CHANNEL(__global const GRADIENT_VOXEL *, gradient_voxels),
+                         PER_CHANNEL(__global const uchar *, visible), PER_CHANNEL(__global const int4 *, integrals),
+                         __global const ChannelParams *channel_params, int count, __global const LayerOffset *offsets, LightSweepParams p,
+                         Clipping clip, __global uchar *light, __global ushort *sums, __global float *state, ulong first_item) {
     // Of even and of odd layers: a work-item may write its transmittance while others still read those of the layer before.
     __local float rays[2][SAMPLE_COLUMNS * SAMPLE_ROWS];
     const int tile = FIRST_GROUP + get_group_id(0);
     if (tile >= p.tiles_u * p.tiles_v)
         return;
-    voxels += view.first;
-    __global const uchar *sky = 0;
-    const ShadingSource gradients = SHADING_SOURCE;
+    Absorber absorbers[1];
+    SET_ABSORBERS(absorbers, 1);
+    Absorber *absorber = &absorbers[0];
+    const ChannelField *field = &absorber->field;
     const int column = tile % p.tiles_u * (COLUMNS - COMMON_RAYS), row = tile / p.tiles_u * (SWEEP_ROWS - COMMON_RAYS);
     const int2 place = place_in_tile(get_local_id(0));
     float transmittance = 1.0f;
     RaySample before;
-    int sampled_last = -2;    // number of the layer that the sample before belongs to
     for (int n = 0; n < p.layers + 2; n++) {
         const int k = p.layer_step > 0 ? n - 1 : p.layers - n;
         const RayLayer layer = ray_layer(&p, offsets, column, row, k);
         const bool beside = is_beside_volume(&p, &layer);
         if (!beside) {
             transmittance = recovered(&p, transmittance);
-            const Crossing crossing = crossing_of(visible, &p, view.first_a, offsets, column, row, n, &layer);
-            if (crossing.before || crossing.behind) {
+            absorber->crossing = crossing_of(absorber->visible, &p, field->view.first_a, offsets, column, row, n, &layer);
+            if (is_sampled(absorber)) {
                 const int odd = n & 1;
                 // The layer before lies beside the volume, or nothing is visible between the two.
-                if (sampled_last != n - 1)
-                    before = sample_beside(&sample, &view, integrals, !odd);
-                sampled_last = n;
-                const float value = value_on_layer(voxels, &view, &layer, place);
+                if (absorber->sampled_last != n - 1)
+                    before = sample_beside(&field->sample, &field->view, absorber->integrals, !odd);
+                absorber->sampled_last = n;
+                const float value = value_on_layer(field->voxels, &field->view, &layer, place);
                 const float u = layer.first_u + place.x + layer.between_u, v = layer.first_v + place.y + layer.between_v;
-                float through;
-                if (cross_to_layer(&p, &sample, &clip, &gradients, integrals, k, odd, crossing.before, value, u, v, &before, &through))
-                    transmittance *= through;
+                float absorbs;
+                if (cross_to_layer(&p, absorber, &clip, k, odd, value, u, v, &before, &absorbs))
+                    transmittance *= let_through(&field->sample, absorbs);
             }
             transmittance = recovered(&p, transmittance);
             rays[n & 1][place.y * COLUMNS + place.x] = transmittance;

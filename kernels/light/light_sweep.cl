@@ -5,7 +5,7 @@
 // each layer all rays have the same position between the voxels: `offsets`, for layers -1 ... n along u, then along v. The transmittance is
 // interpolated once, when it is written to the voxels of the layer.
 //
-// One work-item per tile of rays. A tile has three columns and rows in common with its neighbours (COMMON_RAYS), so that each voxel belongs
+// The extinctions of all fields of a scene add. One work-item per tile of rays. A tile has three columns and rows in common with its neighbours (COMMON_RAYS), so that each voxel belongs
 // to one tile. Voxels -1 ... n are written along each axis. A sweep may visit some of the layers only, numbered from 0 in the order of the
 // light: then each tile continues from its rays in `state` and leaves them there, SWEEP_ROWS rows of COLUMNS. Segments between two layers
 // are pre-integrated, as those of views are (`integrals`: preintegration.cl). COARSE: voxels are transmittances
@@ -32,6 +32,9 @@
 #endif
 
 #include "light/ray_sample.cl"
+
+// Whether a field is not sampled in a layer in which one is.
+#define IS_IDLE(absorber) (CHANNELS > 1 && !is_sampled(absorber))
 
 // Voxels -1 ... n of layer k that lie between the rays of a tile: interpolates the transmittance of the rays around them.
 static inline void store_layer(const LightSweepParams *p, const RayLayer *layer, const float (*rays)[PADDED_COLUMNS], bool lit,
@@ -82,24 +85,23 @@ static inline void recover(const LightSweepParams *p, float (*rays)[PADDED_COLUM
             STOREV(rays[r] + c, recovered(p, LOADV(rays[r] + c)));
 }
 
-__kernel void light_sweep(__global const VOXEL *voxels, VolumeView view, __global const GRADIENT_VOXEL *gradient_voxels,
-                          VolumeView gradient_view, __global const uchar *visible, __global const int4 *integrals,
-                          __global const LayerOffset *offsets, LightSweepParams p, SampleParams sample, Clipping clip,
-                          __global uchar *light, __global ushort *sums, __global float *state, ulong first_item) {
+__kernel void light_sweep(PER_CHANNEL(__global const VOXEL *, voxels), PER_CHANNEL(__global const GRADIENT_VOXEL *, gradient_voxels),
+                          PER_CHANNEL(__global const uchar *, visible), PER_CHANNEL(__global const int4 *, integrals),
+                          __global const ChannelParams *channel_params, int count, __global const LayerOffset *offsets, LightSweepParams p,
+                          Clipping clip, __global uchar *light, __global ushort *sums, __global float *state, ulong first_item) {
     const int id = first_item + get_global_id(0);
     if (id >= p.tiles_u * p.tiles_v)
         return;
-    voxels += view.first;
     state += (size_t)id * (SWEEP_ROWS * COLUMNS);
     const int column = id % p.tiles_u * (COLUMNS - COMMON_RAYS), row = id / p.tiles_u * (SWEEP_ROWS - COMMON_RAYS);
-    __global const uchar *sky = 0;
-    const ShadingSource gradients = SHADING_SOURCE;
+    Absorber absorbers[CHANNELS];
+    SET_ABSORBERS(absorbers, FIELDS(count));
     // Transmittance of the rays, and their samples in the layer before.
     float rays[SWEEP_ROWS][PADDED_COLUMNS];
     for (int r = 0; r < SWEEP_ROWS; r++)
         for (int c = 0; c < PADDED_COLUMNS; c += VW)
             STOREV(rays[r] + c, (realv)(1.0f));
-    RaySample before[SWEEP_ROWS][SWEEP_VECTORS];
+    RaySample before[CHANNELS][SWEEP_ROWS][SWEEP_VECTORS];
     bool lit = true;          // no ray of the tile is dimmed
     for (int r = 0; p.continues && r < SWEEP_ROWS; r++) {
         for (int c = 0; c < COLUMNS; c += VW) {
@@ -108,44 +110,66 @@ __kernel void light_sweep(__global const VOXEL *voxels, VolumeView view, __globa
             STOREV(rays[r] + c, ray);
         }
     }
-    int sampled_last = -2;    // number of the layer that the samples before belong to
     for (int n = max(p.from - SAMPLED_BEFORE, 0); n < p.to; n++) {
         const bool begins = n < p.from;
-        const int k = p.layer_step > 0 ? n - 1 : p.layers - n;
+        const int k = p.layer_step > 0 ? n - 1 : p.layers - n, odd = n & 1;
         const RayLayer layer = ray_layer(&p, offsets, column, row, k);
         if (is_beside_volume(&p, &layer))
             continue;
         if (!lit && !begins)
             recover(&p, rays);
-        const Crossing crossing = crossing_of(visible, &p, view.first_a, offsets, column, row, n, &layer);
-        if (crossing.before || crossing.behind) {
-            const int odd = n & 1;
-            if (sampled_last != n - 1) {
+        bool crossed = false;
+        float rows[CHANNELS][2][PADDED_COLUMNS];
+        for (int i = 0; i < FIELDS(count); i++) {
+            Absorber *absorber = &absorbers[i];
+            const VolumeView *view = &absorber->field.view;
+            absorber->crossing = crossing_of(absorber->visible, &p, view->first_a, offsets, column, row, n, &layer);
+            if (!is_sampled(absorber))
+                continue;
+            crossed = true;
+            if (absorber->sampled_last != n - 1) {
                 // The layer before lies beside the volume, or nothing is visible between the two.
-                const RaySample beside = sample_beside(&sample, &view, integrals, !odd);
+                const RaySample beside = sample_beside(&absorber->field.sample, view, absorber->integrals, !odd);
                 for (int r = 0; r < SWEEP_ROWS; r++)
                     for (int c = 0; c < SWEEP_VECTORS; c++)
-                        before[r][c] = beside;
+                        before[i][r][c] = beside;
             }
-            sampled_last = n;
-            float rows[2][PADDED_COLUMNS];
-            load_row(voxels, &view, layer.first_u, layer.first_v, layer.k, SWEEP_VECTORS + 1, rows[0]);
+            absorber->sampled_last = n;
+            load_row(absorber->field.voxels, view, layer.first_u, layer.first_v, layer.k, SWEEP_VECTORS + 1, rows[i][0]);
+        }
+        if (crossed) {
             const Weights across_rows = value_weights((realv)(layer.between_v));
             const Weights across_columns = value_weights((realv)(layer.between_u));
             for (int r = 0; r < SWEEP_ROWS; r++) {
-                float *low = rows[r & 1], *high = rows[~r & 1];
-                load_row(voxels, &view, layer.first_u, layer.first_v + r + 1, layer.k, SWEEP_VECTORS + 1, high);
-                for (int c = 0; c < PADDED_COLUMNS; c += VW)
-                    STOREV(low + c, LOADV(low + c) + across_rows.tap[2] * (LOADV(high + c) - LOADV(low + c)));
+                for (int i = 0; i < FIELDS(count); i++) {
+                    const ChannelField *field = &absorbers[i].field;
+                    if (IS_IDLE(&absorbers[i]))
+                        continue;
+                    float *low = rows[i][r & 1], *high = rows[i][~r & 1];
+                    load_row(field->voxels, &field->view, layer.first_u, layer.first_v + r + 1, layer.k, SWEEP_VECTORS + 1, high);
+                    for (int c = 0; c < PADDED_COLUMNS; c += VW)
+                        STOREV(low + c, LOADV(low + c) + across_rows.tap[2] * (LOADV(high + c) - LOADV(low + c)));
+                }
                 for (int c = 0; c < COLUMNS; c += VW) {
-                    const realv left = LOADV(low + c), value = left + across_columns.tap[2] * (LOADV(low + c + 1) - left);
                     const realv u = CONVERT_REALV(LANES + layer.first_u + c) + layer.between_u;
                     const realv v = (realv)(layer.first_v + r + layer.between_v);
-                    realv through;
-                    if (cross_to_layer(&p, &sample, &clip, &gradients, integrals, k, odd, crossing.before, value, u, v,
-                                       &before[r][c / VW], &through)) {
+                    realv absorbs;
+                    bool dims = false;
+                    for (int i = 0; i < FIELDS(count); i++) {
+                        const Absorber *absorber = &absorbers[i];
+                        if (IS_IDLE(absorber))
+                            continue;
+                        const float *mixed = rows[i][r & 1] + c;
+                        const realv left = LOADV(mixed), value = left + across_columns.tap[2] * (LOADV(mixed + 1) - left);
+                        realv own;
+                        if (cross_to_layer(&p, absorber, &clip, k, odd, value, u, v, &before[i][r][c / VW], &own)) {
+                            absorbs = dims ? absorbed_by_both(&absorber->field.sample, absorbs, own) : own;
+                            dims = true;
+                        }
+                    }
+                    if (dims) {
                         lit = false;
-                        STOREV(rays[r] + c, LOADV(rays[r] + c) * through);
+                        STOREV(rays[r] + c, LOADV(rays[r] + c) * let_through(&absorbers[0].field.sample, absorbs));
                     }
                 }
             }

@@ -3,6 +3,7 @@
 
 #include "layered/beam.cl"
 #include "shared/blend_modes.cl"
+#include "shared/channel.cl"
 #include "shared/clipping.cl"
 #include "shared/field.cl"
 #include "shared/integral_nodes.cl"
@@ -119,8 +120,52 @@ static inline realv of_two_halves(const SampleParams *p, realv one, realv other)
 }
 #endif
 
-// Transmittance of an optical depth, or of alpha times length.
-static inline realv transmitted(const SampleParams *p, realv depth) { return 1.0f - opacity_of_depth(p, depth); }
+// A field that absorbs light. Coarse transmittances are those of all fields.
+typedef struct {
+    ChannelField field;
+    __global const uchar *visible;
+    __global const int4 *integrals;
+    Crossing crossing;
+    int sampled_last;    // number of the layer that its sample before belongs to
+} Absorber;
+
+// Sets the fields of a scene from the arguments of a kernel.
+#define SET_ABSORBERS(absorbers, count)                                                                                    \
+    __global const VOXEL *const all_voxels[MAX_CHANNELS] = EACH(voxels);                                                   \
+    __global const GRADIENT_VOXEL *const all_gradient_voxels[MAX_CHANNELS] = EACH(gradient_voxels);                        \
+    __global const uchar *const all_visible[MAX_CHANNELS] = EACH(visible);                                                 \
+    __global const int4 *const all_integrals[MAX_CHANNELS] = EACH(integrals);                                              \
+    for (int i = 0; i < (count); i++) {                                                                                    \
+        set_field(channel_params + i, all_voxels[i], all_gradient_voxels[i], 0, 0, &(absorbers)[i].field);                 \
+        (absorbers)[i].visible = all_visible[i], (absorbers)[i].integrals = all_integrals[i];                              \
+        (absorbers)[i].sampled_last = -2;                                                                                  \
+    }
+
+// Whether a field is sampled in the current layer.
+static inline bool is_sampled(const Absorber *absorber) { return absorber->crossing.before || absorber->crossing.behind; }
+
+// What fields absorb between two layers: 1 where they end a ray (ISO), what they let through (COARSE), or the optical depth, or alpha times
+// length. Depths add.
+static inline realv absorbed_by_both(const SampleParams *p, realv one, realv other) {
+#if BLEND == ISO
+    return MAX(one, other);
+#elif defined(COARSE)
+    return of_two_halves(p, one, other);
+#else
+    return one + other;
+#endif
+}
+
+// The light that is left.
+static inline realv let_through(const SampleParams *p, realv absorbs) {
+#if BLEND == ISO
+    return 1.0f - absorbs;
+#elif defined(COARSE)
+    return absorbs;
+#else
+    return 1.0f - opacity_of_depth(p, absorbs);
+#endif
+}
 
 // The sample of rays before their first layer: background.
 static inline RaySample sample_beside(const SampleParams *p, const VolumeView *view, __global const int4 *integrals, int odd) {
@@ -137,11 +182,12 @@ static inline RaySample sample_beside(const SampleParams *p, const VolumeView *v
     return s;
 }
 
-// Replaces the sample of rays in the layer before by that of this layer, with a value at (u, v). Returns whether something between the two
-// absorbs light, and the transmittance `through` it. `crossed`: something can; `odd`: parity of this layer's nodes.
-ALWAYS_INLINE bool cross_to_layer(const LightSweepParams *p, const SampleParams *sample, const Clipping *clip, const ShadingSource *source,
-                                  __global const int4 *integrals, int k, int odd, bool crossed, realv value, realv u, realv v,
-                                  RaySample *before, realv *through) {
+// Replaces the sample of rays in the layer before by that of this layer, with a value at (u, v). Returns whether the field absorbs light
+// between the two, and what (let_through). `odd`: parity of this layer's nodes.
+ALWAYS_INLINE bool cross_to_layer(const LightSweepParams *p, const Absorber *absorber, const Clipping *clip, int k, int odd, realv value,
+                                  realv u, realv v, RaySample *before, realv *absorbs) {
+    const SampleParams *sample = &absorber->field.sample;
+    const bool crossed = absorber->crossing.before;
 #ifdef CLIPPED
     // Depths: layers from that of the centre, in the direction of the light.
     const float depth = p->layer_step * (k - p->centre_layer);
@@ -157,34 +203,35 @@ ALWAYS_INLINE bool cross_to_layer(const LightSweepParams *p, const SampleParams 
     const realv surface = depth - own / (blocks ? own - last : (realv)(1.0f));
     blocks &= surface >= hit.from && surface <= hit.to;
 #endif
-    *through = blocks ? (realv)(0.0f) : (realv)(1.0f);
+    *absorbs = blocks ? (realv)(1.0f) : (realv)(0.0f);
     return crossed && ANY(blocks);
 #elif defined(COARSE)
     const realv own = to_power(sample, value, p->half_layer), last = before->half_layer;
     before->half_layer = own;
     if (!crossed || !ANY(own < 1.0f || last < 1.0f))
         return false;
-    *through = of_two_halves(sample, last, own);
+    *absorbs = of_two_halves(sample, last, own);
     return true;
 #else
-    RaySample own = classified_sample(sample, integrals, value, odd);
+    RaySample own = classified_sample(sample, absorber->integrals, value, odd);
     const RaySample last = *before;
-    const realv extinction = extinction_between(sample, integrals, &last, &own);
-    const intv absorbs = extinction != 0.0f;
+    const realv extinction = extinction_between(sample, absorber->integrals, &last, &own);
+    const intv dims = extinction != 0.0f;
 #ifdef THINNED
     own.extinction_scale = 1.0f;
     const intv shown = value >= sample->classification.shown_from && value <= sample->classification.shown_to;
-    if (sample->light.thinned && ANY(absorbs || shown)) {
-        const Gradient gradient = gradient_at(source, &sample->field, u, v, (realv)(k), absorbs || shown);
+    if (sample->light.thinned && ANY(dims || shown)) {
+        const ShadingSource source = shading_of(&absorber->field);
+        const Gradient gradient = gradient_at(&source, &sample->field, u, v, (realv)(k), dims || shown);
         own.extinction_scale = gradient_extinction_scale(sample, gradient_length(sample, gradient));
     }
 #endif
     *before = own;
-    if (!crossed || !ANY(absorbs))
+    if (!crossed || !ANY(dims))
         return false;
     // Nodes of neighbouring layers are even and odd: never equal.
     const realv mean = extinction * reciprocal(CONVERT_REALV(own.node - last.node) + (own.outside - last.outside));
-    realv length = (realv)(p->layer_length);
+    realv length = (realv)(p->layer_length * sample->classification.table_unit);
 #ifdef CLIPPED
     const Part part = part_of(&hit, (realv)(depth - 1.0f), (realv)(depth));
     length *= part_length(&part);
@@ -192,7 +239,7 @@ ALWAYS_INLINE bool cross_to_layer(const LightSweepParams *p, const SampleParams 
 #ifdef THINNED
     length *= 0.5f * (own.extinction_scale + last.extinction_scale);
 #endif
-    *through = transmitted(sample, mean * length);
+    *absorbs = mean * length;
     return true;
 #endif
 }

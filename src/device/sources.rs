@@ -67,6 +67,7 @@ kernel_files!(
     "shared/accumulator.cl",
     "shared/bit_sets.cl",
     "shared/blend_modes.cl",
+    "shared/channel.cl",
     "shared/clipping.cl",
     "shared/dimmed_segment.cl",
     "shared/elementary.cl",

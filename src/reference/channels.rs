@@ -3,12 +3,12 @@
 use super::compositing::{Gathered, picture};
 use super::field::Field;
 use super::shading::Look;
-use super::shadow_rays::Reached;
+use super::shadow_rays::{Reached, ShadowRays};
 use crate::camera::Camera;
 use crate::error::Error;
 use crate::image::Frame;
 use crate::layers::{GradientEstimator, Kernel, Ray, Rays};
-use crate::settings::{Blend, Shading};
+use crate::settings::{Blend, Settings, Shading};
 use crate::transfer::{Extinction, TransferFunction};
 use crate::viewport::Viewport;
 use crate::volume::Volume;
@@ -19,18 +19,22 @@ const STEPS: f64 = 16.0;
 
 /// Emission and absorption of several fields, each on its own grid: τ = Σ τ_c, and C = Σ τ_c C_c / τ, in steps of 1/16 of the smallest
 /// spacing. Opacities are per the smallest spacing of each field.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub struct Sum<'a> {
     fields: Vec<Summand<'a>>,
     shading: Option<Shading>,
+    lit_by: Option<&'a Settings>,
 }
 
 /// A field of the sum.
+#[derive(Clone)]
 struct Summand<'a> {
     volume: &'a Volume<'a>,
     transfer: &'a TransferFunction,
     factor: f64,
     field: Field,
+    /// How far the field reaches beyond its grid, in voxels.
+    reach: f64,
 }
 
 impl<'a> Sum<'a> {
@@ -38,13 +42,27 @@ impl<'a> Sum<'a> {
     pub fn with_field(mut self, volume: &'a Volume<'a>, transfer: &'a TransferFunction, factor: f64, kernel: Kernel) -> Self {
         let field = Field::new(volume, transfer, Blend::Composite, kernel);
         let field = field.with_gradient(GradientEstimator::for_kernel(kernel));
-        self.fields.push(Summand { volume, transfer, factor, field });
+        self.fields.push(Summand { volume, transfer, factor, field, reach: f64::from(kernel.radius()) });
         self
+    }
+
+    /// Adds a field on a grid of its own, as it is resampled: by Catmull-Rom, up to one voxel beyond its grid.
+    pub fn with_resampled_field(self, volume: &'a Volume<'a>, transfer: &'a TransferFunction, factor: f64) -> Self {
+        let mut sum = self.with_field(volume, transfer, factor, Kernel::CatmullRom);
+        if let Some(field) = sum.fields.last_mut() {
+            field.reach = 1.0;
+        }
+        sum
     }
 
     /// Shades the fields by their own gradients, or not.
     pub fn with_shading(self, shading: Option<Shading>) -> Self {
         Self { shading, ..self }
+    }
+
+    /// Shades the fields, with the shadows and the ambient occlusion of these settings: rays to the lights pass through all fields.
+    pub fn with_shadows(self, settings: &'a Settings) -> Self {
+        Self { shading: settings.shading, lit_by: Some(settings), ..self }
     }
 
     /// Renders the picture of a camera.
@@ -53,14 +71,17 @@ impl<'a> Sum<'a> {
     /// For cameras that are not valid.
     ///
     /// # Panics
-    /// Without a field.
+    /// Without a field, and if a light that casts shadows moves with the camera.
     pub fn render(&self, camera: &Camera, viewport: Viewport) -> Result<Frame, Error> {
         let rays = Rays::new(camera, viewport, self.fields[0].volume.grid())?;
-        Ok(picture(viewport, |x, y| self.composite(&rays.at(x, y), rays.to_eye)))
+        let absorbers: Vec<_> = self.fields.iter().map(|field| (field.volume, field.transfer, field.factor)).collect();
+        let shadow_rays = self.lit_by.and_then(|settings| ShadowRays::through(&absorbers, settings));
+        let reached = |point| shadow_rays.as_ref().map_or(Reached::ALL, |rays| rays.reached(point));
+        Ok(picture(viewport, |x, y| self.composite(&rays.at(x, y), rays.to_eye, &reached)))
     }
 
-    /// Premultiplied RGBA of a ray in voxels of the first field; `to_eye` is in its axes.
-    fn composite(&self, ray: &Ray, to_eye: DVec3) -> [f64; 4] {
+    /// Premultiplied RGBA of a ray in voxels of the first field; `to_eye` is in its axes. `reached`: the light at a point.
+    fn composite(&self, ray: &Ray, to_eye: DVec3, reached: &impl Fn(DVec3) -> Reached) -> [f64; 4] {
         let first = self.fields[0].volume.grid();
         let seen: Vec<_> =
             self.fields.iter().filter_map(|summand| Some((summand, summand.seen_along(ray, to_eye, first)?))).collect();
@@ -78,8 +99,10 @@ impl<'a> Sum<'a> {
         for n in 0..steps as usize {
             let t = from + (n as f64 + 0.5) * step;
             let (mut depth, mut sum) = (0.0, [0.0; 3]);
+            let mut light = None;
             for (summand, seen) in seen.iter().filter(|(_, seen)| (seen.from..=seen.to).contains(&t)) {
-                let (own, color) = summand.emission(seen, t, step * world_per_t, self.shading);
+                let reached = || *light.get_or_insert_with(|| reached(ray.origin + ray.direction * t));
+                let (own, color) = summand.emission(seen, t, step * world_per_t, (self.shading, reached));
                 depth += own;
                 (0..3).for_each(|c| sum[c] += own * color[c]);
             }
@@ -106,19 +129,25 @@ impl Summand<'_> {
         let moved = own.index_to_world().inverse() * grid.index_to_world();
         let ray = Ray { origin: moved.transform_point3(ray.origin), direction: moved.transform_vector3(ray.direction), ..*ray };
         let to_eye = own.world_to_grid_axes() * (grid.direction() * to_eye);
-        let extent = self.field.support(&ray)?;
+        let extent = self.field.within(&ray, self.reach)?;
         Some(Seen { ray, to_eye, from: extent.from, to: extent.to })
     }
 
-    /// Optical depth over a world length, and the lit colour.
-    fn emission(&self, seen: &Seen, t: f64, length: f64, shading: Option<Shading>) -> (f64, [f64; 3]) {
+    /// Optical depth over a world length, and the colour in the light that reaches it.
+    fn emission(
+        &self,
+        seen: &Seen,
+        t: f64,
+        length: f64,
+        (shading, reached): (Option<Shading>, impl FnOnce() -> Reached),
+    ) -> (f64, [f64; 3]) {
         let p = seen.ray.origin + seen.ray.direction * t;
         let value = self.field.classified(p);
         let extinction = self.transfer.extinction(value) * self.factor;
         if extinction == 0.0 {
             return (0.0, [0.0; 3]);
         }
-        let look = Look { shading, gradient_opacity: None, extinction: Extinction::Exponential, reached: Reached::ALL };
+        let look = Look { shading, gradient_opacity: None, extinction: Extinction::Exponential, reached: reached() };
         let (color, _) = look.at(self.volume, || self.field.gradient(p), seen.to_eye, self.transfer.color(value), 1.0);
         (extinction * length / self.volume.grid().spacing().min_element(), color)
     }

@@ -11,6 +11,7 @@ use crate::volume::Volume;
 use glam::DVec3;
 
 /// The voxels of a volume, the values outside, the reconstruction kernel, and the estimation of gradients.
+#[derive(Clone)]
 pub(super) struct Field {
     kernel: Kernel,
     gradient: GradientEstimator,
@@ -212,9 +213,13 @@ impl Field {
 
     /// Intersection of a ray with the support of the field, [−r, n−1+r] per axis.
     pub fn support(&self, ray: &Ray) -> Option<Interval> {
-        let radius = DVec3::splat(f64::from(self.kernel.radius()));
+        self.within(ray, f64::from(self.kernel.radius()))
+    }
+
+    /// The interval of a ray within the grid and `reach` voxels beyond it.
+    pub fn within(&self, ray: &Ray, reach: f64) -> Option<Interval> {
         let last = DVec3::from_array(self.dims.map(|n| n as f64 - 1.0));
-        Interval::in_box(ray, -radius, last + radius)
+        Interval::in_box(ray, DVec3::splat(-reach), last + reach)
     }
 }
 

@@ -1,12 +1,13 @@
 //! Light that reaches a point, marched along rays to the lights and to the sky. Light volumes on the device approximate it.
 
+use super::compositing::opacity_of_depth;
 use super::field::Field;
-use super::interval::Region;
+use super::interval::{Interval, Region};
 use crate::layers::{Kernel, Ray};
 use crate::settings::{LightSpace, Settings};
 use crate::transfer::{Extinction, TransferFunction};
-use crate::volume::Volume;
-use glam::DVec3;
+use crate::volume::{Grid, Volume};
+use glam::{DAffine3, DVec3};
 
 /// Step along shadow rays, in smallest spacings.
 const STEP: f64 = 0.4;
@@ -28,14 +29,24 @@ impl Reached {
     pub const ALL: Self = Self { lights: [1.0; 4], ambient: 1.0 };
 }
 
-/// Rays from the samples of a volume to the lights.
+/// Rays from samples to the lights, through the fields of a scene.
 pub(super) struct ShadowRays<'a> {
+    /// Points are in voxels of the first.
+    absorbers: Vec<Absorber<'a>>,
+    settings: &'a Settings,
+}
+
+/// A field that absorbs light.
+struct Absorber<'a> {
     /// The field of the paper's cubic, in which light is swept on the device.
     field: Field,
     volume: &'a Volume<'a>,
     transfer: &'a TransferFunction,
-    settings: &'a Settings,
+    /// Of the extinction.
+    factor: f64,
     region: Region,
+    /// From voxels of the first field.
+    to_voxels: DAffine3,
 }
 
 impl<'a> ShadowRays<'a> {
@@ -44,6 +55,11 @@ impl<'a> ShadowRays<'a> {
     /// # Panics
     /// If a light moves with the camera: convert it with [`crate::settings::Light::in_world`].
     pub fn new(volume: &'a Volume<'a>, transfer: &'a TransferFunction, settings: &'a Settings) -> Option<Self> {
+        Self::through(&[(volume, transfer, 1.0)], settings)
+    }
+
+    /// The same through several fields, each with its transfer function and the factor of its extinction.
+    pub fn through(fields: &[(&'a Volume<'a>, &'a TransferFunction, f64)], settings: &'a Settings) -> Option<Self> {
         if !settings.sweeps_light() {
             return None;
         }
@@ -52,9 +68,15 @@ impl<'a> ShadowRays<'a> {
             lights.as_slice().iter().all(|light| light.space == LightSpace::World),
             "the reference knows lights of the world only"
         );
-        let field = Field::new(volume, transfer, settings.blend, Kernel::Cubic).with_gradient(settings.gradient_estimator());
-        let region = Region::new(volume, transfer, settings.blend, &settings.clipping, f64::from(Kernel::Cubic.radius()));
-        Some(Self { field, volume, transfer, settings, region })
+        let absorber = |&(volume, transfer, factor): &(&'a Volume<'a>, &'a TransferFunction, f64)| {
+            let field = Field::new(volume, transfer, settings.blend, Kernel::Cubic).with_gradient(settings.gradient_estimator());
+            let region = Region::new(volume, transfer, settings.blend, &settings.clipping, f64::from(Kernel::Cubic.radius()));
+            let (own, first) = (volume.grid(), fields[0].0.grid());
+            let same = own == first;
+            let to_voxels = if same { DAffine3::IDENTITY } else { own.index_to_world().inverse() * first.index_to_world() };
+            Absorber { field, volume, transfer, factor, region, to_voxels }
+        };
+        Some(Self { absorbers: fields.iter().map(absorber).collect(), settings })
     }
 
     /// The light that reaches a point, given in voxels.
@@ -64,7 +86,7 @@ impl<'a> ShadowRays<'a> {
         let lights = self.settings.shading.unwrap_or_default().lights;
         for (share, light) in reached.lights.iter_mut().zip(lights.as_slice()) {
             let (Some(shadows), Some(direction)) = (shadows, light.direction) else { continue };
-            let to_light = self.volume.grid().world_to_grid_axes() * direction.normalize();
+            let to_light = self.grid().world_to_grid_axes() * direction.normalize();
             let directions = on_disc(to_light, light.angle);
             let mean = self.mean(point, &directions, None);
             *share = 1.0 - shadows.strength * (1.0 - (shadows.forgiveness * mean).min(1.0));
@@ -79,16 +101,20 @@ impl<'a> ShadowRays<'a> {
         directions.iter().map(|&direction| self.transmittance(point, direction, reach)).sum::<f64>() / directions.len() as f64
     }
 
+    fn grid(&self) -> &Grid {
+        self.absorbers[0].volume.grid()
+    }
+
     /// Transmittance from a point towards a direction (unit vector in grid axes). With a reach, the shadow that light has gathered from afar
     /// is smaller by e^(−step/reach) after each step.
     fn transmittance(&self, point: DVec3, direction: DVec3, reach: Option<f64>) -> f64 {
-        let spacing = self.volume.grid().spacing();
+        let spacing = self.grid().spacing();
         let ray = Ray { origin: point, direction: direction / spacing, start: 0.0 };
-        let within = self.field.support(&ray).and_then(|support| self.region.intersection(&ray)?.and(support));
-        let Some(interval) = within else { return 1.0 };
+        let within: Vec<_> = self.absorbers.iter().map(|absorber| absorber.interval(&ray)).collect();
+        let all = within.iter().flatten();
+        let first = all.clone().map(|interval| interval.from).fold(f64::INFINITY, f64::min).max(0.0);
+        let last = all.map(|interval| interval.to).fold(f64::NEG_INFINITY, f64::max);
         let step = STEP * spacing.min_element();
-        let unit = self.settings.unit_distance.unwrap_or(spacing.min_element());
-        let (first, last) = (interval.from.max(0.0), interval.to);
         let count = ((last - first) / step).ceil().max(0.0) as usize;
         let recovered = reach.map_or(1.0, |reach| (-step / reach).exp());
         let mut transmittance = 1.0;
@@ -96,28 +122,45 @@ impl<'a> ShadowRays<'a> {
         for n in (0..count).rev() {
             let from = first + n as f64 * step;
             let length = (last - from).min(step);
-            let place = ray.origin + ray.direction * (from + length / 2.0);
-            transmittance = 1.0 - recovered * (1.0 - transmittance * self.step(place, length / unit));
+            let t = from + length / 2.0;
+            let place = ray.origin + ray.direction * t;
+            let met =
+                self.absorbers.iter().zip(&within).filter(|(_, interval)| interval.is_some_and(|i| i.from <= t && t <= i.to));
+            let depth = met.map(|(absorber, _)| absorber.depth(place, length, self.settings)).sum::<f64>();
+            let left = 1.0 - opacity_of_depth(depth, self.settings.extinction);
+            transmittance = 1.0 - recovered * (1.0 - transmittance * left);
             if transmittance < (-OPAQUE).exp() && reach.is_none() {
                 return 0.0;
             }
         }
         transmittance
     }
+}
 
-    /// Transmittance of a short step, in unit distances, around a place.
-    fn step(&self, place: DVec3, length: f64) -> f64 {
+impl Absorber<'_> {
+    /// Where a ray, in voxels of the first field, is within this one.
+    fn interval(&self, ray: &Ray) -> Option<Interval> {
+        let (origin, direction) = (self.to_voxels.transform_point3(ray.origin), self.to_voxels.transform_vector3(ray.direction));
+        let ray = Ray { origin, direction, ..*ray };
+        self.field.support(&ray).and_then(|support| self.region.intersection(&ray)?.and(support))
+    }
+
+    /// Optical depth, or alpha times length, of a short step around a place. `length` is in the first field's world.
+    fn depth(&self, place: DVec3, length: f64, settings: &Settings) -> f64 {
+        let place = self.to_voxels.transform_point3(place);
         let value = self.field.classified(place);
         let opacity = self.transfer.opacity(value);
         if opacity == 0.0 {
-            return 1.0;
+            return 0.0;
         }
         let spacing = self.volume.grid().spacing();
-        let left = self.settings.gradient_opacity.map_or(1.0, |thin| thin.at((self.field.gradient(place) / spacing).length()));
-        match self.settings.extinction {
-            Extinction::Exponential => (-self.transfer.extinction(value) * length * left).exp(),
-            Extinction::Linear => (1.0 - opacity * length * left).max(0.0),
-        }
+        let length = length / settings.unit_distance.unwrap_or(spacing.min_element());
+        let left = settings.gradient_opacity.map_or(1.0, |thin| thin.at((self.field.gradient(place) / spacing).length()));
+        let per_length = match settings.extinction {
+            Extinction::Exponential => self.transfer.extinction(value),
+            Extinction::Linear => opacity,
+        };
+        per_length * length * left * self.factor
     }
 }
 

@@ -16,6 +16,8 @@ use crate::volume::{Description, Grid, Volume, VoxelBox, VoxelType};
 const LARGEST_OPACITY: f64 = 0.99999;
 /// Entries of an opacity function over the intensities.
 const OPACITIES: usize = 4096;
+/// Pieces of the opacity of an extinction. The largest is 11.5, so that of a piece is right to 2e-5.
+const EXTINCTIONS: usize = 1024;
 /// Standard deviation of the Gaussian that smooths gradients of labels, in voxels.
 const LABEL_SMOOTHING: f64 = 1.5;
 
@@ -151,12 +153,17 @@ impl UploadedColors {
         self.extinction.description()
     }
 
-    /// The extinction as a field, and a transfer function that shows where there is any.
+    /// The extinction as a field, and the transfer function of which it is the extinction: 1 − e^(−τ). It shows where there is any, and
+    /// what dims the light; colours are drawn without it.
     pub(super) fn visibility(&self) -> (UploadedVolume, TransferFunction) {
         let volume = UploadedVolume { device: self.device.clone(), field: self.extinction.clone() };
         let largest = self.description().range().1.max(f64::from(f32::MIN_POSITIVE));
-        let transfer = TransferFunction::new("extinction", vec![(0.0, [1.0; 3])], vec![(0.0, 0.0), (largest, LARGEST_OPACITY)]);
-        (volume, transfer.expect("two values that ascend"))
+        let opacity = |n: usize| {
+            let extinction = largest * n as f64 / EXTINCTIONS as f64;
+            (extinction, -(-extinction).exp_m1())
+        };
+        let transfer = TransferFunction::new("extinction", vec![(0.0, [1.0; 3])], (0..=EXTINCTIONS).map(opacity).collect());
+        (volume, transfer.expect("values that ascend"))
     }
 
     /// A renderer of the extinction alone, for [`Renderer::depths`]: opacity 1 − exp(−τ) of extinction τ.
@@ -262,9 +269,6 @@ pub(super) fn color_settings(settings: Settings, are_labels: bool) -> Result<Set
     };
     if settings.blend != Blend::Composite {
         return refuse("blend", "reduces single values");
-    }
-    if settings.sweeps_light() {
-        return refuse("shadows", "needs a transfer function");
     }
     let Algorithm::Layered(layered) = settings.algorithm else {
         return refuse("algorithm", "classifies single values");

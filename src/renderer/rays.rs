@@ -7,7 +7,6 @@ use super::region::Region;
 use super::scene::Scene;
 use super::screen::screen_params;
 use super::tiles::{Drawn, Target, Tiles, declare_target};
-use crate::device::launch::layered::Channels;
 use crate::device::launch::rays::{
     CastSegments, CastSegmentsArguments, CastValues, CastValuesArguments, ChannelRaycast, ChannelRaycastArguments, Raycast,
     RaycastArguments, Slicing, SlicingArguments,
@@ -113,6 +112,8 @@ impl MarchedRays {
             let together = Together::new(inputs.iter().map(|inputs| &inputs.field).collect())?;
             let tables: Vec<_> = inputs.iter().map(|inputs| &inputs.table.entries).collect();
             let rendering = Rendering { depths, ..together.rendering };
+            let illumination = scene.illumination()?;
+            let [light, sky] = illumination.arguments(together.unused());
             let arguments = ChannelRaycastArguments {
                 voxels: together.voxels(),
                 gradient_voxels: together.gradient_voxels(),
@@ -120,15 +121,15 @@ impl MarchedRays {
                 tables: PerChannel::new(&tables),
                 channel_params: &together.params(device, CHANNELS.name)?,
                 count: together.count() as i32,
-                light: together.unused(),
-                sky: together.unused(),
+                light,
+                sky,
                 s,
                 p: params(together.blocks()),
                 clip: together.region.for_kernels(AXIS.frame()),
                 frame,
                 active_samples,
             };
-            let variant = (together.kind, kernel, rendering, Channels::new(together.count()));
+            let variant = (together.kind, kernel, rendering, together.channels());
             return self.channels.launch(device, variant, &arguments);
         }
         let RaycastInputs { field: inputs, table } = RaycastInputs::new(scene, kernel, step)?;

@@ -5,6 +5,7 @@ use super::field::{Field, Layout};
 use super::light::{LightSources, LightVolumes};
 use super::lighting::Lighting;
 use super::sampling::Steps;
+use super::store::Inputs;
 use crate::device::launch::structs::{ClassificationParams, Float4, SampleParams, SegmentParams};
 use crate::device::{Buffer, Device};
 use crate::error::Error;
@@ -104,14 +105,17 @@ impl<'a> Scene<'a> {
         Err(Error::Settings { field: "channels", problem })
     }
 
-    /// Results of `work` for the scene of each field alone, beginning with this one.
-    ///
-    /// # Errors
-    /// Those of `work`, and for light volumes, which are of one field.
-    pub fn for_each_channel<T>(&mut self, mut work: impl FnMut(&mut Scene) -> Result<T, Error>) -> Result<Vec<T>, Error> {
-        if self.settings.sweeps_light() {
-            self.require_one_channel("shadows and ambient occlusion")?;
+    /// Versions of all fields and their classifications.
+    pub fn inputs(&self) -> Inputs {
+        let mut inputs = self.classification.inputs_with(self.field);
+        for (versions, other) in inputs.others.iter_mut().zip(&self.others) {
+            *versions = Some(other.classification.versions(other.field));
         }
+        inputs
+    }
+
+    /// Results of `work` for the scene of each field alone, beginning with this one.
+    pub fn for_each_channel<T>(&mut self, mut work: impl FnMut(&mut Scene) -> Result<T, Error>) -> Result<Vec<T>, Error> {
         let mut results = vec![work(self)?];
         let Self { device, kernels, light, rays, viewport, .. } = self;
         for OtherField { field, classification, settings } in &mut self.others {

@@ -1,5 +1,6 @@
 //! Cache of values on the device. Each has a key, the versions of its inputs, and the commands that wrote it.
 
+use crate::device::launch::MAX_CHANNELS;
 use crate::device::{Device, Produced, Usability};
 use crate::error::Error;
 use std::any::Any;
@@ -33,6 +34,8 @@ impl Version {
 pub(super) struct Inputs {
     pub field: Option<Version>,
     pub classification: Option<Version>,
+    /// Of the fields that are drawn together with that one: field and classification.
+    pub others: [Option<[Version; 2]>; MAX_CHANNELS - 1],
 }
 
 /// A value that a store can keep.

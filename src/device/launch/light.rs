@@ -1,7 +1,8 @@
 //! Kernels that fill light volumes.
 
-use super::structs::{Clipping, Float4, LayerOffset, LightSweepParams, SampleParams, VolumeView};
-use super::{Declared, Defines, Floats, Items, Launch, Rendering, VoxelBuffer, VoxelKind, kernel, large_grid, tiles};
+use super::layered::Channels;
+use super::structs::{ChannelParams, Clipping, Float4, LayerOffset, LightSweepParams};
+use super::{Declared, Defines, Floats, Items, Launch, PerChannel, Rendering, VoxelBuffer, VoxelKind, kernel, large_grid, tiles};
 use crate::device::{Buffer, LatticeSchedule, Tuning};
 use crate::layers::Kernel;
 
@@ -36,22 +37,22 @@ impl Launch for LightTable {
 }
 
 kernel! {
-    /// Sweeps the transmittance of parallel rays from a light through the layers of an axis.
+    /// Sweeps the transmittance of parallel rays from a light through the layers of an axis. The extinctions of all fields add.
     LightSweep = "light/light_sweep.cl", light_sweep, "light";
     LightSweepArguments<'a> {
-        voxels: &'a VoxelBuffer,
-        view: VolumeView,
+        voxels: PerChannel<&'a VoxelBuffer>,
         /// The voxels that gradients are estimated from: `voxels`, unless [`Gradients::voxels`](super::Gradients) is set.
-        gradient_voxels: &'a VoxelBuffer,
-        gradient_view: VolumeView,
+        gradient_voxels: PerChannel<&'a VoxelBuffer>,
         /// One bit per block and slab.
-        visible: &'a Buffer<u8>,
-        /// Table of integrals, for compositing at full resolution.
-        integrals: &'a Buffer<[i32; 4]>,
+        visible: PerChannel<&'a Buffer<u8>>,
+        /// Tables of integrals, for compositing at full resolution.
+        integrals: PerChannel<&'a Buffer<[i32; 4]>>,
+        /// `count` of them.
+        channel_params: &'a Buffer<ChannelParams>,
+        count: i32,
         /// Of layers -1 … n along u, then along v.
         offsets: &'a Buffer<LayerOffset>,
         p: LightSweepParams,
-        sample: SampleParams,
         clip: Clipping,
         light: &'a Buffer<u8>,
         /// One per voxel, for light that is averaged over several sweeps; otherwise not read.
@@ -81,10 +82,10 @@ impl LightSweep {
         tuning.vector_width.max(4)
     }
 
-    fn shared_defines(vector_width: u32, (voxels, coarse, rendering): <Self as Launch>::Variant) -> Defines {
+    fn shared_defines(vector_width: u32, (voxels, coarse, rendering, channels): <Self as Launch>::Variant) -> Defines {
         let kernel = if coarse { Kernel::Linear } else { Kernel::Cubic };
         let whole = Rendering { clipped: false, gradient_opacity: false, ..rendering };
-        let defines = Defines::new(vector_width).with_voxels(voxels).with_kernel(kernel);
+        let defines = Defines::new(vector_width).with_voxels(voxels).with_kernel(kernel).with_channels(channels);
         defines.with_rendering(if coarse { whole } else { rendering }).with_if(coarse, "COARSE")
     }
 
@@ -103,8 +104,8 @@ fn overlapping_tiles(size: [usize; 2], tile: [usize; 2]) -> [i32; 2] {
 }
 
 impl Launch for LightSweep {
-    /// The flag: voxels are coarse transmittances. They know no gradients and are not clipped.
-    type Variant = (VoxelKind, bool, Rendering);
+    /// The flag: voxels are coarse transmittances, of all fields. They know no gradients and are not clipped.
+    type Variant = (VoxelKind, bool, Rendering, Channels);
     const ITEMS: Items = Items::Tiles;
 
     fn defines(tuning: &Tuning, variant: Self::Variant) -> String {
@@ -117,7 +118,7 @@ impl Launch for LightSweep {
     }
 }
 
-/// [`LightSweep`] with a work-item per ray, through all layers.
+/// [`LightSweep`] with a work-item per ray, through all layers of one field.
 pub(crate) struct LightRays;
 
 impl Declared for LightRays {
@@ -181,17 +182,17 @@ impl Launch for FinishLight {
 }
 
 kernel! {
-    /// Computes the mean transmittance of blocks of voxels.
+    /// Computes the mean transmittance of blocks of voxels. The extinctions of all fields add.
     CoarseTransmittance = "light/coarse_transmittance.cl", coarse_transmittance, "light";
     CoarseTransmittanceArguments<'a> {
-        voxels: &'a VoxelBuffer,
-        /// View of layer axis z.
-        view: VolumeView,
-        gradient_voxels: &'a VoxelBuffer,
-        gradient_view: VolumeView,
-        /// Of each voxel along the edge of a block: result of [`LightTable`].
-        transmittance: &'a Buffer<f32>,
-        sample: SampleParams,
+        /// In the layout of layer axis z.
+        voxels: PerChannel<&'a VoxelBuffer>,
+        gradient_voxels: PerChannel<&'a VoxelBuffer>,
+        /// Of each voxel along the edge of a block: results of [`LightTable`].
+        transmittance: PerChannel<&'a Buffer<f32>>,
+        /// `count` of them.
+        channel_params: &'a Buffer<ChannelParams>,
+        count: i32,
         clip: Clipping,
         /// First block and blocks along each axis.
         first_x: i32,
@@ -206,11 +207,11 @@ kernel! {
 
 impl Launch for CoarseTransmittance {
     /// With the number of voxels per block and axis.
-    type Variant = (VoxelKind, Rendering, usize);
+    type Variant = (VoxelKind, Rendering, usize, Channels);
     const ITEMS: Items = Items::Tiles;
 
-    fn defines(tuning: &Tuning, (voxels, rendering, coarse): Self::Variant) -> String {
-        let defines = Defines::new(block_lanes(tuning)).with_voxels(voxels).with_kernel(Kernel::Cubic);
+    fn defines(tuning: &Tuning, (voxels, rendering, coarse, channels): Self::Variant) -> String {
+        let defines = Defines::new(block_lanes(tuning)).with_voxels(voxels).with_kernel(Kernel::Cubic).with_channels(channels);
         defines.with_rendering(rendering).with("COARSE", coarse).0
     }
 

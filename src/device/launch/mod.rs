@@ -309,7 +309,7 @@ impl<T: ClType> Typed for &Buffer<T> {
 #[derive(Clone, Copy)]
 pub(crate) struct PerChannel<T>(pub [T; MAX_CHANNELS]);
 
-/// Most fields that a scene draws together: MAX_CHANNELS of kernels/layered/channel_lattice.cl.
+/// Most fields that a scene draws together: MAX_CHANNELS of kernels/shared/channel.cl.
 pub(crate) const MAX_CHANNELS: usize = 8;
 
 impl<T: Copy> PerChannel<T> {

@@ -99,7 +99,7 @@ impl Launch for ChannelRaycast {
     const ITEMS: Items = Items::Tiles;
 
     fn defines(tuning: &Tuning, (voxels, kernel, rendering, channels): Self::Variant) -> String {
-        march_defines(tuning, voxels, rendering).with_kernel(kernel).with("CHANNELS", channels.size()).0
+        march_defines(tuning, voxels, rendering).with_kernel(kernel).with_channels(channels).0
     }
 
     fn items(a: &ChannelRaycastArguments, _: &Tuning) -> usize {

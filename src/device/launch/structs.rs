@@ -134,7 +134,7 @@ kernel_struct! {
         steps: f32,
         /// Share of the shadow that is left after half a step from layer to layer: 1 without a limit of reach.
         recovered: f32,
-        /// Length of a step from layer to layer, in units of the table.
+        /// Length of a step from layer to layer, in unit distances of the first field.
         layer_length: f32,
         /// Of coarse transmittances: half a layer, in the lengths that they are for.
         half_layer: f32,
@@ -231,6 +231,10 @@ kernel_struct! {
         dims as [dims_x, dims_y, dims_z]: i32,
         /// Range of the values, less the offset.
         range as [least, largest]: f32,
+        /// Value at the end of the field, less the offset.
+        end: f32,
+        /// How many times as far from the background values beyond the end are, at most.
+        steepest: f32,
     }
 }
 

@@ -43,6 +43,7 @@ struct Colors {
 /// A field at the voxels of a common grid.
 struct Resampled {
     source: Version,
+    is_enclosed: bool,
     field: Field,
 }
 
@@ -55,19 +56,21 @@ struct Numbers {
     stored: StoredNumbers,
     rescale: Rescale,
     range_is_declared: bool,
+    is_enclosed: bool,
 }
 
 impl Numbers {
     fn new(field: &Field) -> Self {
         let rescale = field.description().rescale();
-        Self { stored: field.stored(), rescale, range_is_declared: field.range_is_declared() }
+        let (range_is_declared, is_enclosed) = (field.range_is_declared(), field.is_enclosed());
+        Self { stored: field.stored(), rescale, range_is_declared, is_enclosed }
     }
 }
 
 impl ClassifiedField {
     fn new(volume: &UploadedVolume, transfer: &TransferFunction) -> Self {
         let field = volume.field.for_renderer();
-        Self { classification: Classification::new(transfer, field.description().rescale()), field, look: Look::default() }
+        Self { classification: Classification::new(transfer, &field), field, look: Look::default() }
     }
 
     /// A copy for rehearsals, with empty caches.
@@ -94,7 +97,7 @@ impl ClassifiedField {
 
     /// Replaces the transfer function.
     pub fn set_transfer_function(&mut self, transfer: &TransferFunction) {
-        self.classification.set_transfer_function(transfer, self.field.description().rescale());
+        self.classification.set_transfer_function(transfer, &self.field);
     }
 
     fn set(&mut self, channel: &Channel, field: Field) {
@@ -201,8 +204,7 @@ impl Fields {
             let problem = format!("there are {}, and a renderer draws 1 to {}", channels.len(), Channel::MOST);
             return Err(Error::Settings { field: "channels", problem });
         };
-        let sources: Vec<&Field> = channels.iter().map(|channel| &channel.volume.field).collect();
-        let mut fields = self.on_one_grid(&sources, kernels, device)?.into_iter();
+        let mut fields = self.on_one_grid(channels, kernels, device)?.into_iter();
         self.colors = None;
         self.first_grid = first.volume.description().grid().clone();
         self.first.set(first, fields.next().expect("as many fields as channels"));
@@ -216,13 +218,14 @@ impl Fields {
         Ok(())
     }
 
-    /// Fields of one grid and one type of voxels.
+    /// Fields of one grid and one type of voxels. Where the background of a field is visible, it ends with its own grid.
     fn on_one_grid(
         &mut self,
-        sources: &[&Field],
+        channels: &[Channel],
         kernels: &mut PreparationKernels,
         device: &Device,
     ) -> Result<Vec<Field>, Error> {
+        let sources: Vec<&Field> = channels.iter().map(|channel| &channel.volume.field).collect();
         let grids: Vec<&Grid> = sources.iter().map(|field| field.description().grid()).collect();
         let grid = common_grid(&grids)?;
         let kind = sources[0].voxel_kind();
@@ -234,14 +237,17 @@ impl Fields {
             *kept.field.description().grid() == grid && sources.iter().any(|source| source.version() == kept.source)
         });
         let mut fields = Vec::new();
-        for source in sources {
+        for (source, channel) in sources.iter().zip(channels) {
             let version = source.version();
-            let kept = self.resampled.iter().find(|kept| kept.source == version).map(|kept| kept.field.clone());
+            let own = source.description();
+            let is_enclosed = *own.grid() != grid && channel.transfer.opacity(own.background()) > 0.0;
+            let is_it = |kept: &&Resampled| kept.source == version && kept.is_enclosed == is_enclosed;
+            let kept = self.resampled.iter().find(is_it).map(|kept| kept.field.clone());
             let field = match kept {
                 Some(kept) => kept,
                 None => {
-                    let field = source.resampled(&mut kernels.field, device, &grid)?;
-                    self.resampled.push(Resampled { source: version, field: field.clone() });
+                    let field = source.resampled(&mut kernels.field, device, &grid, is_enclosed)?;
+                    self.resampled.push(Resampled { source: version, is_enclosed, field: field.clone() });
                     field
                 }
             };

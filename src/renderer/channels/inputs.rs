@@ -4,6 +4,7 @@ use super::super::classification::VisibleBlocks;
 use super::super::field::Layout;
 use super::super::region::Region;
 use super::super::scene::GradientVoxels;
+use crate::device::launch::layered::Channels;
 use crate::device::launch::structs::{ChannelParams, SampleParams};
 use crate::device::launch::{PerChannel, Rendering, VoxelBuffer, VoxelKind};
 use crate::device::{Buffer, Device};
@@ -42,9 +43,12 @@ impl<'a> Together<'a> {
                 "the values of one channel fall where its stored numbers rise, and those of another do not: convert one";
             return Err(Error::Settings { field: "channels", problem: problem.into() });
         }
+        let thinned = all.iter().find(|rendering| rendering.gradient_opacity);
         let rendering = Rendering {
             clipped: region.rendering.clipped,
-            gradient_opacity: all.iter().any(|rendering| rendering.gradient_opacity),
+            gradient_opacity: thinned.is_some(),
+            // Without lights, only fields with gradient opacity have gradients.
+            gradients: thinned.unwrap_or(&all[0]).gradients,
             ..all[0]
         };
         Ok(Self { kind: fields[0].layout.voxels.kind(), fields, rendering, region })
@@ -74,6 +78,11 @@ impl<'a> Together<'a> {
     /// Numbers of min-max blocks along u and v.
     pub fn blocks(&self) -> [i32; 2] {
         self.fields[0].visible.blocks
+    }
+
+    /// Room in programs.
+    pub fn channels(&self) -> Channels {
+        Channels::new(self.count())
     }
 
     /// Stands for volumes that programs do not read.

@@ -17,7 +17,6 @@ use crate::device::launch::rays::PreintegratedTable;
 use crate::device::launch::sheets::{Scan, Splats};
 use crate::device::launch::volume::{ShownChunks, ShownSlabs, SlabVisibility};
 use crate::transfer::TransferFunction;
-use crate::volume::Rescale;
 
 /// Cache budget of a classification in bytes.
 const BUDGET: usize = 256 << 20;
@@ -26,7 +25,7 @@ const BUDGET: usize = 256 << 20;
 pub(super) struct Classification {
     /// Transfer function of values.
     given: TransferFunction,
-    /// Transfer function of stored numbers.
+    /// Transfer function of stored numbers, which hides what lies around an enclosed field.
     transfer: TransferFunction,
     /// Factor of the extinction.
     factor: f64,
@@ -49,11 +48,11 @@ pub(super) struct PreparationKernels {
 }
 
 impl Classification {
-    /// A classification by a transfer function of values, for stored numbers that `rescale` converts to values.
-    pub fn new(transfer: &TransferFunction, rescale: Rescale) -> Self {
+    /// A classification of a field by a transfer function of values.
+    pub fn new(transfer: &TransferFunction, field: &Field) -> Self {
         Self {
             given: transfer.clone(),
-            transfer: transfer.for_stored_numbers(rescale),
+            transfer: for_numbers(transfer, field),
             factor: 1.0,
             version: Version::new(),
             store: Store::new(BUDGET),
@@ -69,9 +68,9 @@ impl Classification {
     }
 
     /// Replaces the transfer function. Derived data are made again on demand.
-    pub fn set_transfer_function(&mut self, transfer: &TransferFunction, rescale: Rescale) {
+    pub fn set_transfer_function(&mut self, transfer: &TransferFunction, field: &Field) {
         if self.given != *transfer {
-            (self.given, self.transfer, self.version) = (transfer.clone(), transfer.for_stored_numbers(rescale), Version::new());
+            (self.given, self.transfer, self.version) = (transfer.clone(), for_numbers(transfer, field), Version::new());
         }
     }
 
@@ -84,7 +83,7 @@ impl Classification {
 
     /// Replaces the field by one with other stored numbers.
     pub fn set_field(&mut self, field: &Field) {
-        (self.transfer, self.version) = (self.given.for_stored_numbers(field.description().rescale()), Version::new());
+        (self.transfer, self.version) = (for_numbers(&self.given, field), Version::new());
     }
 
     /// The transfer function of values.
@@ -108,12 +107,17 @@ impl Classification {
     }
 
     fn inputs(&self) -> Inputs {
-        Inputs { classification: Some(self.version), field: None }
+        Inputs { classification: Some(self.version), ..Inputs::default() }
     }
 
     /// Versions of this classification and a field.
     pub fn inputs_with(&self, field: &Field) -> Inputs {
-        Inputs { classification: Some(self.version), field: Some(field.version()) }
+        Inputs { field: Some(field.version()), ..self.inputs() }
+    }
+
+    /// Versions of a field and of this classification of it.
+    pub fn versions(&self, field: &Field) -> [Version; 2] {
+        [field.version(), self.version]
     }
 
     /// Number of values made so far.
@@ -121,4 +125,9 @@ impl Classification {
     pub fn made(&self) -> usize {
         self.store.made
     }
+}
+
+/// A transfer function of values, as one of the stored numbers of a field.
+fn for_numbers(transfer: &TransferFunction, field: &Field) -> TransferFunction {
+    field.hiding_around(transfer).for_stored_numbers(field.description().rescale())
 }

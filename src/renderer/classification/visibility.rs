@@ -39,6 +39,14 @@ impl VisibleBlocks {
         })
     }
 
+    /// No blocks, for kernels that visit everything.
+    pub fn unculled(device: &Device) -> Result<Self, Error> {
+        const UNUSED: &str = "the visibility of blocks";
+        let (flags, shown, shows) =
+            (Buffer::new(device, 1, UNUSED)?, Buffer::new(device, SHOWN_SLABS, UNUSED)?, Buffer::new(device, 1, UNUSED)?);
+        Ok(Self { flags, blocks: [0; 2], shown, shows })
+    }
+
     fn bytes_needed(numbers: &BlockNumbers, radius: i32) -> usize {
         numbers.slab_bytes(radius) + SHOWN_SLABS * size_of::<i32>() + numbers.chunks(radius).max(1)
     }

@@ -1,6 +1,7 @@
 //! The field: voxels on a device, and data derived from them alone (layouts, B-spline coefficients, min-max blocks).
 
 mod blocks;
+mod enclosed;
 mod gradients;
 mod in_place;
 mod layouts;
@@ -43,6 +44,8 @@ pub(super) struct Field {
     placed: Placement,
     /// Whether the caller declared the range; voxels may then lie outside it.
     range_is_declared: bool,
+    /// Whether the voxels around the volume, in a larger grid, have a value below all others.
+    is_enclosed: bool,
     /// Version of the voxels as uploaded or handed over.
     version: Version,
     /// Number of voxel changes in place that this owner was notified of, and the maximum over all owners.
@@ -100,6 +103,7 @@ impl Field {
             is_lost: false,
             placed,
             range_is_declared,
+            is_enclosed: false,
             version: Version::new(),
             changes: 0,
             all_changes: Arc::default(),
@@ -257,6 +261,11 @@ impl Field {
     /// Kernels subtract this from every voxel, so that float sums have a precision relative to the range of the data.
     pub fn offset(&self) -> f64 {
         self.stored().range.0
+    }
+
+    /// Whether the voxels around the volume have a value below all others, which [`hiding_around`](Self::hiding_around) hides.
+    pub fn is_enclosed(&self) -> bool {
+        self.is_enclosed
     }
 
     /// The background with the offset subtracted, and the offset.

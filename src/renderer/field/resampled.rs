@@ -1,5 +1,6 @@
 //! A field at the voxels of another grid.
 
+use super::enclosed::{STEEPEST, value_at_end};
 use super::{Field, FieldKernels, Placement};
 use crate::device::Device;
 use crate::device::launch::VoxelBuffer;
@@ -13,12 +14,16 @@ use crate::volume::{Grid, VoxelBox, VoxelType};
 const KERNEL: Kernel = Kernel::CatmullRom;
 
 impl Field {
-    /// This field at the voxels of another grid, in the caller's world units. Opacities keep the unit distance of the own grid.
+    /// This field at the voxels of another grid, in the caller's world units. Opacities keep the unit distance of the own grid. Beyond
+    /// the own grid lies the background; if the field is `enclosed`, a value that [`hiding_around`](Self::hiding_around) hides.
     ///
     /// # Errors
     /// If its voxels do not fit into a buffer of the device.
-    pub fn resampled(&self, kernels: &mut FieldKernels, device: &Device, grid: &Grid) -> Result<Self, Error> {
-        let description = self.description.resampled(grid.clone());
+    pub fn resampled(&self, kernels: &mut FieldKernels, device: &Device, grid: &Grid, enclosed: bool) -> Result<Self, Error> {
+        let mut description = self.description.resampled(grid.clone());
+        let inner = description.background();
+        let end = if enclosed { value_at_end(description.range()) } else { inner };
+        description = description.with_background(inner + STEEPEST * (end - inner))?;
         let name = description.name();
         VoxelBuffer::check_capacity(device, grid.voxel_count(), VoxelType::Float32, name)?;
         let resampled = VoxelBuffer::new(device, grid.voxel_count(), VoxelType::Float32, "a resampled volume")?;
@@ -34,6 +39,8 @@ impl Field {
                 to_source: [row(0), row(1), row(2)],
                 dims: grid.dims().map(|n| n as i32),
                 range: [least.min(background), largest.max(background)],
+                end: (description.rescale().stored(end) - self.offset()) as f32,
+                steepest: STEEPEST as f32,
             },
             resampled: super::Floats(&resampled),
         };
@@ -41,6 +48,6 @@ impl Field {
         let held = VoxelBox { first: [0; 3], dims: grid.dims() };
         let field = Self::new(&description, held, resampled, Placement::dense(grid.dims()), self.range_is_declared);
         let unit_distance = self.unit_distance * self.world.unit() / field.world.unit();
-        Ok(Self { unit_distance, ..field })
+        Ok(Self { unit_distance, is_enclosed: enclosed, ..field })
     }
 }

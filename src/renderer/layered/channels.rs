@@ -5,7 +5,7 @@ use super::super::classification::{DIMMING, Table};
 use super::super::scene::Scene;
 use super::points::{LatticeView, PointInputs};
 use crate::device::Buffer;
-use crate::device::launch::layered::{ChannelLattice, ChannelLatticeArguments, Channels, Segments};
+use crate::device::launch::layered::{ChannelLattice, ChannelLatticeArguments, Segments};
 use crate::device::launch::structs::Float4;
 use crate::device::launch::{BlendMode, Launcher, PerChannel};
 use crate::error::Error;
@@ -58,6 +58,8 @@ impl ChannelLayers {
         let segments = self.merged(&inputs, together.rendering.blend, scene.settings.extinction);
         let integrals: Vec<_> = inputs.iter().map(|inputs| &inputs.integrals.nodes).collect();
         let tables: Vec<_> = inputs.iter().map(|inputs| &inputs.table.entries).collect();
+        let illumination = scene.illumination()?;
+        let [light, sky] = illumination.arguments(together.unused());
         let arguments = ChannelLatticeArguments {
             voxels: together.voxels(),
             gradient_voxels: together.gradient_voxels(),
@@ -67,14 +69,14 @@ impl ChannelLayers {
             tables: PerChannel::new(&tables),
             channel_params: &together.params(device, CHANNELS.name)?,
             count: together.count() as i32,
-            light: together.unused(),
-            sky: together.unused(),
+            light,
+            sky,
             p: view.params(together.blocks(), scene.settings.culling),
             clip: together.region.for_layers(view.frame()),
             lattice: samples,
             active_samples,
         };
-        let variant = (together.kind, view.kernel, segments, together.rendering, Channels::new(together.count()));
+        let variant = (together.kind, view.kernel, segments, together.rendering, together.channels());
         self.lattice.launch(device, variant, &arguments)
     }
 

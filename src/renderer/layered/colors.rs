@@ -27,6 +27,8 @@ impl ColorLayers {
         let colors = scene.color_layouts(view.axis, view.kernel)?;
         let PointInputs { field: inputs, segments, .. } = PointInputs::new(scene, view)?;
         let FieldInputs { layout, gradients, visible, sample, region, .. } = &inputs;
+        let illumination = scene.illumination()?;
+        let [light, sky] = illumination.arguments(&visible.flags);
         let arguments = ColorLatticeArguments {
             red: &colors[0].voxels,
             green: &colors[1].voxels,
@@ -35,8 +37,8 @@ impl ColorLayers {
             view: layout.view,
             gradient_voxels: &gradients.layout.voxels,
             gradient_view: gradients.layout.view,
-            light: &visible.flags,
-            sky: &visible.flags,
+            light,
+            sky,
             visible: &visible.flags,
             shown_slabs: &visible.shown,
             p: view.params(visible.blocks, scene.settings.culling),

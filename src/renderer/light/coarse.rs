@@ -1,15 +1,17 @@
 //! Coarse transmittances: the medium through which light of a lower resolution is swept.
 
+use super::super::channels::{FieldInputs, Together};
+use super::super::classification::VisibleBlocks;
 use super::super::field::Layout;
 use super::super::region::Region;
 use super::super::scene::Scene;
-use super::KERNEL;
 use super::grid::ValueGrid;
+use super::{ABSORBERS, KERNEL};
 use crate::device::Buffer;
 use crate::device::launch::light::{CoarseTransmittanceArguments, LightTableArguments};
 use crate::device::launch::structs::{ClassificationParams, VolumeView};
 use crate::device::launch::volume::TransposeArguments;
-use crate::device::launch::{Floats, VoxelBuffer};
+use crate::device::launch::{Floats, PerChannel, VoxelBuffer};
 use crate::error::Error;
 use crate::layers::Axis;
 use crate::transfer::Extinction;
@@ -17,9 +19,9 @@ use crate::volume::{VoxelBox, VoxelType};
 use std::sync::Arc;
 
 pub(super) const COARSE: &str = "the coarse transmittances";
-const TRANSMITTANCE: &str = "the transmittance of table entries";
+pub(super) const TRANSMITTANCE: &str = "the transmittance of table entries";
 
-/// Mean transmittances of blocks of voxels.
+/// Mean transmittances of blocks of voxels, through all fields of a scene.
 pub(super) struct Coarse {
     /// x fastest.
     upright: Arc<VoxelBuffer>,
@@ -28,8 +30,10 @@ pub(super) struct Coarse {
     /// The blocks, of all.
     held: VoxelBox,
     all: [usize; 3],
-    /// Length that they are for, in unit distances.
+    /// Length that they are for, in unit distances of the first field.
     pub length: f64,
+    /// They are few, and not culled.
+    pub unculled: Arc<VisibleBlocks>,
 }
 
 impl Coarse {
@@ -50,10 +54,21 @@ impl Coarse {
     }
 }
 
-/// Bytes of the buffers behind this many coarse transmittances: two layouts, and a table of this many entries.
-pub(super) fn buffers(blocks: usize, entries: usize) -> [(&'static str, usize); 3] {
+/// Bytes of the buffers behind this many coarse transmittances, in two layouts.
+pub(super) fn buffers(blocks: usize) -> [(&'static str, usize); 2] {
     let bytes = size_of::<f32>() * blocks;
-    [(COARSE, bytes), (COARSE, bytes), (TRANSMITTANCE, size_of::<f32>() * entries)]
+    [(COARSE, bytes), (COARSE, bytes)]
+}
+
+/// Bytes of the transmittances of a field's table of this many entries.
+pub(super) fn table(entries: usize) -> (&'static str, usize) {
+    (TRANSMITTANCE, size_of::<f32>() * entries)
+}
+
+/// A field from which coarse transmittances are made.
+struct Source {
+    field: FieldInputs,
+    transmittance: Buffer<f32>,
 }
 
 impl Scene<'_> {
@@ -64,26 +79,20 @@ impl Scene<'_> {
         }
         let [first_x, first_y, first_z] = held.first.map(|n| n as i32);
         let [dims_x, dims_y, dims_z] = held.dims.map(|n| n as i32);
-        let length = values.voxels() as f64 * self.steps(1).shortest();
-        let transmittance = self.transmittances(length)?;
-        let frame = Axis::Z.frame();
-        let table = self.table(KERNEL)?;
-        let layout = self.weighted(Axis::Z, KERNEL)?;
-        let mut gradients = self.extinction_gradients(Axis::Z, &layout)?;
-        let layout = self.field.in_whole(layout);
-        gradients.layout = self.field.in_whole(gradients.layout);
-        let region = Region::for_light(self);
+        let unculled = Arc::new(VisibleBlocks::unculled(self.device)?);
+        let sources = self.for_each_channel(|scene| scene.coarse_source(values.voxels(), &unculled))?;
+        let together = Together::new(sources.iter().map(|source| &source.field).collect())?;
+        let transmittance: Vec<_> = sources.iter().map(|source| &source.transmittance).collect();
         let count = held.count();
         let float = VoxelType::Float32;
         let upright = VoxelBuffer::new(self.device, count, float, COARSE)?;
         let arguments = CoarseTransmittanceArguments {
-            voxels: &layout.voxels,
-            view: layout.view,
-            gradient_voxels: &gradients.layout.voxels,
-            gradient_view: gradients.layout.view,
-            transmittance: &transmittance,
-            sample: self.light_samples(frame, ClassificationParams::from_table(self, &table)),
-            clip: region.for_kernels(frame),
+            voxels: together.voxels(),
+            gradient_voxels: together.gradient_voxels(),
+            transmittance: PerChannel::new(&transmittance),
+            channel_params: &together.params(self.device, ABSORBERS.name)?,
+            count: together.count() as i32,
+            clip: together.region.for_kernels(Axis::Z.frame()),
             first_x,
             first_y,
             first_z,
@@ -92,14 +101,30 @@ impl Scene<'_> {
             dims_z,
             coarse: Floats(&upright),
         };
-        let variant = (layout.voxels.kind(), region.rendering_from(&gradients), values.voxels());
+        let variant = (together.kind, together.rendering, values.voxels(), together.channels());
         self.light.coarse.launch(self.device, variant, &arguments)?;
         let transposed = VoxelBuffer::new(self.device, count, float, COARSE)?;
         let (pitch_y, pitch_z) = (i64::from(dims_x), i64::from(dims_x) * i64::from(dims_y));
         let arguments =
             TransposeArguments { voxels: &upright, first: 0, pitch_y, pitch_z, dims_x, dims_y, dims_z, transposed: &transposed };
         self.light.transpose.launch(self.device, upright.kind(), &arguments)?;
-        Ok(Some(Coarse { upright: Arc::new(upright), transposed: Arc::new(transposed), held, all: values.inner(), length }))
+        let length = sources[0].field.length;
+        let (upright, transposed) = (Arc::new(upright), Arc::new(transposed));
+        Ok(Some(Coarse { upright, transposed, held, all: values.inner(), length, unculled }))
+    }
+
+    /// The field of this scene, for blocks of this many voxels along each axis.
+    fn coarse_source(&mut self, voxels: usize, unculled: &Arc<VisibleBlocks>) -> Result<Source, Error> {
+        let length = voxels as f64 * self.steps(1).shortest();
+        let transmittance = self.transmittances(length)?;
+        let table = self.table(KERNEL)?;
+        let layout = self.weighted(Axis::Z, KERNEL)?;
+        let mut gradients = self.extinction_gradients(Axis::Z, &layout)?;
+        let layout = self.field.in_whole(layout);
+        gradients.layout = self.field.in_whole(gradients.layout);
+        let sample = self.light_samples(Axis::Z.frame(), ClassificationParams::from_table(self, &table));
+        let (visible, region) = (unculled.clone(), Region::for_light(self));
+        Ok(Source { field: FieldInputs { layout, gradients, visible, sample, region, length }, transmittance })
     }
 
     /// The transmittance of a length in unit distances, for each table entry.

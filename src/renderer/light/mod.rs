@@ -23,12 +23,13 @@ pub(crate) use slabs::{LightOfParts, SweepGroup};
 pub(super) use sources::LightSources;
 
 use super::classification::TableSizes;
-use super::frame::{Declaring, Resources};
+use super::frame::{Declaring, Resources, Slot};
 use super::scene::Scene;
 use super::store::{Key, Store, Version};
 use crate::device::Buffer;
 use crate::device::launch::Launcher;
 use crate::device::launch::light::{CoarseTransmittance, FinishLight, LightRays, LightSweep, LightTable};
+use crate::device::launch::structs::ChannelParams;
 use crate::device::launch::volume::Transpose;
 use crate::error::Error;
 use crate::layers::{Axis, GradientEstimator, Kernel};
@@ -47,6 +48,9 @@ const KERNEL: Kernel = Kernel::Cubic;
 
 const SHADOWS: &str = "the light of the lights";
 const SKY: &str = "the ambient light";
+
+/// Kernel arguments of the fields that absorb light.
+const ABSORBERS: Slot<ChannelParams> = Slot::new("the parameters of fields that absorb light");
 
 /// Bytes behind the last value, since look-ups read words.
 const PADDING: usize = 4;
@@ -96,7 +100,7 @@ impl Illumination {
     }
 }
 
-/// What changes the extinction along rays from a light, besides the field and the transfer function.
+/// What changes the extinction of a field along rays from a light, besides the field and the transfer function.
 #[derive(Clone, Copy, PartialEq)]
 struct Medium {
     grid: LightGrid,
@@ -131,15 +135,15 @@ pub(super) fn extinction_estimator(settings: &Settings) -> Option<GradientEstima
 }
 
 #[derive(PartialEq)]
-struct ShadowsKey(Vec<Source>, f64, Medium);
+struct ShadowsKey(Vec<Source>, f64, Vec<Medium>);
 
 impl Key for ShadowsKey {
     type Value = Buffer<u8>;
 }
 
-/// Key: reach, gain, medium.
+/// Key: reach, gain, media.
 #[derive(PartialEq)]
-struct SkyKey(Option<f64>, f64, Medium);
+struct SkyKey(Option<f64>, f64, Vec<Medium>);
 
 impl Key for SkyKey {
     type Value = Buffer<u8>;
@@ -171,24 +175,28 @@ impl Scene<'_> {
             return Ok(given.illumination.clone());
         }
         let Some(sources) = self.light_sources() else { return Ok(Illumination::default()) };
-        let medium = Medium::new(self.settings);
         let lights = match self.settings.shadows {
-            Some(shadows) if !sources.swept.is_empty() => Some(self.shadows(sources.swept, shadows.forgiveness, medium)?),
+            Some(shadows) if !sources.swept.is_empty() => Some(self.shadows(sources.swept, shadows.forgiveness)?),
             _ => None,
         };
         let sky = match self.settings.ambient_occlusion {
-            Some(occlusion) => Some(self.sky(occlusion.reach, occlusion.gain, medium)?),
+            Some(occlusion) => Some(self.sky(occlusion.reach, occlusion.gain)?),
             None => None,
         };
         Ok(Illumination { lights, sky })
     }
 
-    fn shadows(&mut self, swept: Vec<Source>, gain: f64, medium: Medium) -> Result<Arc<Buffer<u8>>, Error> {
-        let (key, inputs) = (ShadowsKey(swept.clone(), gain, medium), self.classification.inputs_with(self.field));
+    /// Of each field.
+    fn media(&mut self) -> Result<Vec<Medium>, Error> {
+        self.for_each_channel(|scene| Ok(Medium::new(scene.settings)))
+    }
+
+    fn shadows(&mut self, swept: Vec<Source>, gain: f64) -> Result<Arc<Buffer<u8>>, Error> {
+        let (key, inputs) = (ShadowsKey(swept.clone(), gain, self.media()?), self.inputs());
         if let Some(kept) = self.light.store.get(self.device, &key, inputs)? {
             return Ok(kept);
         }
-        let values = ValueGrid::new(self.field.grid().dims(), medium.grid.voxels().min(2));
+        let values = ValueGrid::new(self.field.grid().dims(), self.settings.swept_grid().voxels().min(2));
         let volume = self.volume(&key, swept.len(), values, SHADOWS)?;
         let coarse = self.coarse(values, VoxelBox::whole(values.inner()))?;
         for (n, source) in swept.iter().enumerate() {
@@ -198,12 +206,12 @@ impl Scene<'_> {
         Ok(self.light.store.keep(key, inputs, self.device.produced()?, volume))
     }
 
-    fn sky(&mut self, reach: Option<f64>, gain: f64, medium: Medium) -> Result<Arc<Buffer<u8>>, Error> {
-        let (key, inputs) = (SkyKey(reach, gain, medium), self.classification.inputs_with(self.field));
+    fn sky(&mut self, reach: Option<f64>, gain: f64) -> Result<Arc<Buffer<u8>>, Error> {
+        let (key, inputs) = (SkyKey(reach, gain, self.media()?), self.inputs());
         if let Some(kept) = self.light.store.get(self.device, &key, inputs)? {
             return Ok(kept);
         }
-        let values = ValueGrid::new(self.field.grid().dims(), medium.grid.voxels());
+        let values = ValueGrid::new(self.field.grid().dims(), self.settings.swept_grid().voxels());
         let volume = self.volume(&key, 1, values, SKY)?;
         let coarse = self.coarse(values, VoxelBox::whole(values.inner()))?;
         self.sweep_all(&sweeps::of_sky(self.field.grid().spacing()), coarse.as_ref(), values, (&volume, 0), gain, reach)?;
@@ -220,8 +228,7 @@ impl Scene<'_> {
     ) -> Result<Arc<Buffer<u8>>, Error> {
         let bytes = volumes * values.values() + PADDING;
         check_addressable(values)?;
-        let inputs = self.classification.inputs_with(self.field);
-        match self.light.store.reuse(self.device, key, inputs, bytes) {
+        match self.light.store.reuse(self.device, key, self.inputs(), bytes) {
             Some(reused) => Ok(reused),
             None => Ok(Arc::new(Buffer::new(self.device, bytes, what)?)),
         }
@@ -252,20 +259,26 @@ pub(super) fn declare(declaring: &Declaring, resources: &mut Resources) {
         volumes.for_each(|(name, count, values)| resources.kept((name, None, None, 0), [(name, bytes(count, values))]));
         return;
     }
-    for axis in Axis::ALL {
-        declaring.visibility(axis, KERNEL, resources);
-        declaring.gradients(axis, KERNEL, resources);
-    }
-    // Those of the frame may be for shorter segments.
-    let entries = declaring.tables.entries(KERNEL);
-    resources.kept(("integrals of light", None, Some(KERNEL), 0), [TableSizes::integrals(entries)]);
-    declaring.table(KERNEL, resources);
+    declaring.for_each_channel(|declaring| {
+        for axis in Axis::ALL {
+            declaring.visibility(axis, KERNEL, resources);
+            declaring.gradients(axis, KERNEL, resources);
+        }
+        // Those of the frame may be for shorter segments.
+        let (entries, channel) = (declaring.tables.entries(KERNEL), declaring.channel);
+        resources.kept(("integrals of light", None, Some(KERNEL), channel), [TableSizes::integrals(entries)]);
+        declaring.table(KERNEL, resources);
+        if light.grid.voxels() > 1 {
+            resources.kept((coarse::TRANSMITTANCE, None, None, channel), [coarse::table(entries)]);
+        }
+    });
+    resources.host(&ABSORBERS, 1 + declaring.others.len());
     resources.kept((sweeps::RAYS, None, None, 0), [(sweeps::RAYS, size_of::<f32>())]);
     for (name, count, values) in volumes {
         let offsets = sweeps::offsets(declaring.shape.dims);
         resources.kept((name, None, None, 0), [(name, bytes(count, values)), sweeps::sums(values), offsets]);
         if values.voxels() > 1 {
-            resources.kept((coarse::COARSE, None, None, 0), coarse::buffers(values.inner().iter().product(), entries));
+            resources.kept((coarse::COARSE, None, None, 0), coarse::buffers(values.inner().iter().product()));
         }
     }
 }

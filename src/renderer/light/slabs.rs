@@ -8,7 +8,7 @@ use super::super::store::Version;
 use super::grid::ValueGrid;
 use super::host::{HostVolumes, Wanted};
 use super::sweeps::{self, State, Stored, Sweep, sum_of};
-use super::{Given, Illumination, KERNEL, PADDING, check_addressable, coarse, extinction_estimator};
+use super::{ABSORBERS, Given, Illumination, KERNEL, PADDING, check_addressable, coarse, extinction_estimator};
 use crate::device::launch::light::LightSweep;
 use crate::device::{Buffer, Device, Tuning};
 use crate::error::Error;
@@ -161,8 +161,10 @@ impl SweepGroup {
             declaring.gradients(Axis::Z, KERNEL, resources);
             let mut blocks = self.grid.inner();
             blocks[self.axis.index()] = (layers + 1).min(blocks[self.axis.index()]);
-            resources.kept((coarse::COARSE, None, None, 0), coarse::buffers(blocks.iter().product(), entries));
+            resources.kept((coarse::COARSE, None, None, 0), coarse::buffers(blocks.iter().product()));
+            resources.kept((coarse::TRANSMITTANCE, None, None, 0), [coarse::table(entries)]);
         }
+        resources.host(&ABSORBERS, 1);
         declaring.table(KERNEL, resources);
         resources.kept(("integrals of light", None, Some(KERNEL), 0), [TableSizes::integrals(entries)]);
         let values = self.most_values(layers).values();

@@ -1,18 +1,22 @@
 //! Sweeps of light through the layers.
 
+use super::super::channels::{FieldInputs, Together};
+use super::super::classification::{Integrals, VisibleBlocks};
 use super::super::field::Layout;
 use super::super::region::Region;
 use super::super::scene::{GradientVoxels, Scene};
 use super::coarse::Coarse;
 use super::grid::ValueGrid;
 use super::sources::Source;
-use super::{KERNEL, extinction_estimator};
+use super::{ABSORBERS, KERNEL, extinction_estimator};
+use crate::device::launch::PerChannel;
 use crate::device::launch::light::{FinishLightArguments, LightRays as SweepByRays, LightSweep, LightSweepArguments, WHOLE_SUM};
 use crate::device::launch::structs::{ClassificationParams, LayerOffset, LightSweepParams, SampleParams, SegmentParams};
 use crate::device::{Buffer, LatticeSchedule};
 use crate::error::Error;
 use crate::layers::{Axis, AxisFrame, LightRays, disc_directions, sky_directions};
 use glam::DVec3;
+use std::sync::Arc;
 
 const OFFSETS: &str = "the offsets of rays from a light";
 pub(super) const SUMS: &str = "the sums of light";
@@ -142,34 +146,24 @@ impl Scene<'_> {
         let order = if rays.layer_step > 0 { [first, end] } else { [all - end, all - first] };
         let tuning = self.device.tuning();
         // The state of rays between slabs is that of `LightSweep`'s tiles.
-        let by_rays = tuning.lattice_schedule == LatticeSchedule::Samples && order == [0, all] && !state.continues;
+        let absorbers = self.absorbers(sweep.axis, coarse)?;
+        let by_rays =
+            tuning.lattice_schedule == LatticeSchedule::Samples && absorbers.len() == 1 && order == [0, all] && !state.continues;
+        let together = Together::new(absorbers.iter().map(|absorber| &absorber.field).collect())?;
+        let integrals: Vec<_> = absorbers.iter().map(|absorber| &absorber.integrals.nodes).collect();
         // Lengths of a step from layer to layer, in world units and in unit distances.
         let world = (DVec3::new(rays.shear[0], rays.shear[1], 1.0) * frame.local(spacing)).length();
-        let unit = self.settings.unit_distance.unwrap_or(self.field.grid().spacing().min_element());
-        let step = world / unit;
-        let integrals = self.integrals(KERNEL, self.steps(1).shortest(), 1)?;
-        // Coarse media are small and are not culled.
-        let visible = if coarse.is_none() { Some(self.visible_blocks(sweep.axis, KERNEL)?) } else { None };
+        let step = world / self.settings.unit_distance.unwrap_or(self.field.unit_distance());
         let offsets: Vec<_> = rays.offsets.iter().flatten().map(|o| LayerOffset { base: o.base, fraction: o.fraction }).collect();
         let offsets = Buffer::from_slice(self.device, &offsets, OFFSETS)?;
-        let region = Region::for_light(self);
-        let layout = match coarse {
-            Some(coarse) => coarse.layout(sweep.axis),
-            None => self.weighted(sweep.axis, KERNEL)?,
-        };
-        // Coarse media are thinned already.
-        let gradients = match coarse {
-            Some(_) => GradientVoxels { layout: layout.clone(), are_separate: false },
-            None => self.extinction_gradients(sweep.axis, &layout)?,
-        };
         let local = |i: usize| dims[i] as i32;
         let toward = f64::from(rays.layer_step);
         let p = LightSweepParams {
             tiles: if by_rays { SweepByRays::tiles(rays.size) } else { LightSweep::tiles(rays.size, tuning) },
-            blocks: visible.as_ref().map_or([0; 2], |visible| visible.blocks),
+            blocks: together.blocks(),
             dims: [frame.u, frame.v, frame.a].map(local),
             layer_step: rays.layer_step,
-            culling: i32::from(self.settings.culling && visible.is_some()),
+            culling: i32::from(self.settings.culling && coarse.is_none()),
             centre_layer: (dims[frame.a] as f32 - 1.0) / 2.0,
             along: rays.shear.map(|shear| (shear * toward) as f32),
             order,
@@ -182,30 +176,59 @@ impl Scene<'_> {
             gain: stored.gain as f32,
             steps: stored.steps as f32,
             recovered: reach.map_or(1.0, |reach| (-0.5 * world / reach).exp() as f32),
-            layer_length: step as f32 * integrals.unit,
+            layer_length: step as f32,
             half_layer: coarse.map_or(0.0, |coarse| (0.5 * step / coarse.length) as f32),
         };
         let arguments = LightSweepArguments {
-            voxels: &layout.voxels,
-            view: layout.view,
-            gradient_voxels: &gradients.layout.voxels,
-            gradient_view: gradients.layout.view,
-            visible: visible.as_ref().map_or(stored.volume, |visible| &visible.flags),
-            integrals: &integrals.nodes,
+            voxels: together.voxels(),
+            gradient_voxels: together.gradient_voxels(),
+            visible: together.visible(),
+            integrals: PerChannel::new(&integrals),
+            channel_params: &together.params(self.device, ABSORBERS.name)?,
+            count: together.count() as i32,
             offsets: &offsets,
             p,
-            sample: self.light_samples(frame, ClassificationParams::from_integrals(self, &integrals)),
-            clip: region.for_kernels(frame),
+            clip: together.region.for_kernels(frame),
             light: stored.volume,
             sums: stored.sums,
             state: state.rays,
         };
-        let variant = (layout.voxels.kind(), coarse.is_some(), region.rendering_from(&gradients));
+        let variant = (together.kind, coarse.is_some(), together.rendering, together.channels());
         if by_rays {
             self.light.rays.launch(self.device, variant, &arguments)
         } else {
             self.light.sweep.launch(self.device, variant, &arguments)
         }
+    }
+
+    /// What absorbs light in layers of an axis: the fields of the scene, or coarse transmittances, which are made of all of them.
+    fn absorbers(&mut self, axis: Axis, coarse: Option<&Coarse>) -> Result<Vec<Absorber>, Error> {
+        let Some(coarse) = coarse else {
+            return self.for_each_channel(|scene| {
+                let layout = scene.weighted(axis, KERNEL)?;
+                let gradients = scene.extinction_gradients(axis, &layout)?;
+                let visible = scene.visible_blocks(axis, KERNEL)?;
+                scene.absorber(axis, layout, gradients, visible)
+            });
+        };
+        let layout = coarse.layout(axis);
+        // They are thinned already.
+        let gradients = GradientVoxels { layout: layout.clone(), are_separate: false };
+        Ok(vec![self.absorber(axis, layout, gradients, coarse.unculled.clone())?])
+    }
+
+    fn absorber(
+        &mut self,
+        axis: Axis,
+        layout: Layout,
+        gradients: GradientVoxels,
+        visible: Arc<VisibleBlocks>,
+    ) -> Result<Absorber, Error> {
+        let length = self.steps(1).shortest();
+        let integrals = self.integrals(KERNEL, length, 1)?;
+        let sample = self.light_samples(axis.frame(), ClassificationParams::from_integrals(self, &integrals));
+        let region = Region::for_light(self);
+        Ok(Absorber { field: FieldInputs { layout, gradients, visible, sample, region, length }, integrals })
     }
 
     /// The voxels from which gradients are estimated that change the opacity along rays from a light.
@@ -219,6 +242,12 @@ impl Scene<'_> {
         let sample = self.sample(frame, classification, segments);
         SampleParams { field: self.field.params(extinction_estimator(self.settings), frame), ..sample }
     }
+}
+
+/// A field that absorbs light.
+struct Absorber {
+    field: FieldInputs,
+    integrals: Arc<Integrals>,
 }
 
 /// Where and how a sweep stores light.

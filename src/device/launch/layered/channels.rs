@@ -40,12 +40,14 @@ pub(crate) struct Channels(u8);
 impl Channels {
     /// Room for at least `count` fields. Few sizes, so that showing or hiding a field seldom needs another program.
     pub fn new(count: usize) -> Self {
-        Self(count.next_power_of_two().max(2) as u8)
+        Self(count.next_power_of_two() as u8)
     }
+}
 
-    /// Number of fields for which there is room.
-    pub fn size(self) -> u8 {
-        self.0
+impl Defines {
+    /// For kernels that draw the fields of a scene.
+    pub(in super::super) fn with_channels(self, channels: Channels) -> Self {
+        self.with("CHANNELS", channels.0)
     }
 }
 
@@ -55,7 +57,7 @@ impl Launch for ChannelLattice {
 
     fn defines(tuning: &Tuning, (voxels, kernel, segments, rendering, channels): Self::Variant) -> String {
         let defines = PointLattice::defines(tuning, (voxels, kernel, segments, rendering));
-        Defines(defines).with("CHANNELS", channels.size()).0
+        Defines(defines).with_channels(channels).0
     }
 
     fn items(a: &ChannelLatticeArguments, _: &Tuning) -> usize {

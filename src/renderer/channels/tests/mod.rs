@@ -1,5 +1,7 @@
 //! Several fields in one picture.
 
+mod light;
+
 use super::*;
 use crate::camera::{Camera, Orbit};
 use crate::device::{Device, DeviceChoice};

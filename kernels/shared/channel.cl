@@ -1,0 +1,48 @@
+// A field of a scene, and the kernel arguments of several.
+//
+// The buffers of up to MAX_CHANNELS fields are arguments of their own, since kernels cannot read pointers from memory. Those beyond the
+// fields of a scene are not read. CHANNELS: fields for which a program has room.
+
+#include "shared/field.cl"
+
+#ifndef CHANNELS
+#error "CHANNELS: most fields of a scene"
+#endif
+
+#define MAX_CHANNELS 8
+#define PER_CHANNEL(type, name) \
+    type name##_0, type name##_1, type name##_2, type name##_3, type name##_4, type name##_5, type name##_6, type name##_7
+#define EACH(name) {name##_0, name##_1, name##_2, name##_3, name##_4, name##_5, name##_6, name##_7}
+
+// Number of fields, which is known of one.
+#if CHANNELS == 1
+#define FIELDS(count) 1
+#else
+#define FIELDS(count) (count)
+#endif
+
+typedef struct {
+    __global const VOXEL *voxels;
+    __global const GRADIENT_VOXEL *gradient_voxels;
+    LightVolume light;
+    VolumeView view, gradient_view;
+    SampleParams sample;
+} ChannelField;
+
+ALWAYS_INLINE void set_field(__global const ChannelParams *params, __global const VOXEL *voxels,
+                             __global const GRADIENT_VOXEL *gradient_voxels, __global const uchar *light, __global const uchar *sky,
+                             ChannelField *field) {
+    field->view = params->view, field->gradient_view = params->gradient_view;
+    field->sample = params->sample;
+    field->voxels = voxels + field->view.first, field->gradient_voxels = gradient_voxels + field->gradient_view.first;
+    field->light.lights = light, field->light.sky = sky;
+}
+
+ALWAYS_INLINE ShadingSource shading_of(const ChannelField *field) {
+#ifdef SEPARATE_GRADIENTS
+    const ShadingSource source = {field->gradient_voxels, &field->gradient_view, field->light};
+#else
+    const ShadingSource source = {field->voxels, &field->view, field->light};
+#endif
+    return source;
+}
