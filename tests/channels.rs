@@ -88,40 +88,6 @@ fn psnr(one: &Frame, other: &Frame) -> f64 {
     -10.0 * (squares / (4 * one.pixels().len()) as f64).log10()
 }
 
-/// Shadows and ambient occlusion: rays to the lights pass through both fields. In small pictures, since these rays take long.
-#[test]
-fn two_fields_shade_each_other() {
-    /// Light volumes interpolate between voxels, and have steps of 1/255.
-    const LEAST_SHADED: f64 = 40.0;
-    let size = Viewport { width: 32, height: 28 };
-    let device = Device::open(&DeviceChoice::Default).unwrap();
-    let fields =
-        [Placed::new("builtin:hydrogen@32", [0.9, 0.5, 0.1], 4.0), Placed::new("builtin:gyroid@32", [0.1, 0.4, 0.9], 1.0)];
-    let grid = fields[0].volume.grid();
-    let camera = Camera::fit_parallel(grid.centre(), 1.1 * grid.diagonal(), size, Orbit { azimuth: 25.0, ..Orbit::default() });
-    let light = Light::towards(DVec3::new(-1.0, 1.2, 0.4));
-    let shading = Some(Shading { lights: Lights::new(&[light]).unwrap(), ..Shading::default() });
-    let shadows =
-        Settings { shading, shadows: Some(Shadows { forgiveness: 1.0, ..Shadows::default() }), ..Quality::High.settings() };
-    let occlusion = Some(AmbientOcclusion { reach: Some(8.0), gain: 1.5 });
-    for (name, settings) in [("shadows", shadows), ("with occlusion", Settings { ambient_occlusion: occlusion, ..shadows })] {
-        let psnr_of = |fields: &[&Placed]| {
-            let channels: Vec<Channel> = fields.iter().map(|field| field.channel(&device)).collect();
-            let drawn = Renderer::from_channels(&channels).unwrap().render(&camera, size, &settings).unwrap().0;
-            let sum = fields.iter().fold(Sum::default(), |sum, field| {
-                sum.with_field(&field.volume, &field.transfer, field.factor, kernel(&settings))
-            });
-            let apart = |sum: Sum| psnr(&drawn, &sum.render(&camera, size).unwrap());
-            (apart(sum.clone().with_shadows(&settings)), apart(sum.with_shading(shading)))
-        };
-        let [[one, other], [both, unshaded]] =
-            [fields.each_ref().map(|field| psnr_of(&[field]).0), psnr_of(&fields.each_ref()).into()];
-        println!("{name}: {one:.1} and {other:.1} alone, {both:.1} dB together, {unshaded:.1} to the picture without");
-        assert!(both >= LEAST_SHADED.min(one.min(other) - SLACK), "{name}: {one}, {other}, {both}");
-        assert!(unshaded < 30.0, "missing shadows would be noticed: {unshaded}");
-    }
-}
-
 /// Fidelity of both fields together, and of each alone, over some views.
 fn check(name: &str, fields: [&Placed; 2], settings: &Settings) {
     check_with(LEAST, name, fields, settings);
@@ -195,4 +161,38 @@ fn fields_whose_background_is_visible_end_with_their_grids() {
     check_with(LEAST_WITH_ENDS, "high, filled, unlit", [&fine, &coarse], &unlit(Quality::High.settings()));
     let raycast = Settings { algorithm: Algorithm::Raycast { kernel: Kernel::Cubic, step: 0.25 }, ..Settings::default() };
     check_with(LEAST_WITH_ENDS, "ray casting, filled", [&fine, &coarse], &raycast);
+}
+
+/// Shadows and ambient occlusion: rays to the lights pass through both fields. In small pictures, since these rays take long.
+#[test]
+fn two_fields_shade_each_other() {
+    /// Light volumes interpolate between voxels, and have steps of 1/255.
+    const LEAST_SHADED: f64 = 40.0;
+    let size = Viewport { width: 32, height: 28 };
+    let device = Device::open(&DeviceChoice::Default).unwrap();
+    let fields =
+        [Placed::new("builtin:hydrogen@32", [0.9, 0.5, 0.1], 4.0), Placed::new("builtin:gyroid@32", [0.1, 0.4, 0.9], 1.0)];
+    let grid = fields[0].volume.grid();
+    let camera = Camera::fit_parallel(grid.centre(), 1.1 * grid.diagonal(), size, Orbit { azimuth: 25.0, ..Orbit::default() });
+    let light = Light::towards(DVec3::new(-1.0, 1.2, 0.4));
+    let shading = Some(Shading { lights: Lights::new(&[light]).unwrap(), ..Shading::default() });
+    let shadows =
+        Settings { shading, shadows: Some(Shadows { forgiveness: 1.0, ..Shadows::default() }), ..Quality::High.settings() };
+    let occlusion = Some(AmbientOcclusion { reach: Some(8.0), gain: 1.5 });
+    for (name, settings) in [("shadows", shadows), ("with occlusion", Settings { ambient_occlusion: occlusion, ..shadows })] {
+        let psnr_of = |fields: &[&Placed]| {
+            let channels: Vec<Channel> = fields.iter().map(|field| field.channel(&device)).collect();
+            let drawn = Renderer::from_channels(&channels).unwrap().render(&camera, size, &settings).unwrap().0;
+            let sum = fields.iter().fold(Sum::default(), |sum, field| {
+                sum.with_field(&field.volume, &field.transfer, field.factor, kernel(&settings))
+            });
+            let apart = |sum: Sum| psnr(&drawn, &sum.render(&camera, size).unwrap());
+            (apart(sum.clone().with_shadows(&settings)), apart(sum.with_shading(shading)))
+        };
+        let [[one, other], [both, unshaded]] =
+            [fields.each_ref().map(|field| psnr_of(&[field]).0), psnr_of(&fields.each_ref()).into()];
+        println!("{name}: {one:.1} and {other:.1} alone, {both:.1} dB together, {unshaded:.1} to the picture without");
+        assert!(both >= LEAST_SHADED.min(one.min(other) - SLACK), "{name}: {one}, {other}, {both}");
+        assert!(unshaded < 30.0, "missing shadows would be noticed: {unshaded}");
+    }
 }

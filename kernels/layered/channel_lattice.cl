@@ -1,11 +1,8 @@
 // Layered rendering with point-sampled layers of several fields on one grid, on a lattice for any view (channels.cl). What is said about
 // tiles, segments and clipping in point_lattice.cl applies to each field. With one field, point_lattice.cl has the same result.
-//
-// The buffers of up to MAX_CHANNELS fields are arguments of their own, since kernels cannot read pointers from memory. Those beyond `count`
-// are not read.
 
-#define MAX_CHANNELS 8
 #include "layered/channels.cl"
+#include "shared/channel.cl"
 
 // Sub-layer l of a channel, with samples in all patches over which it can be visible.
 static inline Layer *sampled_layer(Channel *c, const RayLatticeParams *p, const Tile *tile, int s, realv u, int l) {
@@ -109,31 +106,16 @@ static inline bool is_open(const Channel *channels, int count, int n, intv has_r
 #endif
 }
 
-__kernel void channel_lattice(__global const VOXEL *voxels_0, __global const VOXEL *voxels_1, __global const VOXEL *voxels_2,
-                              __global const VOXEL *voxels_3, __global const VOXEL *voxels_4, __global const VOXEL *voxels_5,
-                              __global const VOXEL *voxels_6, __global const VOXEL *voxels_7,
-                              __global const GRADIENT_VOXEL *gradient_voxels_0, __global const GRADIENT_VOXEL *gradient_voxels_1,
-                              __global const GRADIENT_VOXEL *gradient_voxels_2, __global const GRADIENT_VOXEL *gradient_voxels_3,
-                              __global const GRADIENT_VOXEL *gradient_voxels_4, __global const GRADIENT_VOXEL *gradient_voxels_5,
-                              __global const GRADIENT_VOXEL *gradient_voxels_6, __global const GRADIENT_VOXEL *gradient_voxels_7,
-                              __global const uchar *visible_0, __global const uchar *visible_1, __global const uchar *visible_2,
-                              __global const uchar *visible_3, __global const uchar *visible_4, __global const uchar *visible_5,
-                              __global const uchar *visible_6, __global const uchar *visible_7, __global const int *shown_slabs_0,
-                              __global const int *shown_slabs_1, __global const int *shown_slabs_2, __global const int *shown_slabs_3,
-                              __global const int *shown_slabs_4, __global const int *shown_slabs_5, __global const int *shown_slabs_6,
-                              __global const int *shown_slabs_7, __global const int4 *integrals_0, __global const int4 *integrals_1,
-                              __global const int4 *integrals_2, __global const int4 *integrals_3, __global const int4 *integrals_4,
-                              __global const int4 *integrals_5, __global const int4 *integrals_6, __global const int4 *integrals_7,
-                              __global const float4 *tables_0, __global const float4 *tables_1, __global const float4 *tables_2,
-                              __global const float4 *tables_3, __global const float4 *tables_4, __global const float4 *tables_5,
-                              __global const float4 *tables_6, __global const float4 *tables_7,
+__kernel void channel_lattice(PER_CHANNEL(__global const VOXEL *, voxels),
+                              PER_CHANNEL(__global const GRADIENT_VOXEL *, gradient_voxels),
+                              PER_CHANNEL(__global const uchar *, visible), PER_CHANNEL(__global const int *, shown_slabs),
+                              PER_CHANNEL(__global const int4 *, integrals), PER_CHANNEL(__global const float4 *, tables),
                               __global const ChannelParams *channel_params, int count, __global const uchar *light,
                               __global const uchar *sky, RayLatticeParams p, Clipping clip, __global float4 *lattice,
                               __global uint *active_samples, ulong first_item) {
     const int order = first_item + get_global_id(0);
     if (order >= p.tiles_u * p.tiles_v)
         return;
-#define EACH(name) {name##_0, name##_1, name##_2, name##_3, name##_4, name##_5, name##_6, name##_7}
     __global const VOXEL *const all_voxels[MAX_CHANNELS] = EACH(voxels);
     __global const GRADIENT_VOXEL *const all_gradient_voxels[MAX_CHANNELS] = EACH(gradient_voxels);
     __global const uchar *const all_visible[MAX_CHANNELS] = EACH(visible);

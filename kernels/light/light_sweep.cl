@@ -5,11 +5,11 @@
 // each layer all rays have the same position between the voxels: `offsets`, for layers -1 ... n along u, then along v. The transmittance is
 // interpolated once, when it is written to the voxels of the layer.
 //
-// The extinctions of all fields of a scene add. One work-item per tile of rays. A tile has three columns and rows in common with its neighbours (COMMON_RAYS), so that each voxel belongs
-// to one tile. Voxels -1 ... n are written along each axis. A sweep may visit some of the layers only, numbered from 0 in the order of the
-// light: then each tile continues from its rays in `state` and leaves them there, SWEEP_ROWS rows of COLUMNS. Segments between two layers
-// are pre-integrated, as those of views are (`integrals`: preintegration.cl). COARSE: voxels are transmittances
-// (coarse_transmittance.cl), of which each layer has half a length.
+// The extinctions of all fields of a scene add. One work-item per tile of rays. A tile has three columns and rows in common with its
+// neighbours (COMMON_RAYS), so that each voxel belongs to one tile. Voxels -1 ... n are written along each axis. A sweep may visit some of
+// the layers only, numbered from 0 in the order of the light: then each tile continues from its rays in `state` and leaves them there,
+// SWEEP_ROWS rows of COLUMNS. Segments between two layers are pre-integrated, as those of views are (`integrals`: preintegration.cl).
+// COARSE: voxels are transmittances (coarse_transmittance.cl), of which each layer has half a length.
 
 #ifndef SWEEP_VECTORS
 #error "SWEEP_VECTORS: vectors per row of rays"

@@ -1,9 +1,7 @@
 // Ray casting of several fields on one grid: raycast.cl with the sum of extinctions (emission.cl).
-//
-// The buffers of up to MAX_CHANNELS fields are arguments of their own, as in layered/channel_lattice.cl.
 
-#define MAX_CHANNELS 8
 #include "rays/marching.cl"
+#include "shared/channel.cl"
 #include "shared/emission.cl"
 #include "shared/field.cl"
 
@@ -102,25 +100,15 @@ ALWAYS_INLINE void march_channels(Channel *channels, int count, const MarchParam
     }
 }
 
-__kernel void channel_raycast(__global const VOXEL *voxels_0, __global const VOXEL *voxels_1, __global const VOXEL *voxels_2,
-                              __global const VOXEL *voxels_3, __global const VOXEL *voxels_4, __global const VOXEL *voxels_5,
-                              __global const VOXEL *voxels_6, __global const VOXEL *voxels_7,
-                              __global const GRADIENT_VOXEL *gradient_voxels_0, __global const GRADIENT_VOXEL *gradient_voxels_1,
-                              __global const GRADIENT_VOXEL *gradient_voxels_2, __global const GRADIENT_VOXEL *gradient_voxels_3,
-                              __global const GRADIENT_VOXEL *gradient_voxels_4, __global const GRADIENT_VOXEL *gradient_voxels_5,
-                              __global const GRADIENT_VOXEL *gradient_voxels_6, __global const GRADIENT_VOXEL *gradient_voxels_7,
-                              __global const uchar *visible_0, __global const uchar *visible_1, __global const uchar *visible_2,
-                              __global const uchar *visible_3, __global const uchar *visible_4, __global const uchar *visible_5,
-                              __global const uchar *visible_6, __global const uchar *visible_7, __global const float4 *tables_0,
-                              __global const float4 *tables_1, __global const float4 *tables_2, __global const float4 *tables_3,
-                              __global const float4 *tables_4, __global const float4 *tables_5, __global const float4 *tables_6,
-                              __global const float4 *tables_7, __global const ChannelParams *channel_params, int count,
-                              __global const uchar *light, __global const uchar *sky, ScreenParams s, MarchParams p, Clipping clip,
-                              __global float4 *frame, __global uint *active_samples, ulong first_item) {
+__kernel void channel_raycast(PER_CHANNEL(__global const VOXEL *, voxels),
+                              PER_CHANNEL(__global const GRADIENT_VOXEL *, gradient_voxels),
+                              PER_CHANNEL(__global const uchar *, visible), PER_CHANNEL(__global const float4 *, tables),
+                              __global const ChannelParams *channel_params, int count, __global const uchar *light,
+                              __global const uchar *sky, ScreenParams s, MarchParams p, Clipping clip, __global float4 *frame,
+                              __global uint *active_samples, ulong first_item) {
     const int id = first_item + get_global_id(0);
     if (id >= s.tiles_u * s.tiles_v)
         return;
-#define EACH(name) {name##_0, name##_1, name##_2, name##_3, name##_4, name##_5, name##_6, name##_7}
     __global const VOXEL *const all_voxels[MAX_CHANNELS] = EACH(voxels);
     __global const GRADIENT_VOXEL *const all_gradient_voxels[MAX_CHANNELS] = EACH(gradient_voxels);
     __global const uchar *const all_visible[MAX_CHANNELS] = EACH(visible);

@@ -43,7 +43,6 @@ struct Colors {
 /// A field at the voxels of a common grid.
 struct Resampled {
     source: Version,
-    is_enclosed: bool,
     field: Field,
 }
 
@@ -56,14 +55,13 @@ struct Numbers {
     stored: StoredNumbers,
     rescale: Rescale,
     range_is_declared: bool,
-    is_enclosed: bool,
+    end: Option<f64>,
 }
 
 impl Numbers {
     fn new(field: &Field) -> Self {
         let rescale = field.description().rescale();
-        let (range_is_declared, is_enclosed) = (field.range_is_declared(), field.is_enclosed());
-        Self { stored: field.stored(), rescale, range_is_declared, is_enclosed }
+        Self { stored: field.stored(), rescale, range_is_declared: field.range_is_declared(), end: field.end() }
     }
 }
 
@@ -240,14 +238,14 @@ impl Fields {
         for (source, channel) in sources.iter().zip(channels) {
             let version = source.version();
             let own = source.description();
-            let is_enclosed = *own.grid() != grid && channel.transfer.opacity(own.background()) > 0.0;
-            let is_it = |kept: &&Resampled| kept.source == version && kept.is_enclosed == is_enclosed;
+            let ends = *own.grid() != grid && channel.transfer.opacity(own.background()) > 0.0;
+            let is_it = |kept: &&Resampled| kept.source == version && kept.field.end().is_some() == ends;
             let kept = self.resampled.iter().find(is_it).map(|kept| kept.field.clone());
             let field = match kept {
                 Some(kept) => kept,
                 None => {
-                    let field = source.resampled(&mut kernels.field, device, &grid, is_enclosed)?;
-                    self.resampled.push(Resampled { source: version, is_enclosed, field: field.clone() });
+                    let field = source.resampled(&mut kernels.field, device, &grid, ends)?;
+                    self.resampled.push(Resampled { source: version, field: field.clone() });
                     field
                 }
             };

@@ -25,7 +25,7 @@ const BUDGET: usize = 256 << 20;
 pub(super) struct Classification {
     /// Transfer function of values.
     given: TransferFunction,
-    /// Transfer function of stored numbers, which hides what lies around an enclosed field.
+    /// Transfer function of stored numbers, which hides what lies beyond the end of the field.
     transfer: TransferFunction,
     /// Factor of the extinction.
     factor: f64,
@@ -129,5 +129,5 @@ impl Classification {
 
 /// A transfer function of values, as one of the stored numbers of a field.
 fn for_numbers(transfer: &TransferFunction, field: &Field) -> TransferFunction {
-    field.hiding_around(transfer).for_stored_numbers(field.description().rescale())
+    field.hiding_beyond(transfer).for_stored_numbers(field.description().rescale())
 }

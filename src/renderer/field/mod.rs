@@ -44,8 +44,8 @@ pub(super) struct Field {
     placed: Placement,
     /// Whether the caller declared the range; voxels may then lie outside it.
     range_is_declared: bool,
-    /// Whether the voxels around the volume, in a larger grid, have a value below all others.
-    is_enclosed: bool,
+    /// Value at the end of a volume that ends within its grid.
+    end: Option<f64>,
     /// Version of the voxels as uploaded or handed over.
     version: Version,
     /// Number of voxel changes in place that this owner was notified of, and the maximum over all owners.
@@ -103,7 +103,7 @@ impl Field {
             is_lost: false,
             placed,
             range_is_declared,
-            is_enclosed: false,
+            end: None,
             version: Version::new(),
             changes: 0,
             all_changes: Arc::default(),
@@ -263,9 +263,9 @@ impl Field {
         self.stored().range.0
     }
 
-    /// Whether the voxels around the volume have a value below all others, which [`hiding_around`](Self::hiding_around) hides.
-    pub fn is_enclosed(&self) -> bool {
-        self.is_enclosed
+    /// The value below which [`hiding_beyond`](Self::hiding_beyond) hides all; `None` unless the volume ends within its grid.
+    pub fn end(&self) -> Option<f64> {
+        self.end
     }
 
     /// The background with the offset subtracted, and the offset.

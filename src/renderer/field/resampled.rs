@@ -15,15 +15,15 @@ const KERNEL: Kernel = Kernel::CatmullRom;
 
 impl Field {
     /// This field at the voxels of another grid, in the caller's world units. Opacities keep the unit distance of the own grid. Beyond
-    /// the own grid lies the background; if the field is `enclosed`, a value that [`hiding_around`](Self::hiding_around) hides.
+    /// the own grid lies the background; if the field `ends` there, values that [`hiding_beyond`](Self::hiding_beyond) hides.
     ///
     /// # Errors
     /// If its voxels do not fit into a buffer of the device.
-    pub fn resampled(&self, kernels: &mut FieldKernels, device: &Device, grid: &Grid, enclosed: bool) -> Result<Self, Error> {
-        let mut description = self.description.resampled(grid.clone());
-        let inner = description.background();
-        let end = if enclosed { value_at_end(description.range()) } else { inner };
-        description = description.with_background(inner + STEEPEST * (end - inner))?;
+    pub fn resampled(&self, kernels: &mut FieldKernels, device: &Device, grid: &Grid, ends: bool) -> Result<Self, Error> {
+        let own = &self.description;
+        let inner = own.background();
+        let end = if ends { value_at_end(own.range(), inner) } else { inner };
+        let description = own.resampled(grid.clone()).with_background(inner + STEEPEST * (end - inner))?;
         let name = description.name();
         VoxelBuffer::check_capacity(device, grid.voxel_count(), VoxelType::Float32, name)?;
         let resampled = VoxelBuffer::new(device, grid.voxel_count(), VoxelType::Float32, "a resampled volume")?;
@@ -48,6 +48,6 @@ impl Field {
         let held = VoxelBox { first: [0; 3], dims: grid.dims() };
         let field = Self::new(&description, held, resampled, Placement::dense(grid.dims()), self.range_is_declared);
         let unit_distance = self.unit_distance * self.world.unit() / field.world.unit();
-        Ok(Self { unit_distance, is_enclosed: enclosed, ..field })
+        Ok(Self { unit_distance, end: ends.then_some(end), ..field })
     }
 }
