@@ -54,6 +54,8 @@ mod progress;
 pub mod reference;
 pub mod renderer;
 pub mod settings;
+#[cfg(any(feature = "cli", feature = "page"))]
+mod shown;
 pub mod slice;
 pub mod transfer;
 #[cfg(feature = "page")]

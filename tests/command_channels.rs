@@ -37,6 +37,13 @@ fn options_and_scenes_draw_the_same() {
     std::fs::write(f.join("scene.json"), scene).unwrap();
     assert!(picture(f, &[&first[..], &["--scene", "scene.json"]].concat()) == with);
     assert!(picture(f, &first) != with);
+    let plain = [&first[..], &["--with", "builtin:gyroid@16,opacity=p50:0,p99:0.3"]].concat();
+    let changed = |changes: &[&str]| picture(f, &[&plain[..], changes].concat());
+    assert!(changed(&["--field", "1,color=#00aaff,factor=2"]) == with);
+    assert!(changed(&["--field", "1,color=#00aaff", "--field", "1,factor=2"]) == with);
+    // The plain options are for the first field.
+    assert!(changed(&["--field", "1,color=#00aaff,factor=2", "--field", "0,color=#ff0000"]) == with);
+    assert!(changed(&["--field", "1,color=#00aaff,factor=2", "--field", "0,factor=0.2"]) != with);
     let hidden = picture(f, &[&first[..], &["--with", "builtin:gyroid@16,visible=off"]].concat());
     assert!(hidden == picture(f, &[&first[..], &["--fit", "visible"]].concat()), "a hidden field changes nothing");
     // A field of its own grid, moved.
@@ -117,7 +124,7 @@ fn mistakes_are_named() {
     components(f);
     std::fs::write(f.join("scene.json"), r#"[{"file": "rgb.nrrd"}, {"color": "grey"}]"#).unwrap();
     std::fs::write(f.join("sheared.txt"), "1 0.5 0 0\n0 1 0 0\n0 0 1 0\n").unwrap();
-    let cases: [(&str, i32, &[&str]); 10] = [
+    let cases: [(&str, i32, &[&str]); 12] = [
         ("rgb.nrrd --channels 0,3", 2, &["channel", "0 to 2"]),
         ("rgb.nrrd --channels 0,0", 2, &["channel 0 occurs twice"]),
         ("rgb.nrrd --with nothing.nrrd", 1, &["nothing.nrrd"]),
@@ -128,6 +135,8 @@ fn mistakes_are_named() {
         ("rgb.nrrd --channels all --algorithm view-sheets", 2, &["one channel"]),
         ("rgb.nrrd --colors direct --color-opacity alpha", 2, &["fourth component"]),
         ("rgb.nrrd --colors direct --blend maximum", 2, &["blend"]),
+        ("rgb.nrrd --channels all --field 3,factor=2", 2, &["no field 3", "--field N,KEY=VALUE"]),
+        ("rgb.nrrd --field 0,file=other.nrrd", 2, &["file: unknown key"]),
     ];
     for (arguments, code, words) in cases {
         let arguments: Vec<&str> = ["render"].into_iter().chain(arguments.split(' ')).chain(SIZE).collect();

@@ -2,14 +2,10 @@
 
 use super::options::{LabelOptions, VolumeOptions};
 use super::parse;
-use crate::annotation::{Legend, LegendEntry};
-use crate::device::Device;
 use crate::error::Error;
-use crate::framing::Framing;
-use crate::renderer::{ColorOpacity, UploadedColors, UploadedVolume};
-use crate::transfer::TransferFunction;
+use crate::renderer::ColorOpacity;
+use crate::shown::Shown;
 use crate::viewport::Viewport;
-use crate::volume::{Labels, Volume};
 use clap::{Args, ValueEnum};
 
 /// Components as colours.
@@ -40,23 +36,18 @@ fn color_opacity(text: &str) -> Result<ColorOpacity, String> {
     }
 }
 
-/// What a picture shows instead of values.
-pub(super) enum Shown {
-    Components(Vec<Volume<'static>>, ColorOpacity),
-    Labels(Labels, Vec<Volume<'static>>),
-}
-
-/// Opacities of components without alpha, by their share of the full intensity: by luminance, or by the difference from the background. The
-/// noise of a background stays transparent.
-const OPACITIES: [(f64, f64); 4] = [(0.0, 0.0), (0.08, 0.0), (0.5, 0.3), (1.0, 0.3)];
-
 impl ColorOptions {
+    /// Whether components are used as colours.
+    #[cfg(feature = "viewer")]
+    pub fn are_given(&self) -> bool {
+        self.colors.is_some()
+    }
+
     /// Opens the components of the volume's file, or its labels; `None` if its values are shown.
     pub fn open(&self, options: &VolumeOptions, labels: &LabelOptions, size: Viewport) -> Result<Option<Shown>, Error> {
         if self.colors.is_none() {
             let Some(labels) = options.labels(labels, size)? else { return Ok(None) };
-            let indices = labels.layers().iter().map(|layer| layer.indices(None)).collect::<Result<_, _>>()?;
-            return Ok(Some(Shown::Labels(labels, indices)));
+            return Shown::from_labels(labels).map(Some);
         }
         let first = options.open_component(0, Some(size))?;
         let count = first.contents().channels;
@@ -73,73 +64,5 @@ impl ColorOptions {
         let components = std::iter::once(Ok(first)).chain(others).collect::<Result<Vec<_>, _>>()?;
         let default = if used == 4 { ColorOpacity::Alpha } else { ColorOpacity::Luminance };
         Ok(Some(Shown::Components(components, self.color_opacity.unwrap_or(default))))
-    }
-}
-
-impl Shown {
-    /// The volume that stands for all of them, for its grid and name.
-    pub fn volume(&self) -> &Volume<'static> {
-        match self {
-            Self::Components(components, _) => &components[0],
-            Self::Labels(_, indices) => &indices[0],
-        }
-    }
-
-    /// Opacities of luminance or of the distance from the background, unless options choose others.
-    pub fn opacities(&self) -> TransferFunction {
-        let full = match self.volume().voxel_type() {
-            crate::volume::VoxelType::Uint8 => 255.0,
-            crate::volume::VoxelType::Uint16 => 65535.0,
-            _ => 1.0,
-        };
-        let opacities = OPACITIES.map(|(share, opacity)| (share * full, opacity)).to_vec();
-        TransferFunction::new("colors", vec![(0.0, [1.0; 3])], opacities).expect("values that ascend")
-    }
-
-    /// Bounds of what shows, as far as voxels tell it.
-    pub fn framing(&self) -> Framing {
-        let visible = |volume: &Volume, opacities: Vec<(f64, f64)>| {
-            let transfer = TransferFunction::new("visible", vec![(0.0, [1.0; 3])], opacities).expect("values that ascend");
-            Framing::visible(volume, &transfer, None)
-        };
-        match self {
-            Self::Components(components, ColorOpacity::Alpha) => {
-                let (_, largest) = components[3].range();
-                visible(&components[3], vec![(0.0, 0.0), (largest.max(f64::MIN_POSITIVE), 1.0)])
-            }
-            Self::Components(components, _) => Framing::whole(&components[0]),
-            Self::Labels(labels, indices) => {
-                let layers = labels.layers().iter().zip(indices).map(|(layer, indices)| {
-                    let points = layer.palette().iter().enumerate().map(|(n, entry)| (n as f64, entry[3])).collect();
-                    visible(indices, points)
-                });
-                layers.reduce(Framing::joined).unwrap_or_else(|| Framing::whole(self.volume()))
-            }
-        }
-    }
-
-    /// Names and colours of the visible labels.
-    pub fn legend(&self) -> Option<Legend> {
-        let Self::Labels(labels, _) = self else { return None };
-        let visible = labels.layers().iter().flat_map(|layer| layer.present()).filter(|label| label.drawn_opacity() > 0.0);
-        let entry = |label: &crate::volume::Label| {
-            let name = label.name.clone().unwrap_or_else(|| format!("label {}", label.id));
-            LegendEntry { name, color: label.color }
-        };
-        Some(Legend { entries: visible.map(entry).collect() })
-    }
-
-    /// The colours on a device.
-    pub fn upload(&self, device: &Device, transfer: &TransferFunction) -> Result<UploadedColors, Error> {
-        match self {
-            Self::Components(components, opacity) => UploadedColors::new(device, components, *opacity, transfer),
-            Self::Labels(labels, indices) => {
-                let uploaded = indices.iter().map(|volume| UploadedVolume::new(device, volume)).collect::<Result<Vec<_>, _>>()?;
-                let palettes: Vec<_> = labels.layers().iter().map(|layer| layer.palette()).collect();
-                let layers: Vec<(&UploadedVolume, &[[f64; 4]])> =
-                    uploaded.iter().zip(palettes.iter().map(Vec::as_slice)).collect();
-                UploadedColors::from_labels(&layers)
-            }
-        }
     }
 }

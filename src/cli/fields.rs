@@ -3,7 +3,7 @@
 use crate::error::Error;
 
 /// Field names as in [`Error::fields`], and the options that set them; sorted by field.
-const OPTIONS: [(&str, &str); 68] = [
+const OPTIONS: [(&str, &str); 69] = [
     ("algorithm", "--algorithm"),
     ("ambient_occlusion", "--ambient-occlusion on|off"),
     ("ao_reach", "--ao-reach inf|LENGTH"),
@@ -30,6 +30,7 @@ const OPTIONS: [(&str, &str); 68] = [
     ("dpi", "--dpi N"),
     ("endian", "--endian"),
     ("evaluation", "--lattice direct|auto|N"),
+    ("field", "--field N,KEY=VALUE"),
     ("field_of_view", "--perspective FOV"),
     ("font_size", "--font-size POINTS"),
     ("footprints", "--footprints exact|set"),

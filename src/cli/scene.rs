@@ -3,7 +3,7 @@
 use super::blending::BlendOptions;
 use super::channels::{ChannelOptions, Field, Look};
 use super::check;
-use super::colors::{ColorOptions, Shown};
+use super::colors::ColorOptions;
 use super::notice;
 use super::numbers::shortened;
 use super::options::{
@@ -12,16 +12,17 @@ use super::options::{
 use super::orientation::Angles;
 use super::processes::{Processes, TeamOptions};
 use super::viewer::BoundOptions;
-use crate::annotation::Legend;
+use crate::annotation::{Legend, LegendEntry};
 use crate::camera::{Camera, Orbit, Projection};
 use crate::device::Device;
 use crate::error::Error;
 use crate::framing::{Fixed, Framing, Orientation};
 use crate::renderer::SeenVolume;
 use crate::settings::{Blend, CropBox, Settings};
+use crate::shown::Shown;
 use crate::transfer::{TransferFunction, Value};
 use crate::viewport::Viewport;
-use crate::volume::{Grid, Sequence, Volume};
+use crate::volume::{Grid, LabelTable, Sequence, Volume};
 use clap::Args;
 use glam::DVec3;
 use std::rc::Rc;
@@ -65,6 +66,10 @@ pub(super) struct Scene {
     pub others: Vec<Field>,
     /// Colours or labels that are shown instead of values.
     pub shown: Option<Shown>,
+    /// Names and looks of the labels of each layer.
+    pub labels: Vec<LabelTable>,
+    /// Name and colour of the volume and of each other field.
+    pub entries: Vec<LegendEntry>,
     /// Names and colours for the legend, instead of the transfer function's.
     pub legend: Option<Legend>,
     pub settings: Settings,
@@ -147,7 +152,7 @@ impl Scene {
         }
         let transfer = match surface_color {
             Some(color) => TransferFunction::new("surface", vec![(0.0, color)], vec![(0.0, 1.0)])?,
-            None if shown.is_some() => {
+            None if shown.is_some() && options.transfer.transfer.is_none() => {
                 let opacities = shown.as_ref().map(Shown::opacities).expect("colours or labels");
                 adjusted(&options.transfer, values, opacities)?
             }
@@ -157,7 +162,9 @@ impl Scene {
             },
         };
         let look = fields.first_look(&volume);
-        let legend = fields.legend(&volume).or_else(|| shown.as_ref().and_then(Shown::legend));
+        let labels = shown.as_ref().map_or_else(|| Ok(Vec::new()), |shown| shown.tables(&[]))?;
+        let entries = fields.entries(&volume);
+        let legend = fields.legend(&entries).or_else(|| shown.as_ref().and_then(|shown| shown.legend(&labels)));
         let others = fields.into_others(settings.blend)?;
         // A function that options have changed is the user's own.
         if processes.leads() && !options.transfer.changes_opacity() {
@@ -174,6 +181,8 @@ impl Scene {
             look,
             others,
             shown,
+            labels,
+            entries,
             legend,
             settings,
             device,
@@ -203,6 +212,7 @@ impl Scene {
     }
 
     /// Rejects several fields, colours and labels, which `what` does not draw.
+    #[cfg(feature = "mpi")]
     pub fn require_one_field(&self, what: &str) -> Result<(), Error> {
         if !self.has_channels() && self.shown.is_none() {
             return Ok(());
@@ -229,7 +239,7 @@ impl Scene {
     /// Bounds of the visible part of the volume, or of another step.
     fn framing_of(&self, volume: &Volume) -> Framing {
         let framing = match &self.shown {
-            Some(shown) => shown.framing(),
+            Some(shown) => shown.framing(&self.labels),
             None => self.visible_part(volume, &self.transfer, None),
         };
         let framing = match self.settings.clipping.crop {

@@ -42,7 +42,8 @@ impl Viewer {
             return Ok(Self { renderer: Box::new(renderer), is_streamed: false });
         }
         if let Some(shown) = &scene.shown {
-            let mut renderer = Renderer::from_colors(&shown.upload(device, transfer)?)?;
+            let colors = shown.colors(&shown.upload(device)?, transfer, &scene.labels)?;
+            let mut renderer = Renderer::from_colors(&colors)?;
             renderer.limit(*time_limit);
             return Ok(Self { renderer: Box::new(renderer), is_streamed: false });
         }

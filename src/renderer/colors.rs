@@ -1,7 +1,7 @@
 //! Volumes of colours and of labels: extinction times colour, and extinction, are interpolated.
 
-use super::check_whole;
 use super::field::{Field, Placement, UploadedVolume, value_range};
+use super::{Renderer, check_whole};
 use crate::device::launch::colors::{ColorVoxels, ColorVoxelsArguments, LabelVoxels, LabelVoxelsArguments};
 use crate::device::launch::structs::{ColorVoxelParams, Float4};
 use crate::device::launch::{Floats, Launcher, VoxelBuffer};
@@ -63,16 +63,26 @@ impl UploadedColors {
         opacity: ColorOpacity,
         transfer: &TransferFunction,
     ) -> Result<Self, Error> {
-        check_components(components, opacity)?;
-        let full = match components[0].voxel_type() {
-            VoxelType::Uint8 => 255.0,
-            VoxelType::Uint16 => 65535.0,
-            VoxelType::Float32 => 1.0,
-            other => {
-                let problem = format!("its components are {other}; colours are uint8, uint16 or float32");
-                return Err(Error::volume(std::path::Path::new(components[0].name()), problem));
-            }
-        };
+        let descriptions: Vec<&Description> = components.iter().map(Volume::description).collect();
+        check_components(&descriptions, opacity)?;
+        device.begin(&[])?;
+        let uploaded = components.iter().map(|volume| UploadedVolume::new(device, volume)).collect::<Result<Vec<_>, _>>()?;
+        Self::from_components(&uploaded, opacity, transfer)
+    }
+
+    /// As [`new`](Self::new), of components that are on a device. They are not changed.
+    ///
+    /// # Errors
+    /// As for `new`, and for parts of volumes.
+    pub fn from_components(
+        components: &[UploadedVolume],
+        opacity: ColorOpacity,
+        transfer: &TransferFunction,
+    ) -> Result<Self, Error> {
+        components.iter().try_for_each(check_whole)?;
+        let descriptions: Vec<&Description> = components.iter().map(UploadedVolume::description).collect();
+        let full = check_components(&descriptions, opacity)?;
+        let device = &components[0].device;
         let opacities: Vec<f32> =
             (0..OPACITIES).map(|n| transfer.opacity(full * n as f64 / (OPACITIES - 1) as f64) as f32).collect();
         let (opacity_from, background) = match opacity {
@@ -81,9 +91,9 @@ impl UploadedColors {
             ColorOpacity::FromBackground(color) => (2, color.map(|c| c as f32)),
         };
         device.begin(&[])?;
-        let uploaded = components.iter().map(|volume| UploadedVolume::new(device, volume)).collect::<Result<Vec<_>, _>>()?;
-        let voxels = |n: usize| uploaded.get(n).unwrap_or(&uploaded[0]).field.voxels();
-        let out = Out::new(device, components[0].grid().voxel_count())?;
+        let voxels = |n: usize| components.get(n).unwrap_or(&components[0]).field.voxels();
+        let count = descriptions[0].grid().voxel_count();
+        let out = Out::new(device, count)?;
         let arguments = ColorVoxelsArguments {
             red: voxels(0),
             green: voxels(1),
@@ -91,7 +101,7 @@ impl UploadedColors {
             alpha: voxels(3),
             opacities: &Buffer::from_slice(device, &opacities, "opacities of colours")?,
             p: ColorVoxelParams {
-                count: components[0].grid().voxel_count() as i64,
+                count: count as i64,
                 per_step: (1.0 / full) as f32,
                 opacity_from,
                 background,
@@ -102,8 +112,8 @@ impl UploadedColors {
             out_blue: Floats(&out.blue),
             out_extinction: Floats(&out.extinction),
         };
-        Launcher::<ColorVoxels>::default().launch(device, uploaded[0].field.voxel_kind(), &arguments)?;
-        out.into_colors(device, components[0].description(), false)
+        Launcher::<ColorVoxels>::default().launch(device, components[0].field.voxel_kind(), &arguments)?;
+        out.into_colors(device, descriptions[0], false)
     }
 
     /// Makes colours of labels, in layers that may overlap, on one grid: of each layer, voxel n has entry n, a colour and an opacity per
@@ -155,6 +165,22 @@ impl UploadedColors {
         let transfer = TransferFunction::new("extinction", vec![(0.0, [1.0; 3])], (0..=EXTINCTIONS).map(opacity).collect());
         (volume, transfer.expect("values that ascend"))
     }
+
+    /// A renderer of the extinction alone, for [`Renderer::depths`]: opacity 1 − exp(−τ) of extinction τ.
+    ///
+    /// # Errors
+    /// Those of the device.
+    pub(crate) fn depth_renderer(&self) -> Result<Renderer, Error> {
+        /// Points of the function, linear between them.
+        const POINTS: usize = 64;
+        let (volume, transfer) = self.visibility();
+        let (_, largest) = transfer.range();
+        let point = |n: usize| {
+            let extinction = largest * n as f64 / (POINTS - 1) as f64;
+            (extinction, -(-extinction).exp_m1())
+        };
+        Renderer::from_uploaded(&volume, &transfer.with_opacities((0..POINTS).map(point).collect())?)
+    }
 }
 
 /// Extinction times colour, and extinction, of a colour and an opacity.
@@ -180,20 +206,29 @@ fn check_labels(labels: &UploadedVolume, entries: &[[f64; 4]], grid: &Grid) -> R
     Ok(())
 }
 
-fn check_components(components: &[Volume], opacity: ColorOpacity) -> Result<(), Error> {
+/// Checks descriptions of components; returns the largest intensity of their type.
+fn check_components(components: &[&Description], opacity: ColorOpacity) -> Result<f64, Error> {
     let wanted = if opacity == ColorOpacity::Alpha { 4..=4 } else { 3..=4 };
     if !wanted.contains(&components.len()) {
         let problem = format!("there are {} components, and colours have 3, or 4 with alpha", components.len());
         return Err(Error::Settings { field: "colors", problem });
     }
-    let first = &components[0];
+    let first = components[0];
     for other in components {
         if other.grid() != first.grid() || other.voxel_type() != first.voxel_type() {
             let problem = format!("its grid or its type is not that of {}", first.name());
             return Err(Error::volume(std::path::Path::new(other.name()), problem));
         }
     }
-    Ok(())
+    match first.voxel_type() {
+        VoxelType::Uint8 => Ok(255.0),
+        VoxelType::Uint16 => Ok(65535.0),
+        VoxelType::Float32 => Ok(1.0),
+        other => {
+            let problem = format!("its components are {other}; colours are uint8, uint16 or float32");
+            Err(Error::volume(std::path::Path::new(first.name()), problem))
+        }
+    }
 }
 
 /// Buffers of the four fields.

@@ -13,6 +13,7 @@ mod enqueued;
 mod faults;
 mod field;
 mod frame;
+mod kinds;
 mod lattice_picture;
 mod layered;
 mod light;
@@ -51,6 +52,7 @@ pub(crate) use depths::depth_settings;
 #[cfg(feature = "mpi")]
 pub use distributed_report::{Composed, DistributedReport, Exchanged, RankMeasured, RankReport};
 pub use field::{DeviceVoxels, UploadedVolume};
+pub use kinds::FieldKind;
 pub use lattice_picture::LatticePicture;
 #[cfg(feature = "mpi")]
 pub(crate) use light::{LightOfParts, SweepGroup, Target, Wanted, behind};

@@ -19,12 +19,13 @@ macro_rules! asset {
 pub(super) const PAGE: Asset = asset!("index.html", "text/html; charset=utf-8");
 
 /// All that the page loads.
-pub(super) const ASSETS: [Asset; 32] = [
+pub(super) const ASSETS: [Asset; 34] = [
     asset!("style.css", "text/css; charset=utf-8"),
     asset!("icon.svg", "image/svg+xml"),
     asset!("adjusting.js", SCRIPT),
     asset!("ball.js", SCRIPT),
     asset!("camera.js", SCRIPT),
+    asset!("channels.js", SCRIPT),
     asset!("connection.js", SCRIPT),
     asset!("controls.js", SCRIPT),
     asset!("cutting.js", SCRIPT),
@@ -52,6 +53,7 @@ pub(super) const ASSETS: [Asset; 32] = [
     asset!("status.js", SCRIPT),
     asset!("tents.js", SCRIPT),
     asset!("time.js", SCRIPT),
+    asset!("unavailable.js", SCRIPT),
 ];
 
 #[cfg(test)]

@@ -1,11 +1,12 @@
 //! Films along key cameras, and the commands that make the same ones.
 
 use super::annotated::annotated;
+use super::fields::Now;
+use super::host::FilmWanted;
 use super::keeper::{Maker, Order, PageRenderer};
 use super::page_camera::{PageCamera, PageProjection};
 use super::protocol::{FilmState, Format, Picture, Reply, Step, saved_size};
-use super::saving::{TRANSFER_NAME, saved_look};
-use super::scene::FilmWanted;
+use super::saving::{TRANSFER_NAME, files_of_others, names_of_others, saved_look};
 use crate::camera::{CameraPath, Key};
 use crate::error::Error;
 use crate::files::Scratch;
@@ -186,7 +187,9 @@ impl Maker {
             }
             let (Some(frame), _) = renderer.render(camera, rendered, &settings)? else { return Ok(()) };
             let frame = if film.samples > 1 { frame.averaged(film.samples)? } else { frame };
-            animation.add(&annotated(frame, scene, (&look, &order.transfer), camera, settings.blend)?).map_err(without_path)?;
+            animation
+                .add(&annotated(frame, scene, Now { look: &look, ..order.now() }, camera, settings.blend)?)
+                .map_err(without_path)?;
         }
         animation.finish().map_err(without_path)?;
         self.send_parts(&path, film, size)?;
@@ -204,10 +207,11 @@ impl Maker {
             output: film.format.file_name(),
             keys: KEYS_NAME,
             transfer: TRANSFER_NAME,
+            others: &names_of_others(&order.transfers),
             length_units: self.scene.length_units(),
         };
         let line = self.scene.host.film_command_line(&wanted);
-        let transfer_text = order.transfer.to_text(FileFormat::ParaView);
+        let transfer_text = order.transfers[0].to_text(FileFormat::ParaView);
         self.outgoing.reply(&Reply::FilmCommand {
             id: film.id,
             line: line.as_deref(),
@@ -215,6 +219,7 @@ impl Maker {
             keys_text: &film.keys_text(self.scene.steps() > 1),
             transfer_name: TRANSFER_NAME,
             transfer_text: &transfer_text,
+            more: &files_of_others(&order.transfers),
         });
     }
 

@@ -9,7 +9,8 @@ use super::slices::SlicesView;
 use crate::device::Cancel;
 use crate::transfer::{FileFormat, TransferFunction};
 use crate::viewport::Viewport;
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
+use std::mem::take;
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -26,7 +27,7 @@ pub(super) enum Job {
     CancelFilm(u32),
     Command(Saving),
     Pick(Pick),
-    Write { name: String, format: FileFormat },
+    Write { field: usize, name: String, format: FileFormat },
 }
 
 /// A picture to save.
@@ -42,7 +43,8 @@ pub(super) struct Saving {
 #[derive(Default)]
 pub(super) struct News {
     pub look: Option<Look>,
-    pub transfer: Option<TransferFunction>,
+    /// Transfer functions by number of the field.
+    pub transfers: BTreeMap<usize, TransferFunction>,
     pub view: Option<View>,
     pub slices: Option<SlicesView>,
     pub job: Option<Job>,
@@ -53,7 +55,7 @@ pub(super) struct News {
 struct State {
     ready: Option<bool>,
     look: Option<Look>,
-    transfer: Option<TransferFunction>,
+    transfers: BTreeMap<usize, TransferFunction>,
     view: Option<View>,
     slices: Option<SlicesView>,
     jobs: VecDeque<Job>,
@@ -66,12 +68,12 @@ struct State {
 impl State {
     /// Whether a picture would not be what the page wants.
     fn is_changed(&self) -> bool {
-        self.look.is_some() || self.transfer.is_some() || self.view.is_some() || self.slices.is_some()
+        self.look.is_some() || !self.transfers.is_empty() || self.view.is_some() || self.slices.is_some()
     }
 
     /// What is new but slices and jobs.
     fn take_news(&mut self) -> News {
-        News { look: self.look.take(), transfer: self.transfer.take(), view: self.view.take(), ..News::default() }
+        News { look: self.look.take(), transfers: take(&mut self.transfers), view: self.view.take(), ..News::default() }
     }
 }
 
@@ -106,8 +108,8 @@ impl Inbox {
         self.post(|state| state.look = Some(look));
     }
 
-    pub fn post_transfer(&self, transfer: TransferFunction) {
-        self.post(|state| state.transfer = Some(transfer));
+    pub fn post_transfer(&self, field: usize, transfer: TransferFunction) {
+        self.post(|state| drop(state.transfers.insert(field, transfer)));
     }
 
     pub fn post_view(&self, view: View) {

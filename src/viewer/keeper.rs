@@ -1,6 +1,7 @@
 //! What a page keeps, saved pictures and films, made one after another by a thread of its own. Its frames are drawn in bands, which wait while
 //! a hand moves.
 
+use super::fields::Now;
 use super::films::Film;
 use super::inbox::Saving;
 use super::look::Look;
@@ -20,14 +21,20 @@ const MOST_ORDERS: usize = 4;
 /// Time after the last movement of a hand at which work goes on, if the page does not say that the hand rests.
 const HAND: Duration = Duration::from_millis(300);
 
-/// A picture or a film, with the look and the transfer function of the moment it was asked for.
+/// A picture or a film, with the look and the transfer functions of the moment it was asked for.
 pub(super) struct Order {
     pub kept: Kept,
     pub look: Look,
-    pub transfer: TransferFunction,
+    /// Those of all fields.
+    pub transfers: Vec<TransferFunction>,
 }
 
 impl Order {
+    /// How the fields were shown.
+    pub fn now(&self) -> Now<'_> {
+        Now { look: &self.look, transfers: &self.transfers }
+    }
+
     /// The step of a sequence that comes first.
     fn step(&self) -> usize {
         match &self.kept {
@@ -164,7 +171,8 @@ impl Maker {
     fn make(&self, order: &Order) -> Result<(), Error> {
         // Dropped when done, with its buffers on the device.
         let volume = self.scene.step(order.step())?;
-        let mut renderer = self.scene.renderer_of(&volume, &order.transfer)?;
+        let mut drawing = self.scene.drawing(&volume, order.now())?;
+        let renderer = &mut drawing.renderer;
         renderer.set_cancel(Some(self.keeper.cancel.clone()));
         renderer.set_bands(Some(self.keeper.bands.clone()));
         match &order.kept {
@@ -187,7 +195,11 @@ mod tests {
     fn order(id: u32) -> Order {
         let film = Film { id, keys: Vec::new(), width: 1, height: 1, samples: 1, rate: 1, format: FilmFormat::Gif };
         let transfer = TransferFunction::new("test", vec![(0.0, [0.0; 3])], vec![(0.0, 0.0)]).unwrap();
-        Order { kept: Kept::Film(film), look: Look::of(&Settings::default(), Background::BLACK, 0.0, [1; 3]), transfer }
+        Order {
+            kept: Kept::Film(film),
+            look: Look::of(&Settings::default(), Background::BLACK, 0.0, [1; 3]),
+            transfers: vec![transfer],
+        }
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! What the page can change besides the camera and the transfer function.
 
-use crate::annotation::Annotations;
+use super::look_fields::{PageChannel, PageLabels};
+use crate::annotation::{Annotations, Legend};
 use crate::error::Error;
 use crate::image::Background;
 use crate::layers::{GradientEstimator, Kernel};
@@ -48,6 +49,10 @@ pub struct Look {
     pub axes: bool,
     /// Step of a sequence, from 0; 0 for other volumes.
     pub frame: usize,
+    /// How each of several fields is shown; none for one field.
+    pub channels: Vec<PageChannel>,
+    /// Changes of labels.
+    pub labels: PageLabels,
 }
 
 /// A white light.
@@ -177,13 +182,16 @@ impl Look {
             bounding_box: false,
             axes: false,
             frame: 0,
+            channels: Vec::new(),
+            labels: PageLabels::default(),
         }
     }
 
-    /// Annotations over the whole picture. `length_units`: the unit of length, if it is known.
-    pub(super) fn annotations(&self, length_units: Option<&str>) -> Annotations {
+    /// Annotations over the whole picture. `length_units`: the unit of length, if it is known. `list`: in place of the colour bar.
+    pub(super) fn annotations(&self, length_units: Option<&str>, list: Option<Legend>) -> Annotations {
         let &Self { legend, bounding_box, axes, .. } = self;
-        Annotations { legend, bounding_box, axes, length_units: length_units.map(str::to_owned), ..Annotations::default() }
+        let length_units = length_units.map(str::to_owned);
+        Annotations { legend, list, bounding_box, axes, length_units, ..Annotations::default() }
     }
 
     /// Checks what the page can send wrong. Combinations are checked when settings are made.
@@ -223,6 +231,7 @@ impl Look {
         if !self.iso.is_finite() {
             return refuse("blend", self.iso.to_string(), "a finite iso-value");
         }
+        self.check_fields()?;
         self.background().map(|_| ())
     }
 

@@ -11,10 +11,14 @@ mod annotated;
 mod assets;
 mod checks;
 mod encoding;
+mod fields;
 mod films;
+mod hello;
+mod host;
 mod inbox;
 mod keeper;
 mod look;
+mod look_fields;
 #[cfg(feature = "viewer")]
 mod opening;
 mod overlay;
@@ -38,15 +42,19 @@ mod socket;
 mod time;
 mod warming;
 
+pub use crate::shown::Shown;
 #[cfg(feature = "viewer")]
 pub use access::Access;
 #[doc(hidden)]
 pub use checks::check_message;
+pub use fields::{Drawn, PageField};
+pub use host::{FilmWanted, Host, Offered, Source, Wanted};
 pub use look::{Look, PageBlend, PageKernel, PageLight, PageQuality};
+pub use look_fields::{PageChannel, PageLabels};
 pub use overlay::Overlay;
 pub use page_camera::{PageCamera, PageProjection};
 pub use protocol::{OpenWanted, SavedFormat};
-pub use scene::{FilmWanted, First, Host, Offered, Opening, Scene, Source, Wanted};
+pub use scene::{First, Opening, Scene};
 #[cfg(feature = "viewer")]
 pub use server::{Server, Stop};
 pub use session::{Change, Message, Received, Session};

@@ -1,8 +1,9 @@
 //! Volumes that a page opens: one of those that the program offers, or a file that was dropped onto the page. The page sends names, never
 //! paths.
 
+use super::host::Source;
 use super::protocol::OpenWanted;
-use super::scene::{Scene, Source};
+use super::scene::Scene;
 use super::server::Served;
 use crate::error::Error;
 use crate::files::Scratch;

@@ -1,6 +1,7 @@
 //! The thread that draws for a page: frames that follow the hand, and the refinement of a picture at rest.
 
 use super::encoding::encoded;
+use super::fields::{Drawing, Now};
 use super::inbox::{Inbox, Job, News};
 use super::keeper::{Keeper, Kept, Order};
 use super::look::Look;
@@ -15,9 +16,11 @@ use crate::camera::Camera;
 use crate::device::{Bands, Cancel};
 use crate::error::Error;
 use crate::image::Background;
-use crate::renderer::VolumeRenderer;
+use crate::renderer::Renderer;
 use crate::settings::{LightGrid, Quality, Settings};
+use crate::transfer::TransferFunction;
 use crate::viewport::Viewport;
+use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -27,8 +30,12 @@ pub(super) struct Painter {
     pub inbox: Arc<Inbox>,
     keeper: Arc<Keeper>,
     pub outgoing: Outgoing,
-    pub renderer: Box<dyn VolumeRenderer<'static> + Send>,
+    pub drawing: Drawing,
+    /// Finds what is seen where the renderer has no depths. Made for the first question.
+    pub picker: Option<Renderer>,
     pub look: Look,
+    /// Of all fields.
+    pub transfers: Vec<TransferFunction>,
     /// The step of a sequence that the renderer has.
     pub moment: Moment,
     pace: Pace,
@@ -68,10 +75,16 @@ impl Painter {
         first: &First,
         cancel: Cancel,
     ) -> Result<Self, Error> {
-        let mut renderer = scene.renderer(&first.transfer)?;
-        renderer.set_cancel(Some(cancel));
-        let (moment, look) = (Moment::new(&scene), first.look.clone());
-        Ok(Self { scene, inbox, keeper, outgoing, renderer, look, moment, pace: Pace::default(), current: None })
+        let (look, transfers) = (first.look.clone(), first.transfers());
+        let mut drawing = scene.drawing(&scene.opening.volume, Now { look: &look, transfers: &transfers })?;
+        drawing.renderer.set_cancel(Some(cancel));
+        let (moment, pace) = (Moment::new(&scene), Pace::default());
+        Ok(Self { scene, inbox, keeper, outgoing, drawing, picker: None, look, transfers, moment, pace, current: None })
+    }
+
+    /// How the fields are shown.
+    pub fn now(&self) -> Now<'_> {
+        Now { look: &self.look, transfers: &self.transfers }
     }
 
     /// Draws until the page is gone.
@@ -88,27 +101,15 @@ impl Painter {
     }
 
     fn work(&mut self, news: News) -> Result<(), Error> {
-        let News { look, transfer, view, slices, job, ready } = news;
+        let News { look, transfers, view, slices, job, ready } = news;
         if let Some(ready) = ready {
             self.outgoing.reply(&Reply::Ready { ready });
             return Ok(());
         }
-        if look.is_some() || transfer.is_some() {
+        if look.is_some() || !transfers.is_empty() {
             // The view that follows is drawn.
             self.current = None;
-        }
-        if let Some(transfer) = transfer {
-            self.renderer.set_transfer_function(&transfer);
-        }
-        if let Some(look) = look {
-            match self.scene.host.settings(&look, None).and_then(|_| self.go(look.frame)) {
-                Ok(()) => {
-                    self.look = look;
-                    warming::begin(self);
-                }
-                // The view is drawn as it was.
-                Err(error) => self.outgoing.problem(&self.scene, &error),
-            }
+            self.change(look, transfers);
         }
         if let Some(view) = view {
             let page = shown_size(view.width, view.height)?;
@@ -128,13 +129,41 @@ impl Painter {
         }
     }
 
+    /// Takes a new look and new transfer functions. The view is drawn as it was if they do not go with it.
+    fn change(&mut self, look: Option<Look>, transfers: BTreeMap<usize, TransferFunction>) {
+        let mut is_changed = !transfers.is_empty();
+        for (field, transfer) in transfers {
+            self.transfers[field] = transfer;
+        }
+        if let Some(look) = look {
+            let settings = self.scene.host.settings(&look, None);
+            let checked =
+                settings.and_then(|settings| self.scene.check_look(&look, &settings)).and_then(|()| self.go(look.frame));
+            match checked {
+                Ok(()) => {
+                    is_changed |= (&look.channels, &look.labels) != (&self.look.channels, &self.look.labels);
+                    self.look = look;
+                    warming::begin(self);
+                }
+                Err(error) => self.outgoing.problem(&self.scene, &error),
+            }
+        }
+        if is_changed {
+            self.picker = None;
+            let (scene, now) = (&self.scene, Now { look: &self.look, transfers: &self.transfers });
+            if let Err(error) = scene.update(&mut self.drawing, now) {
+                self.outgoing.problem(scene, &error);
+            }
+        }
+    }
+
     /// Gives the renderer another step of a sequence.
     fn go(&mut self, step: usize) -> Result<(), Error> {
         if step == self.moment.step() {
             return Ok(());
         }
         self.moment.go(&self.scene, step)?;
-        self.renderer.set_volume(self.moment.volume())
+        self.drawing.renderer.set_volume(self.moment.volume())
     }
 
     /// Draws the next picture of the current view.
@@ -158,7 +187,7 @@ impl Painter {
             settings.light_grid = LightGrid::Half;
         }
         self.use_general_programs(true);
-        self.renderer.set_bands(None);
+        self.drawing.renderer.set_bands(None);
         self.show(current, Step::Moving, size, &settings)?;
         self.pace.record(current.page, started.elapsed());
         current.progress = Progress::All;
@@ -170,13 +199,13 @@ impl Painter {
         let inbox = self.inbox.clone();
         self.use_general_programs(false);
         // A hand waits for two bands at most.
-        self.renderer.set_bands(Some(Bands::new()));
+        self.drawing.renderer.set_bands(Some(Bands::new()));
         inbox.giving_way(|| self.refine_once(current)).unwrap_or(Ok(()))
     }
 
     /// Frames that follow the hand do not wait for a program while a more general one is there. Others have the bits of the command.
     fn use_general_programs(&mut self, allowed: bool) {
-        if let Some(renderer) = self.renderer.whole() {
+        if let Some(renderer) = self.drawing.renderer.whole() {
             renderer.use_general_programs(allowed);
         }
     }
@@ -201,14 +230,14 @@ impl Painter {
                 current.progress = Progress::High;
             }
             // A volume that is streamed would be read again for every block.
-            Progress::High if self.renderer.whole().is_none() => self.rest(current),
+            Progress::High if self.drawing.renderer.whole().is_none() => self.rest(current),
             Progress::High => match Sharpening::new(page) {
                 Ok(sharpening) => current.progress = Progress::Sharpening(sharpening),
                 Err(_) => self.rest(current),
             },
             Progress::Sharpening(sharpening) => {
                 let settings = self.scene.host.settings(&self.look, Some(Quality::High))?;
-                let renderer = self.renderer.require_whole("refinement")?;
+                let renderer = self.drawing.renderer.require_whole("refinement")?;
                 if sharpening.draw_block(renderer, &current.camera, &settings)? {
                     let (frame, next) = (sharpening.frame(), sharpening.next().ok().flatten());
                     let background = self.look.background()?;
@@ -234,11 +263,11 @@ impl Painter {
         self.scene.host.require_checked(&current.camera, size, settings)?;
         let background = self.look.background()?;
         let rgba = if self.has_annotations() {
-            let (frame, _) = self.renderer.render(&current.camera, size, settings)?;
+            let (frame, _) = self.drawing.renderer.render(&current.camera, size, settings)?;
             let drawn = frame.map(|frame| self.annotated(frame, &current.camera, settings.blend));
             drawn.transpose()?.map(|frame| frame.to_rgba8(background))
         } else {
-            self.renderer.render_rgba8(&current.camera, size, settings, background)?.0
+            self.drawing.renderer.render_rgba8(&current.camera, size, settings, background)?.0
         };
         rgba.map_or(Ok(()), |rgba| self.send(current, step, size, background, &rgba))
     }
@@ -252,17 +281,16 @@ impl Painter {
     }
 
     fn do_job(&mut self, job: Job) -> Result<(), Error> {
-        let transfer = self.renderer.transfer_function().clone();
         match job {
             Job::Fit { camera, size } => {
                 self.scene.camera(&camera)?;
                 let settings = self.scene.host.settings(&self.look, None)?;
-                let camera = self.scene.fitted(&camera, size, &settings, &transfer)?;
+                let camera = self.scene.fitted(&camera, size, &settings, self.now())?;
                 self.outgoing.reply(&Reply::Fitted { camera });
                 Ok(())
             }
-            Job::Write { name, format } => {
-                self.outgoing.reply(&Reply::Written { name: &name, text: &transfer.to_text(format) });
+            Job::Write { field, name, format } => {
+                self.outgoing.reply(&Reply::Written { name: &name, text: &self.transfers[field].to_text(format) });
                 Ok(())
             }
             Job::Command(saving) => self.say_command(&saving),
@@ -289,10 +317,10 @@ impl Painter {
         }
     }
 
-    /// Orders what is kept, with the current look and transfer function.
+    /// Orders what is kept, with the current look and transfer functions.
     fn keep(&self, kept: Kept) -> Result<(), Error> {
-        let transfer = self.renderer.transfer_function().clone();
-        if self.keeper.post(Order { kept, look: self.look.clone(), transfer }) {
+        let (look, transfers) = (self.look.clone(), self.transfers.clone());
+        if self.keeper.post(Order { kept, look, transfers }) {
             return Ok(());
         }
         Err(Error::Settings { field: "page", problem: "too many pictures and films wait: try again when they are done".into() })

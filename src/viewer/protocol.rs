@@ -3,6 +3,7 @@
 use super::films::Film;
 use super::look::Look;
 use super::page_camera::PageCamera;
+use super::reading::Picked;
 use super::slices::{PlacedSlice, SlicesView};
 use crate::error::Error;
 use crate::transfer::{ControlPoint, TransferFunction};
@@ -28,18 +29,32 @@ pub(super) enum Request {
     Slices(SlicesView),
     /// Use this look from the next view on.
     Look { look: Look },
-    /// Use this transfer function from the next view on.
-    Transfer { colors: Vec<ControlPoint<[f64; 3]>>, opacities: Vec<ControlPoint<f64>> },
+    /// Use this transfer function of a field from the next view on.
+    Transfer {
+        #[serde(default)]
+        field: usize,
+        colors: Vec<ControlPoint<[f64; 3]>>,
+        opacities: Vec<ControlPoint<f64>>,
+    },
     /// The page has drawn a picture.
     Shown {},
     /// Answer with the camera that fits what is visible.
     Fit { camera: PageCamera, width: u32, height: u32 },
-    /// Answer with a transfer function by name.
-    Named { kind: Kind, name: String },
+    /// Answer with a transfer function of a field by name.
+    Named {
+        #[serde(default)]
+        field: usize,
+        kind: Kind,
+        name: String,
+    },
     /// Answer with the transfer function in the text of a file.
     Read { name: String, text: String },
-    /// Answer with the transfer function as the text of a file, by the name's extension.
-    Write { name: String },
+    /// Answer with the transfer function of a field as the text of a file, by the name's extension.
+    Write {
+        #[serde(default)]
+        field: usize,
+        name: String,
+    },
     /// Answer with a picture of the best quality, and the command that makes it.
     Save {
         camera: PageCamera,
@@ -184,15 +199,15 @@ pub(super) fn transfer_function(
 #[serde(tag = "type", rename_all = "snake_case")]
 pub(super) enum Reply<'a> {
     /// What the program shows from now on; the page asks for it.
-    Given { camera: PageCamera, look: &'a Look, transfer: NamedTransfer<'a> },
+    Given { camera: PageCamera, look: &'a Look, transfer: NamedTransfer<'a>, others: Vec<NamedTransfer<'a>> },
     /// A camera that fits.
     Fitted { camera: PageCamera },
     /// A transfer function that was asked for.
     Transfer { name: &'a str, colors: &'a [ControlPoint<[f64; 3]>], opacities: &'a [ControlPoint<f64>] },
     /// The text of a file that was asked for.
     Written { name: &'a str, text: &'a str },
-    /// The command that makes the picture.
-    Command { line: &'a str, python: &'a str, transfer_name: &'a str, transfer_text: &'a str },
+    /// The command that makes the picture. `more`: further files that it reads.
+    Command { line: &'a str, python: &'a str, transfer_name: &'a str, transfer_text: &'a str, more: &'a [NamedText] },
     /// The command that makes a film, if the program has one, and its files.
     FilmCommand {
         id: u32,
@@ -201,6 +216,7 @@ pub(super) enum Reply<'a> {
         keys_text: &'a str,
         transfer_name: &'a str,
         transfer_text: &'a str,
+        more: &'a [NamedText],
     },
     /// How far a film is: pictures done, of how many.
     Film { id: u32, state: FilmState, done: u32, of: u32 },
@@ -228,15 +244,11 @@ pub(super) enum FilmState {
     Failed,
 }
 
-/// A point of the volume that is seen.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub(super) struct Picked {
-    /// World position.
-    pub position: [f64; 3],
-    /// Position in voxels.
-    pub voxel: [f64; 3],
-    /// Value of the field.
-    pub value: f64,
+/// A text file beside a command.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub(super) struct NamedText {
+    pub name: String,
+    pub text: String,
 }
 
 /// A transfer function, and its name.

@@ -1,20 +1,50 @@
 //! What is seen at a place of a picture: a point, by the depths that the renderer defines, and the value of the field there.
 
+use super::fields::{Drawn, Now, PageField};
 use super::painter::Painter;
-use super::protocol::{Pick, Picked, shown_size};
+use super::protocol::{Pick, shown_size};
+use super::scene::Scene;
 use crate::camera::{Camera, Projection};
 use crate::error::Error;
+use crate::image::Depths;
 use crate::layers::Kernel;
-use crate::renderer::depth_settings;
+use crate::renderer::{FieldKind, depth_settings};
 use crate::settings::{Algorithm, Blend, Classification, Layered, Settings};
+use crate::shown::{Shown, name_of};
 use crate::viewport::Viewport;
-use crate::volume::Volume;
+use crate::volume::{LabelLayer, LabelTable, Volume};
 use glam::DVec3;
+use serde::Serialize;
+use std::collections::BTreeMap;
 
 /// Farthest place in half heights from the middle of a picture. Pictures are at most this many times as wide as high.
 const FARTHEST: f64 = 65_536.0;
+/// Largest opacity with a finite extinction.
+const MOST_OPAQUE: f64 = 0.99999;
 /// The one pixel of a pick.
 const PIXEL: Viewport = Viewport { width: 1, height: 1 };
+
+/// A point of the volume that is seen.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub(super) struct Picked {
+    /// World position.
+    pub position: [f64; 3],
+    /// Position in voxels.
+    pub voxel: [f64; 3],
+    /// Value of the field, of the first of several.
+    pub value: f64,
+    /// Values of several fields, or of the components of colours.
+    pub values: Vec<f64>,
+    /// Labels that are seen there, of each layer that has one.
+    pub labels: Vec<PickedLabel>,
+}
+
+/// A label that is seen.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub(super) struct PickedLabel {
+    pub id: u32,
+    pub name: String,
+}
 
 impl Pick {
     /// Checks the numbers of a page.
@@ -59,25 +89,86 @@ impl Painter {
         if !matches!(settings.blend, Blend::Composite | Blend::Iso(_)) {
             return Ok(None);
         }
+        let casting = depth_settings(&settings);
+        if self.scene.kind() == FieldKind::Several && FieldKind::Several.check(&casting).is_err() {
+            return Ok(None);
+        }
         let camera = pick.camera(&self.scene.camera(&pick.camera)?)?;
-        self.scene.host.require_checked(&camera, PIXEL, &depth_settings(&settings))?;
-        let depths = self.renderer.depths(&camera, PIXEL, &settings)?;
+        self.scene.host.require_checked(&camera, PIXEL, &casting)?;
+        let depths = self.depths(&camera, &settings)?;
         let (first, mean) = (f64::from(depths.first()[0]), f64::from(depths.mean()[0]));
         if !first.is_finite() {
             return Ok(None);
         }
         let forward = camera.basis()?.forward;
-        let volume = self.moment.volume();
-        let point = |depth: f64| {
-            let position = camera.position + forward * depth;
-            let voxel = volume.grid().world_to_voxel(position);
-            let value = value_at(volume, voxel, kernel(&settings));
-            Picked { position: position.to_array(), voxel: voxel.to_array(), value }
-        };
-        let within = point(mean);
-        let is_visible = matches!(settings.blend, Blend::Iso(_)) || self.renderer.transfer_function().opacity(within.value) > 0.0;
-        Ok(Some(if is_visible { within } else { point(first) }))
+        let seen = Seen { scene: &self.scene, volume: self.moment.volume(), now: self.now(), settings: &settings };
+        let (within, is_visible) = seen.at(camera.position + forward * mean)?;
+        Ok(Some(if is_visible { within } else { seen.at(camera.position + forward * first)?.0 }))
     }
+
+    fn depths(&mut self, camera: &Camera, settings: &Settings) -> Result<Depths, Error> {
+        let Some(colors) = &self.drawing.colors else { return self.drawing.renderer.depths(camera, PIXEL, settings) };
+        let picker = match &mut self.picker {
+            Some(picker) => picker,
+            none => none.insert(colors.depth_renderer()?),
+        };
+        picker.depths(camera, PIXEL, settings)
+    }
+}
+
+/// What is read at points.
+struct Seen<'a> {
+    scene: &'a Scene,
+    /// The volume, or the step of a sequence.
+    volume: &'a Volume<'static>,
+    now: Now<'a>,
+    settings: &'a Settings,
+}
+
+impl Seen<'_> {
+    /// What is at a point, and whether any of it is visible there.
+    fn at(&self, position: DVec3) -> Result<(Picked, bool), Error> {
+        let &Self { volume, now, settings, .. } = self;
+        let kernel = kernel(settings);
+        let voxel = volume.grid().world_to_voxel(position);
+        let value = value_at(volume, voxel, kernel);
+        let is_iso = matches!(settings.blend, Blend::Iso(_));
+        let opacity = |n: usize, value: f64| now.transfers[n].opacity(value);
+        let (mut values, mut labels) = (Vec::new(), Vec::new());
+        let is_visible = match &self.scene.opening.drawn {
+            Drawn::One => is_iso || opacity(0, value) > 0.0,
+            Drawn::Several(fields) => {
+                let read = |field: &PageField| value_at(&field.volume, field.volume.grid().world_to_voxel(position), kernel);
+                values = fields.iter().map(read).collect();
+                let shown = now.look.channels_of(fields.len())?.iter().enumerate();
+                is_iso || shown.filter(|(_, shown)| shown.visible).any(|(n, _)| opacity(n, values[n]) > 0.0)
+            }
+            Drawn::Shown(Shown::Components(components, _)) => {
+                values = components.iter().map(|component| value_at(component, voxel, kernel)).collect();
+                true
+            }
+            Drawn::Shown(Shown::Labels(all, indices)) => {
+                let layers = all.layers().iter().zip(indices).zip(self.scene.tables(now.look)?);
+                labels = layers.filter_map(|((layer, indices), table)| label_at(layer, indices, &table, voxel)).collect();
+                !labels.is_empty()
+            }
+        };
+        Ok((Picked { position: position.to_array(), voxel: voxel.to_array(), value, values, labels }, is_visible))
+    }
+}
+
+/// The label of a layer that contributes most to the extinction at a point in voxels.
+fn label_at(layer: &LabelLayer, indices: &Volume, table: &LabelTable, voxel: DVec3) -> Option<PickedLabel> {
+    let palette = layer.palette_of(table);
+    let mut sums: BTreeMap<usize, f64> = BTreeMap::new();
+    // Labels are interpolated by this kernel, or by a narrower one.
+    for_each_tap(indices, voxel, Kernel::Cubic, |weight, index| {
+        let index = index as usize;
+        *sums.entry(index).or_default() += weight * -(-palette[index][3].min(MOST_OPAQUE)).ln_1p();
+    });
+    let (index, extinction) = sums.into_iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
+    let label = table.get(layer.ids()[index]).filter(|_| extinction > 0.0)?;
+    Some(PickedLabel { id: label.id, name: name_of(label) })
 }
 
 /// The kernel that values are read with: that of the picture if it interpolates voxels, and otherwise the nearest one that does.
@@ -96,19 +187,27 @@ fn kernel(settings: &Settings) -> Kernel {
 
 /// Value of the field at a point in voxels. Voxels beyond the grid are the background.
 fn value_at(volume: &Volume, voxel: DVec3, kernel: Kernel) -> f64 {
+    let mut sum = 0.0;
+    for_each_tap(volume, voxel, kernel, |weight, value| sum += weight * value);
+    sum
+}
+
+/// Passes on the weight and the value of each voxel that a kernel reaches from a point in voxels.
+fn for_each_tap(volume: &Volume, voxel: DVec3, kernel: Kernel, mut take: impl FnMut(f64, f64)) {
     let dims = volume.grid().dims();
     let radius = i64::from(kernel.radius());
     let first = voxel.to_array().map(|x| x.floor() as i64 + 1 - radius);
-    let taps = || 0..2 * radius;
     let weight = |axis: usize, tap: i64| kernel.weight(voxel[axis] - (first[axis] + tap) as f64);
     let known = |axis: usize, tap: i64| usize::try_from(first[axis] + tap).ok().filter(|&i| i < dims[axis]);
-    let value = |taps: [i64; 3]| match (known(0, taps[0]), known(1, taps[1]), known(2, taps[2])) {
-        (Some(x), Some(y), Some(z)) => volume.value(x + dims[0] * (y + dims[1] * z)),
-        _ => volume.background(),
-    };
-    let row = |y, z| taps().map(|x| weight(0, x) * value([x, y, z])).sum::<f64>();
-    let plane = |z| taps().map(|y| weight(1, y) * row(y, z)).sum::<f64>();
-    taps().map(|z| weight(2, z) * plane(z)).sum()
+    let taps = 2 * radius;
+    for n in 0..taps * taps * taps {
+        let [x, y, z] = [n % taps, n / taps % taps, n / (taps * taps)];
+        let value = match (known(0, x), known(1, y), known(2, z)) {
+            (Some(x), Some(y), Some(z)) => volume.value(x + dims[0] * (y + dims[1] * z)),
+            _ => volume.background(),
+        };
+        take(weight(0, x) * weight(1, y) * weight(2, z), value);
+    }
 }
 
 #[cfg(test)]

@@ -1,13 +1,15 @@
 //! Saved pictures, and the commands that make the same ones.
 
 use super::annotated::annotated;
+use super::fields::Now;
 use super::films::without_path;
+use super::host::Wanted;
 use super::inbox::Saving;
 use super::keeper::{Maker, Order, PageRenderer};
 use super::look::{Look, PageQuality};
 use super::painter::Painter;
-use super::protocol::{Format, Picture, Reply, SavedFormat, Step};
-use super::scene::{Scene, Wanted};
+use super::protocol::{Format, NamedText, Picture, Reply, SavedFormat, Step};
+use super::scene::Scene;
 use super::session::Outgoing;
 use crate::error::Error;
 use crate::image::Encoding;
@@ -35,15 +37,16 @@ impl Maker {
         scene.host.require_checked(&view, rendered, &settings)?;
         let (Some(frame), _) = renderer.render(&view, rendered, &settings)? else { return Ok(()) };
         let frame = if samples > 1 { frame.averaged(samples)? } else { frame };
-        let frame = annotated(frame, scene, (&look, &order.transfer), &view, settings.blend)?;
+        let frame = annotated(frame, scene, Now { look: &look, ..order.now() }, &view, settings.blend)?;
         let failed = |e: io::Error| Error::write(Path::new("the picture"), e);
         let folder = tempfile::tempdir().map_err(failed)?;
         let path = folder.path().join(format.file_name());
-        let line = scene.host.command_line(&wanted(scene, saving, &look)?);
+        let others = names_of_others(&order.transfers);
+        let line = scene.host.command_line(&wanted(scene, saving, &look, &others)?);
         let encoding = Encoding { description: Some(line), ..Encoding::default() };
         frame.save_encoded(&path, Some(look.background()?), &encoding, None).map_err(without_path)?;
         let bytes = std::fs::read(&path).map_err(failed)?;
-        say_command(scene, &self.outgoing, (&order.look, &order.transfer), saving)?;
+        say_command(scene, &self.outgoing, order.now(), saving)?;
         let format = match format {
             SavedFormat::Png => Format::Png,
             SavedFormat::Exr => Format::Exr,
@@ -56,27 +59,40 @@ impl Maker {
 impl Painter {
     /// Sends the command that makes a picture of the current look.
     pub(super) fn say_command(&self, saving: &Saving) -> Result<(), Error> {
-        say_command(&self.scene, &self.outgoing, (&self.look, self.renderer.transfer_function()), saving)
+        say_command(&self.scene, &self.outgoing, self.now(), saving)
     }
 }
 
 /// Sends the command that makes a picture, and the program in Python, with the transfer function as a file.
-fn say_command(
-    scene: &Scene,
-    outgoing: &Outgoing,
-    (look, transfer): (&Look, &TransferFunction),
-    saving: &Saving,
-) -> Result<(), Error> {
-    let look = saved_look(look);
-    let wanted = wanted(scene, saving, &look)?;
+fn say_command(scene: &Scene, outgoing: &Outgoing, Now { look, transfers }: Now, saving: &Saving) -> Result<(), Error> {
+    let (look, others) = (saved_look(look), names_of_others(transfers));
+    let wanted = wanted(scene, saving, &look, &others)?;
     let (line, python) = (scene.host.command_line(&wanted), scene.host.python(&wanted));
-    let text = transfer.to_text(FileFormat::ParaView);
-    outgoing.reply(&Reply::Command { line: &line, python: &python, transfer_name: TRANSFER_NAME, transfer_text: &text });
+    let (text, more) = (transfers[0].to_text(FileFormat::ParaView), files_of_others(transfers));
+    outgoing.reply(&Reply::Command {
+        line: &line,
+        python: &python,
+        transfer_name: TRANSFER_NAME,
+        transfer_text: &text,
+        more: &more,
+    });
     Ok(())
 }
 
-fn wanted<'a>(scene: &Scene, saving: &'a Saving, look: &'a Look) -> Result<Wanted<'a>, Error> {
+/// Names of the files with the transfer functions of the other fields.
+pub(super) fn names_of_others(transfers: &[TransferFunction]) -> Vec<String> {
+    (1..transfers.len()).map(|n| format!("layersplat-{n}.json")).collect()
+}
+
+/// These files.
+pub(super) fn files_of_others(transfers: &[TransferFunction]) -> Vec<NamedText> {
+    let others = names_of_others(transfers).into_iter().zip(&transfers[1..]);
+    others.map(|(name, transfer)| NamedText { name, text: transfer.to_text(FileFormat::ParaView) }).collect()
+}
+
+fn wanted<'a>(scene: &Scene, saving: &'a Saving, look: &'a Look, others: &'a [String]) -> Result<Wanted<'a>, Error> {
     let Saving { camera, size, samples, format } = saving;
     let (view, length_units) = (scene.camera(camera)?, scene.length_units());
-    Ok(Wanted { look, camera, view, size: *size, samples: *samples, format: *format, transfer: TRANSFER_NAME, length_units })
+    let (size, samples, format) = (*size, *samples, *format);
+    Ok(Wanted { look, camera, view, size, samples, format, transfer: TRANSFER_NAME, others, length_units })
 }

@@ -1,142 +1,26 @@
 //! What all pages of a run share: the volume on the device, and what its first view is.
 
+use super::fields::{Drawn, Now, Uploaded};
+use super::host::Host;
 use super::look::Look;
 use super::page_camera::{PageCamera, PageProjection};
-use super::protocol::{Kind, NamedTransfer, Reply, SavedFormat};
+use super::protocol::Kind;
 use super::readiness::Readiness;
-use super::slices;
 use super::time::Time;
 use crate::camera::OrbitFrame;
 use crate::device::Device;
 use crate::error::Error;
 #[cfg(feature = "viewer")]
 use crate::files::Scratch;
-use crate::framing::{Fixed, Orientation, Side};
-use crate::renderer::{Renderer, UploadedVolume, VolumeRenderer, volume_renderer};
-use crate::settings::{Quality, Settings};
+use crate::framing::{Fixed, Orientation};
+use crate::renderer::{UploadedVolume, VolumeRenderer};
+use crate::settings::Settings;
 use crate::transfer::TransferFunction;
 use crate::viewport::Viewport;
 use crate::volume::{Statistics, Volume};
-use serde::Serialize;
-use serde_json::json;
-use std::path::Path;
 use std::sync::OnceLock;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
-
-/// What the program that shows the page knows: its options, and how they are written.
-pub trait Host: Send + Sync {
-    /// The settings of a look, with the program's own options. `quality` replaces that of the look.
-    ///
-    /// # Errors
-    /// If the look does not go with the options.
-    fn settings(&self, look: &Look, quality: Option<Quality>) -> Result<Settings, Error>;
-
-    /// Fails if the device may not draw such pictures. May take seconds for the first picture of a kind.
-    ///
-    /// # Errors
-    /// If the device check failed.
-    fn require_checked(&self, camera: &crate::Camera, size: Viewport, settings: &Settings) -> Result<(), Error>;
-
-    /// The command that makes a picture.
-    fn command_line(&self, wanted: &Wanted) -> String;
-
-    /// The same picture as a program in Python.
-    fn python(&self, wanted: &Wanted) -> String;
-
-    /// The command that makes a film, if the program has one.
-    fn film_command_line(&self, _: &FilmWanted) -> Option<String> {
-        None
-    }
-
-    /// Whether the page may open other volumes.
-    fn opens_volumes(&self) -> bool {
-        false
-    }
-
-    /// Volumes that the page may open by name.
-    fn offered(&self) -> Vec<Offered> {
-        Vec::new()
-    }
-
-    /// Opens another volume, with the program's options that go with any volume.
-    ///
-    /// # Errors
-    /// If it is not offered or cannot be read.
-    fn open(&self, _: &Source) -> Result<(Opening, Box<dyn Host>), Error> {
-        Err(Error::Settings { field: "page", problem: "this program shows a single volume".into() })
-    }
-
-    /// Whether programs of usual frames are built in the background, with the first page.
-    fn builds_ahead(&self) -> bool {
-        true
-    }
-
-    /// A sentence for an error, with what the user can do.
-    fn sentence(&self, error: &Error) -> String {
-        error.to_string()
-    }
-}
-
-/// A picture whose command is asked for.
-#[derive(Clone, Copy)]
-pub struct Wanted<'a> {
-    /// Its look, with a quality.
-    pub look: &'a Look,
-    /// Its camera.
-    pub camera: &'a PageCamera,
-    /// The same camera in the world.
-    pub view: crate::Camera,
-    /// Its size.
-    pub size: Viewport,
-    /// N × N samples per pixel.
-    pub samples: u32,
-    /// Format of the file.
-    pub format: SavedFormat,
-    /// Name of the transfer function's file.
-    pub transfer: &'a str,
-    /// Unit of length, if it is known.
-    pub length_units: Option<&'a str>,
-}
-
-/// A film whose command is asked for.
-#[derive(Clone, Copy)]
-pub struct FilmWanted<'a> {
-    /// Its look, with a quality.
-    pub look: &'a Look,
-    /// Size of its pictures.
-    pub size: Viewport,
-    /// N × N samples per pixel.
-    pub samples: u32,
-    /// Pictures per second.
-    pub rate: u32,
-    /// Name of the film's file.
-    pub output: &'a str,
-    /// Name of the file with the key cameras.
-    pub keys: &'a str,
-    /// Name of the transfer function's file.
-    pub transfer: &'a str,
-    /// Unit of length, if it is known.
-    pub length_units: Option<&'a str>,
-}
-
-/// A volume that the page may open.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct Offered {
-    /// Its name, without folders.
-    pub name: String,
-    /// Whether it is built in.
-    pub is_builtin: bool,
-}
-
-/// What is opened.
-#[derive(Clone, Copy, Debug)]
-pub enum Source<'a> {
-    /// One of the offered volumes, by its name.
-    Offered(&'a str),
-    /// A temporary file, which exists as long as its volume.
-    File(&'a Path),
-}
 
 /// How a volume is shown first.
 pub struct Opening {
@@ -146,6 +30,8 @@ pub struct Opening {
     pub time: Option<Time>,
     /// The first transfer function.
     pub transfer: TransferFunction,
+    /// What is drawn besides the volume, or instead of it.
+    pub drawn: Drawn,
     /// The device.
     pub device: Device,
     /// Which way is up.
@@ -171,26 +57,35 @@ pub struct First {
     pub look: Look,
     /// The transfer function.
     pub transfer: TransferFunction,
+    /// Those of the other fields.
+    pub others: Vec<TransferFunction>,
+}
+
+impl First {
+    /// The transfer functions of all fields.
+    pub(super) fn transfers(&self) -> Vec<TransferFunction> {
+        std::iter::once(&self.transfer).chain(&self.others).cloned().collect()
+    }
 }
 
 impl Opening {
     /// What the first page begins with.
     pub fn first(&self) -> First {
         let Self { camera, camera_is_given, look, transfer, .. } = self;
-        First { camera: *camera, camera_is_given: *camera_is_given, look: look.clone(), transfer: transfer.clone() }
+        let others = self.drawn.fields().iter().skip(1).map(|field| field.transfer.clone()).collect();
+        First { camera: *camera, camera_is_given: *camera_is_given, look: look.clone(), transfer: transfer.clone(), others }
     }
 }
 
 /// What all pages of a run share.
 pub struct Scene {
     /// Number of the scene within a run that opens several.
-    number: u32,
+    pub(super) number: u32,
     pub(super) opening: Opening,
     pub(super) host: Box<dyn Host>,
-    /// `None` if the volume is streamed, and for a sequence: each page has its own step on the device.
-    uploaded: Option<UploadedVolume>,
-    /// Counted for the first page.
-    statistics: OnceLock<Statistics>,
+    pub(super) uploaded: Uploaded,
+    /// Of each field, counted for the first page.
+    pub(super) statistics: OnceLock<Vec<Statistics>>,
     /// The folder of a dropped file, removed with the scene. After the volume, which may be mapped.
     #[cfg(feature = "viewer")]
     _held: Option<Scratch>,
@@ -206,13 +101,19 @@ impl Scene {
     /// # Errors
     /// Insufficient memory of the device.
     pub fn new(mut opening: Opening, host: Box<dyn Host>) -> Result<Self, Error> {
-        let own = &opening.transfer;
-        opening.transfer = TransferFunction::new(file_name(own.name()), own.colors().to_vec(), own.opacities().to_vec())?;
+        without_folders(&mut opening.transfer)?;
+        if let Drawn::Several(fields) = &mut opening.drawn {
+            fields.iter_mut().try_for_each(|field| without_folders(&mut field.transfer))?;
+        }
         let Opening { volume, device, .. } = &opening;
         let bytes = volume.grid().voxel_count() as u64 * volume.voxel_type().bytes() as u64;
         let is_streamed = device.memory_budget().is_some() || bytes > device.largest_buffer_bytes();
         let is_shared = !is_streamed && opening.time.is_none();
-        let uploaded = if is_shared { Some(UploadedVolume::new(device, volume)?) } else { None };
+        let uploaded = match opening.drawn.upload(device)? {
+            Some(uploaded) => uploaded,
+            None if is_shared => Uploaded::One(Box::new(UploadedVolume::new(device, volume)?)),
+            None => Uploaded::Own,
+        };
         let (statistics, warming, ready) = (OnceLock::new(), Default::default(), Readiness::default());
         Ok(Self {
             number: 0,
@@ -238,22 +139,9 @@ impl Scene {
     /// # Errors
     /// Insufficient memory of the device.
     pub fn renderer(&self, transfer: &TransferFunction) -> Result<Box<dyn VolumeRenderer<'static> + Send>, Error> {
-        self.renderer_of(&self.opening.volume, transfer)
-    }
-
-    /// A renderer for a step.
-    pub(super) fn renderer_of(
-        &self,
-        volume: &Volume<'static>,
-        transfer: &TransferFunction,
-    ) -> Result<Box<dyn VolumeRenderer<'static> + Send>, Error> {
-        let Opening { device, time_limit, .. } = &self.opening;
-        let mut renderer: Box<dyn VolumeRenderer<'static> + Send> = match &self.uploaded {
-            Some(uploaded) => Box::new(Renderer::from_uploaded(uploaded, transfer)?),
-            None => volume_renderer(device, volume, transfer)?,
-        };
-        renderer.limit(*time_limit);
-        Ok(renderer)
+        let first = First { transfer: transfer.clone(), ..self.opening.first() };
+        let now = Now { look: &first.look, transfers: &first.transfers() };
+        Ok(self.drawing(&self.opening.volume, now)?.renderer)
     }
 
     /// The frame in which angles of pages are counted.
@@ -278,14 +166,8 @@ impl Scene {
     ///
     /// # Errors
     /// Those of reading the steps of a sequence.
-    pub(super) fn fitted(
-        &self,
-        camera: &PageCamera,
-        size: Viewport,
-        settings: &Settings,
-        transfer: &TransferFunction,
-    ) -> Result<PageCamera, Error> {
-        let framing = self.framing(settings, transfer)?;
+    pub(super) fn fitted(&self, camera: &PageCamera, size: Viewport, settings: &Settings, now: Now) -> Result<PageCamera, Error> {
+        let framing = self.framing(settings, now)?;
         let orbit = self.frame().orbit(camera.orbit());
         let fitted = match camera.projection {
             PageProjection::ParallelScale(_) => framing.parallel(orbit, size, Fixed::default()),
@@ -294,79 +176,26 @@ impl Scene {
         Ok(PageCamera::new(&fitted, camera.orbit()))
     }
 
-    /// A transfer function by name.
-    pub(super) fn named(&self, kind: Kind, name: &str) -> Result<TransferFunction, Error> {
-        let volume = self.values();
+    /// A transfer function of a field by name.
+    pub(super) fn named(&self, field: usize, kind: Kind, name: &str) -> Result<TransferFunction, Error> {
+        let own = self.opening.drawn.fields().get(field);
+        let (volume, initial) = match own {
+            Some(own) => (&own.volume, &own.transfer),
+            None => (self.values(), &self.opening.transfer),
+        };
         match kind {
             Kind::Automatic => TransferFunction::automatic_in(volume, name),
             Kind::Preset => TransferFunction::preset(name, volume),
             Kind::Map => TransferFunction::builtin(name, volume),
-            Kind::Initial => Ok(self.opening.transfer.clone()),
+            Kind::Initial => Ok(initial.clone()),
         }
-    }
-
-    /// The first message to a page, JSON.
-    pub fn hello(&self, first: &First) -> String {
-        let Opening { volume, orientation, .. } = &self.opening;
-        let First { camera, camera_is_given, look, transfer } = first;
-        let (grid, frame) = (volume.grid(), self.frame());
-        let values = self.values();
-        let statistics = self.statistics.get_or_init(|| values.statistics());
-        let sides = Side::ALL.map(|side| {
-            let orbit = orientation.side(side);
-            json!({ "name": side.name(), "seen_from": orientation.seen_from(orbit), "azimuth": orbit.azimuth, "elevation": orbit.elevation })
-        });
-        let is_layered = self.host.settings(look, None).is_ok_and(|settings| settings.layered().is_some());
-        let presets = TransferFunction::presets().map(|(name, shows)| {
-            let colors = TransferFunction::preset(name, values).map_or_else(|_| Vec::new(), |preset| strip(&preset));
-            json!({ "name": name, "shows": shows, "colors": colors })
-        });
-        let maps = TransferFunction::names().map(|name| json!({ "name": name, "colors": self.preview(name) }));
-        json!({
-            "type": "hello",
-            "version": env!("CARGO_PKG_VERSION"),
-            "volume": {
-                "name": volume.name(), "dims": grid.dims(), "spacing": grid.spacing().to_array(), "centre": grid.centre().to_array(),
-                "diagonal": grid.diagonal(), "voxel_type": volume.voxel_type().to_string(), "length_units": self.length_units(),
-                "origin": grid.origin().to_array(), "direction": grid.direction().to_cols_array(),
-            },
-            "frame": { "right": frame.right().to_array(), "up": frame.up().to_array(), "to_eye": frame.to_eye().to_array() },
-            "sides": sides,
-            "histogram": { "lowest": statistics.min, "highest": statistics.max, "counts": statistics.histogram },
-            "camera": camera, "camera_is_given": camera_is_given, "look": look,
-            "transfer": NamedTransfer::from(transfer),
-            "palettes": TransferFunction::palette_colors().map(|(name, colors)| json!({ "name": name, "colors": colors })).collect::<Vec<_>>(),
-            "presets": presets.collect::<Vec<_>>(),
-            "maps": maps.collect::<Vec<_>>(),
-            "slices": slices::described(grid, values),
-            "steps": self.steps(),
-            "is_layered": is_layered,
-            "scene": self.number,
-            "opens_volumes": self.host.opens_volumes(),
-            "offered": self.host.offered(),
-        })
-        .to_string()
-    }
-
-    /// The message to a page that shows these from now on, JSON.
-    pub fn given(&self, now: &First) -> String {
-        let First { camera, look, transfer, .. } = now;
-        serde_json::to_string(&Reply::Given { camera: *camera, look, transfer: transfer.into() }).expect("replies are plain data")
-    }
-
-    /// Colours of a map.
-    fn preview(&self, name: &str) -> Vec<[f64; 3]> {
-        TransferFunction::builtin(name, self.values()).map_or_else(|_| Vec::new(), |map| strip(&map))
     }
 }
 
-/// Colours of a transfer function at even distances.
-fn strip(transfer: &TransferFunction) -> Vec<[f64; 3]> {
-    /// Enough for a strip on the page.
-    const COLORS: usize = 12;
-    let (lo, hi) = transfer.range();
-    let at = |n: usize| transfer.color(lo + (hi - lo) * n as f64 / (COLORS - 1) as f64);
-    (0..COLORS).map(|n| at(n).map(|c| (c * 1e3).round() / 1e3)).collect()
+/// Leaves the folders out of the name of a transfer function.
+fn without_folders(transfer: &mut TransferFunction) -> Result<(), Error> {
+    *transfer = TransferFunction::new(file_name(transfer.name()), transfer.colors().to_vec(), transfer.opacities().to_vec())?;
+    Ok(())
 }
 
 /// A name without folders: the page names no path of this machine.

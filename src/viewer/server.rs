@@ -2,9 +2,10 @@
 
 use super::access::{Access, Refusal};
 use super::assets::{ASSETS, Asset, PAGE};
+use super::host::Host;
 use super::opening::{self, Drops};
 use super::protocol::MAX_MESSAGE;
-use super::scene::{Host, Opening, Scene};
+use super::scene::{Opening, Scene};
 use super::socket;
 use crate::error::Error;
 use axum::Router;

@@ -73,7 +73,7 @@ pub struct Received {
 #[expect(missing_docs, reason = "what changed")]
 pub enum Change {
     Camera(PageCamera),
-    Look(Look),
+    Look(Box<Look>),
     Transfer(TransferFunction),
 }
 
@@ -132,8 +132,9 @@ impl Session {
         let open = if let Request::Open { volume } = &request { Some(volume.clone()) } else { None };
         let change = match &request {
             Request::View(view) => self.scene.camera(&view.camera).ok().map(|_| Change::Camera(view.camera)),
-            Request::Look { look } => Some(Change::Look(look.clone())),
-            Request::Transfer { colors, opacities } => {
+            Request::Look { look } => Some(Change::Look(Box::new(look.clone()))),
+            // Programs that follow a page show one field.
+            Request::Transfer { field: 0, colors, opacities } => {
                 transfer_function(colors.clone(), opacities.clone()).ok().map(Change::Transfer)
             }
             _ => None,
@@ -167,8 +168,9 @@ impl Session {
                 self.inbox.post_look(look);
                 return Ok(None);
             }
-            Request::Transfer { colors, opacities } => {
-                self.inbox.post_transfer(transfer_function(colors, opacities)?);
+            Request::Transfer { field, colors, opacities } => {
+                self.scene.check_field(field)?;
+                self.inbox.post_transfer(field, transfer_function(colors, opacities)?);
                 return Ok(None);
             }
             Request::Shown {} => {
@@ -177,12 +179,16 @@ impl Session {
             }
             // The caller's matter.
             Request::Open { .. } => return Ok(None),
-            Request::Named { kind, name } => return Ok(Some(described(&self.scene.named(kind, &name)?))),
+            Request::Named { field, kind, name } => {
+                self.scene.check_field(field)?;
+                return Ok(Some(described(&self.scene.named(field, kind, &name)?)));
+            }
             Request::Read { name, text } => return Ok(Some(described(&TransferFunction::from_text(&text, &name)?))),
-            Request::Write { name } => {
+            Request::Write { field, name } => {
+                self.scene.check_field(field)?;
                 let format = FileFormat::from_path(Path::new(&name))?;
                 // The drawing thread has the transfer function.
-                Job::Write { name, format }
+                Job::Write { field, name, format }
             }
             Request::Fit { camera, width, height } => Job::Fit { camera, size: shown_size(width, height)? },
             Request::Save { camera, width, height, samples, format } => {

@@ -100,6 +100,7 @@ impl Painter {
     /// Draws three slices, and sends them below each other as one picture, after their places and the value at their point.
     pub(super) fn show_slices(&mut self, view: &SlicesView) -> Result<(), Error> {
         let since = Instant::now();
+        self.scene.kind().check_slices()?;
         let viewport = view.viewport()?;
         let opening = &self.scene.opening;
         // Slices sample and colour the field by the code of these kernels.
@@ -109,7 +110,7 @@ impl Painter {
         let slices = view.planes().map(|slice| slice.fitted(grid, viewport));
         let kernel = Kernel::from(view.kernel);
         let background = self.look.background()?;
-        let renderer = self.renderer.require_whole("the page's slices")?;
+        let renderer = self.drawing.renderer.require_whole("the page's slices")?;
         let value = value_at(renderer, grid, DVec3::from_array(view.point), kernel)?;
         let mut rgba = Vec::new();
         let mut placed = Vec::new();

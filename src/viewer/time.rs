@@ -1,11 +1,11 @@
 //! Sequences in time: the step that a page shows, and the next one, which is read while this one is drawn.
 
+use super::fields::Now;
 use super::scene::Scene;
 use crate::error::Error;
 use crate::framing::Framing;
 use crate::settings::{Blend, CropBox, Settings};
-use crate::transfer::TransferFunction;
-use crate::volume::{Playback, Sequence, Volume};
+use crate::volume::{Grid, Playback, Sequence, Volume};
 
 /// The sequence of a scene.
 pub struct Time {
@@ -64,17 +64,22 @@ impl Scene {
     ///
     /// # Errors
     /// Those of reading a step.
-    pub(super) fn framing(&self, settings: &Settings, transfer: &TransferFunction) -> Result<Framing, Error> {
+    pub(super) fn framing(&self, settings: &Settings, now: Now) -> Result<Framing, Error> {
+        let transfer = &now.transfers[0];
+        let cropped = |framing: Framing, grid: &Grid| match settings.clipping.crop {
+            Some(CropBox { lowest, highest }) => framing.cropped(grid, lowest, highest),
+            None => framing,
+        };
+        if let Some(framing) = self.framing_of_fields(settings, now)? {
+            return Ok(cropped(framing, self.opening.volume.grid()));
+        }
         let of = |volume: &Volume| {
             let framing = match settings.blend {
                 Blend::Composite => Framing::visible(volume, transfer, settings.unit_distance),
                 Blend::Iso(value) => Framing::iso(volume, value),
                 _ => Framing::whole(volume),
             };
-            match settings.clipping.crop {
-                Some(CropBox { lowest, highest }) => framing.cropped(volume.grid(), lowest, highest),
-                None => framing,
-            }
+            cropped(framing, volume.grid())
         };
         let Some(sequence) = self.sequence() else { return Ok(of(&self.opening.volume)) };
         let mut shown: Option<Framing> = None;

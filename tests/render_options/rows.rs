@@ -380,6 +380,7 @@ pub const UNCHANGED: &[(&str, &str)] = &[
     ("--channels", "draws several numbers per voxel; tests/command_channels.rs"),
     ("--with", "draws several volumes; tests/command_channels.rs"),
     ("--scene", "draws several volumes; tests/command_channels.rs"),
+    ("--field", "changes one of several volumes; tests/command_channels.rs"),
     ("--colors", "draws numbers of voxels as colours; tests/command_channels.rs"),
     ("--color-opacity", "draws numbers of voxels as colours; tests/command_channels.rs"),
     ("--labels", "draws labels; tests/command_channels.rs"),

@@ -39,7 +39,7 @@ fn drop_file(viewer: &Viewer, name: &str, bytes: &[u8]) -> String {
 }
 
 /// Drops a file and opens it; returns the first message of its volume, or the problem.
-fn open_dropped(viewer: &Viewer, page: &mut Page, name: &str, bytes: &[u8]) -> Value {
+pub fn open_dropped(viewer: &Viewer, page: &mut Page, name: &str, bytes: &[u8]) -> Value {
     let answer = drop_file(viewer, name, bytes);
     assert!(answer.starts_with("HTTP/1.1 200"), "{answer}");
     let number: u32 = answer.rsplit("\r\n\r\n").next().unwrap().trim().parse().unwrap_or_else(|_| panic!("{answer}"));

@@ -1,6 +1,7 @@
 //! `layersplat view`, by raw HTTP and WebSocket: access, what pages get, and that they cannot disturb others.
 
 mod client;
+mod fields;
 mod files;
 mod films;
 mod limits;

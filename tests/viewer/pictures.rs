@@ -2,6 +2,7 @@
 
 use crate::client::{Message, Page, Viewer};
 use serde_json::{Value, json};
+use std::path::Path;
 use std::process::Command;
 
 const HYDROGEN: [&str; 1] = ["builtin:hydrogen@32"];
@@ -63,16 +64,18 @@ fn pictures_follow_camera_look_and_curve() {
     assert_eq!(draw(&mut page, 0.0), first);
 }
 
-/// Runs a command that a page showed, and returns the bytes of its picture.
-fn run(line: &str, command: &Value, device: &str) -> Vec<u8> {
-    let folder = tempfile::tempdir().unwrap();
-    std::fs::write(folder.path().join(command["transfer_name"].as_str().unwrap()), command["transfer_text"].as_str().unwrap())
-        .unwrap();
+/// Runs a command that a page showed, beside its files in a folder, and returns the bytes of its picture.
+pub fn run(folder: &Path, command: &Value) -> Vec<u8> {
+    let text = |value: &Value| value.as_str().unwrap().to_owned();
+    std::fs::write(folder.join(text(&command["transfer_name"])), text(&command["transfer_text"])).unwrap();
+    for file in command["more"].as_array().unwrap() {
+        std::fs::write(folder.join(text(&file["name"])), text(&file["text"])).unwrap();
+    }
+    let line = text(&command["line"]);
     let (bin, words) = (env!("CARGO_BIN_EXE_layersplat"), line.strip_prefix("layersplat ").unwrap());
-    let script = format!("'{bin}' {words} {device}");
-    let output = Command::new("sh").args(["-c", &script]).current_dir(folder.path()).output().unwrap();
+    let output = Command::new("sh").args(["-c", &format!("'{bin}' {words}")]).current_dir(folder).output().unwrap();
     assert!(output.status.success(), "{line}: {}", String::from_utf8_lossy(&output.stderr));
-    std::fs::read(folder.path().join(line.rsplit(' ').next().unwrap())).unwrap()
+    std::fs::read(folder.join(line.rsplit(' ').next().unwrap())).unwrap()
 }
 
 /// The bits of all numbers of an EXR file.
@@ -149,7 +152,8 @@ fn saved_pictures_are_those_of_the_command() {
         let saved = page.picture();
         assert_eq!((saved.step, saved.width, saved.height), (5, 90, 70));
         let line = command["line"].as_str().unwrap();
-        let drawn = run(line, &command, "");
+        let folder = tempfile::tempdir().unwrap();
+        let drawn = run(folder.path(), &command);
         match format {
             // Blocks of an EXR file are written as they are compressed, in any order.
             "exr" => assert!(numbers(&drawn) == numbers(&saved.bytes), "{line}"),

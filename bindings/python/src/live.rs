@@ -12,7 +12,7 @@ use crate::transfer::TransferFunction;
 use crate::volume::Volume;
 use layersplat::camera::Up;
 use layersplat::framing::Orientation;
-use layersplat::viewer::{Change, First, Host, Look, Message, Opening, Overlay, PageCamera, Scene, Session, Wanted};
+use layersplat::viewer::{Change, Drawn, First, Host, Look, Message, Opening, Overlay, PageCamera, Scene, Session, Wanted};
 use layersplat::{Background, Camera as OurCamera, Error, Orbit, Projection, Quality, Settings as OurSettings, Viewport};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyString};
@@ -125,8 +125,8 @@ impl LiveScene {
         let view = View { shown: Mutex::new(Shown { overlay, look: look.clone() }), dims, iso, frame };
         let view = Arc::new(view);
         let time = None;
-        let opening =
-            Opening { volume, time, transfer, device, orientation, camera, camera_is_given: true, look, time_limit: None };
+        let (drawn, camera_is_given, time_limit) = (Drawn::One, true, None);
+        let opening = Opening { volume, time, transfer, drawn, device, orientation, camera, camera_is_given, look, time_limit };
         let host = Box::new(ViewHost(view.clone()));
         let scene = detached(py, move || Ok(Scene::new(opening, host)?))?;
         Ok(Self { scene: Arc::new(scene), view })
@@ -158,7 +158,8 @@ impl LiveScene {
         extract!(camera, transfer);
         let camera = PageCamera::of(camera.get().ours(), self.view.frame)?;
         let look = locked(&self.view.shown).look.clone();
-        let first = First { camera, camera_is_given: true, look, transfer: transfer.get().ours().clone() };
+        let transfer = transfer.get().ours().clone();
+        let first = First { camera, camera_is_given: true, look, transfer, others: Vec::new() };
         let hello = detached(py, || Ok(self.scene.hello(&first)))?;
         send.call1(py, (hello, py.None()))?;
         let (scene, sender) = (self.scene.clone(), send.clone_ref(py));
@@ -231,7 +232,8 @@ impl LivePage {
         extract!(camera, transfer);
         let camera = PageCamera::of(camera.get().ours(), self.view.frame)?;
         let look = locked(&self.view.shown).look.clone();
-        let now = First { camera, camera_is_given: true, look, transfer: transfer.get().ours().clone() };
+        let transfer = transfer.get().ours().clone();
+        let now = First { camera, camera_is_given: true, look, transfer, others: Vec::new() };
         let text = self.scene.given(&now);
         locked(&self.state).last = now;
         carried(py, &self.send, Message::Text(text));
@@ -261,7 +263,7 @@ impl LivePage {
                 let camera = Camera::from_library(self.scene.camera(&camera)?);
                 Ok(vec![("camera", Bound::new(py, camera)?.into_any())])
             }
-            Change::Look(look) if look != state.last.look => {
+            Change::Look(look) if *look != state.last.look => {
                 let mut shown = locked(&self.view.shown);
                 let settings = Settings::from_library(shown.overlay.settings(&look, None)?);
                 let mut changes = vec![("settings", Bound::new(py, settings)?.into_any())];
@@ -269,7 +271,7 @@ impl LivePage {
                     changes.push(("background", PyString::new(py, &look.background).into_any()));
                 }
                 state.last.look.clone_from(&look);
-                shown.look = look;
+                shown.look = *look;
                 Ok(changes)
             }
             Change::Transfer(transfer) if !has_points_of(&transfer, &state.last.transfer) => {

@@ -1,5 +1,6 @@
 //! A look and a camera as options of the command. Settings are made of the same options, so the page draws what the command draws.
 
+use super::fields::FirstFields;
 use super::given::{Given, GivenOption};
 use crate::cli::blending::BlendOptions;
 use crate::cli::options::{QualityOptions, quoted};
@@ -102,12 +103,15 @@ pub(super) struct Source {
 }
 
 /// The command that renders a picture.
-pub(super) fn render(given: &Given, source: Source, wanted: &Wanted, is_layered: bool) -> String {
-    let &Wanted { look, camera, size, samples, format, transfer, length_units, .. } = wanted;
+pub(super) fn render(given: &Given, fields: &FirstFields, source: Source, wanted: &Wanted, is_layered: bool) -> String {
+    let &Wanted { look, camera, size, samples, format, transfer, others, length_units, .. } = wanted;
     let mut words = vec!["layersplat".to_owned(), "render".into(), source.volume];
     words.extend(given.reading.iter().flat_map(|option| option.words.clone()));
     words.extend(source.frame.into_iter().flat_map(|frame| ["--frame".to_owned(), frame.to_string()]));
-    words.extend(["--transfer".into(), transfer.into()]);
+    if fields.have_transfer() {
+        words.extend(["--transfer".into(), transfer.into()]);
+    }
+    words.extend(fields.words(look, others));
     let mut add = |option: &str, value: String| words.extend([option.to_owned(), value]);
     add("--azimuth", camera.azimuth.to_string());
     add("--elevation", camera.elevation.to_string());
@@ -127,13 +131,16 @@ pub(super) fn render(given: &Given, source: Source, wanted: &Wanted, is_layered:
 }
 
 /// The command that renders a film along key cameras.
-pub(super) fn rotate(given: &Given, wanted: &FilmWanted, is_layered: bool) -> String {
-    let &FilmWanted { look, size, samples, rate, output, keys, transfer, length_units } = wanted;
+pub(super) fn rotate(given: &Given, fields: &FirstFields, wanted: &FilmWanted, is_layered: bool) -> String {
+    let &FilmWanted { look, size, samples, rate, output, keys, transfer, others, length_units } = wanted;
     let mut words = vec!["layersplat".to_owned(), "rotate".into(), given.volume.clone()];
     words.extend(given.more.clone());
     words.extend(given.reading.iter().flat_map(|option| option.words.clone()));
+    if fields.have_transfer() {
+        words.extend(["--transfer".into(), transfer.into()]);
+    }
+    words.extend(fields.words(look, others));
     let mut add = |option: &str, value: String| words.extend([option.to_owned(), value]);
-    add("--transfer", transfer.into());
     add("--keys", keys.into());
     add("--fit", "volume".into());
     add("--rate", rate.to_string());

@@ -2,7 +2,9 @@
 
 use crate::cli::Cli;
 use crate::cli::blending::BlendOptions;
-use crate::cli::options::{DeviceOptions, QualityOptions, VolumeOptions};
+use crate::cli::channels::ChannelOptions;
+use crate::cli::colors::ColorOptions;
+use crate::cli::options::{DeviceOptions, LabelOptions, QualityOptions, VolumeOptions};
 use crate::cli::viewer::BoundOptions;
 use clap::parser::ValueSource;
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, CommandFactory};
@@ -72,6 +74,9 @@ impl Given {
             own.filter_map(|arg| given(arg, matches)).collect()
         };
         let mut reading = ids::<VolumeOptions>();
+        reading.extend(ids::<ChannelOptions>());
+        reading.extend(ids::<ColorOptions>());
+        reading.extend(ids::<LabelOptions>());
         reading.extend(ids::<DeviceOptions>());
         reading.push("up".into());
         let running = ids::<DeviceOptions>().into_iter().chain(ids::<BoundOptions>()).collect();
@@ -87,6 +92,23 @@ pub(super) fn file_name(path: &Path) -> String {
     path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
 }
 
+/// The value of an option that names files, without their folders.
+fn without_folders(id: &str, value: &str) -> String {
+    let name = |text: &str| file_name(Path::new(text));
+    match id {
+        "scene" | "labels" | "mask" => name(value),
+        "with" | "field" => {
+            let part = |(n, part): (usize, &str)| match part.split_once('=') {
+                Some((key @ ("transfer" | "at"), file)) => format!("{key}={}", name(file)),
+                None if n == 0 => name(part),
+                _ => part.to_owned(),
+            };
+            value.split(',').enumerate().map(part).collect::<Vec<_>>().join(",")
+        }
+        _ => value.to_owned(),
+    }
+}
+
 /// Names of the options of a group.
 fn ids<Group: Args>() -> Vec<String> {
     Group::augment_args(Command::new("group")).get_arguments().map(|arg| arg.get_id().to_string()).collect()
@@ -100,8 +122,13 @@ fn given(arg: &Arg, matches: &ArgMatches) -> Option<GivenOption> {
         return None;
     }
     let is_flag = matches!(arg.get_action(), ArgAction::SetTrue);
-    let values = matches.get_raw(id).into_iter().flatten().map(|value| value.to_string_lossy().into_owned());
-    let words = if is_flag { vec![long] } else { values.flat_map(|value| [long.clone(), value]).collect() };
+    let values = matches.get_raw(id).into_iter().flatten().map(|value| without_folders(id, &value.to_string_lossy()));
+    let words = match id {
+        _ if is_flag => vec![long],
+        // Its value is optional, so that it needs the equals sign.
+        "labels" => vec![values.fold(long, |option, value| format!("{option}={value}"))],
+        _ => values.flat_map(|value| [long.clone(), value]).collect(),
+    };
     Some(GivenOption { id: id.to_owned(), words })
 }
 
@@ -126,6 +153,25 @@ mod tests {
             assert!(reading.contains(option), "{reading}");
         }
         assert_eq!(words(&given.drawing), "--sublayers 2 --gradient-opacity 5:0,20:1");
+        assert!(!format!("{given:?}").contains("secret"));
+    }
+
+    #[test]
+    fn options_of_fields_name_no_folder() {
+        let line = "layersplat view a.nii --with /secret/b.nii,at=/secret/at.txt,factor=2,transfer=/secret/t.json --field 1,transfer=/secret/u.json \
+                    --mask /secret/m.nrrd:3,liver --label 3,7-9:hide --labels=/secret/table.txt";
+        let given = given(line);
+        let words: Vec<String> = given.reading.iter().flat_map(|option| option.words.clone()).collect();
+        let words = words.join(" ");
+        for option in [
+            "--with b.nii,at=at.txt,factor=2,transfer=t.json",
+            "--field 1,transfer=u.json",
+            "--mask m.nrrd:3,liver",
+            "--label 3,7-9:hide",
+            "--labels=table.txt",
+        ] {
+            assert!(words.contains(option), "{words}");
+        }
         assert!(!format!("{given:?}").contains("secret"));
     }
 

@@ -1,6 +1,7 @@
 //! What the page asks this command for.
 
 use super::arguments::{self, Source as VolumeSource};
+use super::fields::FirstFields;
 use super::given::{Given, file_name};
 use super::opening;
 use super::python;
@@ -11,7 +12,7 @@ use crate::cli::options::DeviceOptions;
 use crate::device::Device;
 use crate::error::Error;
 use crate::settings::{Quality, Settings};
-use crate::viewer::{FilmWanted, Host, Look, Offered, Opening, Source, Wanted};
+use crate::viewer::{FilmWanted, Host, Look, Offered, Opening, PageLabels, Source, Wanted};
 use crate::viewport::Viewport;
 use crate::volume::{Grid, Sequence};
 use std::collections::BTreeSet;
@@ -24,6 +25,7 @@ const REMEMBERED: usize = 16;
 pub(super) struct PageHost {
     given: Given,
     is_layered: bool,
+    fields: FirstFields,
     device: Device,
     options: DeviceOptions,
     grid: Grid,
@@ -42,7 +44,8 @@ impl PageHost {
         let (device, grid) = (opening.device.clone(), opening.volume.grid().clone());
         let sequence = opening.time.as_ref().map(|time| time.sequence.clone());
         let (offered, checked, last) = (Vec::new(), Mutex::default(), Mutex::default());
-        Self { given, is_layered, device, options, grid, sequence, offered, checked, last }
+        let fields = FirstFields::new(opening.drawn.kind(), &opening.look);
+        Self { given, is_layered, fields, device, options, grid, sequence, offered, checked, last }
     }
 
     /// Offers these volumes to the page.
@@ -63,8 +66,8 @@ impl PageHost {
 impl Host for PageHost {
     fn settings(&self, look: &Look, quality: Option<Quality>) -> Result<Settings, Error> {
         let quality = quality.or(look.quality.map(Quality::from));
-        // No setting depends on the step.
-        let look = &Look { frame: 0, ..look.clone() };
+        // No setting depends on the step, or on how fields are shown.
+        let look = &Look { frame: 0, channels: Vec::new(), labels: PageLabels::default(), ..look.clone() };
         let mut last = self.last.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some((.., settings)) = last.iter().find(|(known, of, _)| *of == quality && known == look) {
             return Ok(*settings);
@@ -102,14 +105,14 @@ impl Host for PageHost {
     }
 
     fn film_command_line(&self, wanted: &FilmWanted) -> Option<String> {
-        Some(arguments::rotate(&self.given, wanted, self.is_layered))
+        Some(arguments::rotate(&self.given, &self.fields, wanted, self.is_layered))
     }
 
     fn command_line(&self, wanted: &Wanted) -> String {
-        arguments::render(&self.given, self.source(wanted.look.frame), wanted, self.is_layered)
+        arguments::render(&self.given, &self.fields, self.source(wanted.look.frame), wanted, self.is_layered)
     }
 
     fn python(&self, wanted: &Wanted) -> String {
-        python::program(&self.given, &self.source(wanted.look.frame), wanted, self.is_layered)
+        python::program(&self.given, &self.fields, &self.source(wanted.look.frame), wanted, self.is_layered)
     }
 }

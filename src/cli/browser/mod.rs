@@ -2,6 +2,7 @@
 
 mod address;
 mod arguments;
+mod fields;
 mod given;
 mod host;
 mod open;
@@ -41,13 +42,21 @@ pub(super) struct Arguments {
 impl Arguments {
     /// The volume as a sequence, if it has several steps and none is chosen.
     fn sequence(&self, processes: &Processes) -> Result<Option<Sequence>, Error> {
-        let SceneOptions { volume, camera, bounds, .. } = &self.scene;
+        let SceneOptions { volume, camera, bounds, channels, colors, labels, .. } = &self.scene;
         let is_several = !self.more.is_empty();
         if processes.counts().is_some() {
             let problem = "a sequence is shown by one process only: start layersplat without mpirun";
             return if is_several { Err(Error::volume(&volume.volume, problem)) } else { Ok(None) };
         }
-        if !is_several && (volume.has_frame() || standard::is_input(&volume.volume)) {
+        let is_one = !channels.are_given() && !colors.are_given() && !labels.is_given() && !labels.mask();
+        if is_several && !is_one {
+            let problem = "several fields, colours, labels and masks are shown at one moment: name one volume";
+            return Err(Error::Settings { field: "channels", problem: problem.into() });
+        }
+        if !is_several && (!is_one || volume.has_frame() || standard::is_input(&volume.volume)) {
+            return Ok(None);
+        }
+        if !is_several && volume.declares_labels(camera.size) {
             return Ok(None);
         }
         Ok(Some(volume.sequence(&self.more, Some(camera.size), bounds.memory)?).filter(|sequence| sequence.len() > 1))
@@ -60,13 +69,11 @@ impl Arguments {
             Some(sequence) => Scene::open_sequence(&self.scene, processes, sequence)?,
             None => Scene::open(&self.scene, processes)?,
         };
-        scene.require_one_field("pages of the viewer")?;
         Ok((scene, sequence))
     }
 }
 
-pub(super) fn run(mut arguments: Arguments, processes: &Processes) -> Result<ExitCode, Error> {
-    arguments.scene.labels.only_asked = true;
+pub(super) fn run(arguments: Arguments, processes: &Processes) -> Result<ExitCode, Error> {
     let ending = Ending::default();
     // Before OpenCL: LLVM's handlers, which PoCL installs, would end the process if these came after them.
     #[cfg(unix)]
@@ -78,7 +85,7 @@ pub(super) fn run(mut arguments: Arguments, processes: &Processes) -> Result<Exi
     let given = Given::of_this_process();
     let (scene, sequence) = arguments.open(processes)?;
     let offered = opening::offered_by(&arguments.scene.volume);
-    let opening = opening_of(&arguments.scene, scene, sequence);
+    let opening = opening_of(&arguments.scene, scene, sequence)?;
     let host = PageHost::new(given, arguments.scene.device, &opening).offering(&offered);
     let server = Server::new(opening, Box::new(host), admission.access, listener)?;
     let opened = arguments.address.announce(&admission.address)?;
@@ -112,17 +119,20 @@ impl Ending {
 }
 
 /// The first view: that of `render` with the same options.
-fn opening_of(options: &SceneOptions, scene: Scene, sequence: Option<Sequence>) -> Opening {
+fn opening_of(options: &SceneOptions, mut scene: Scene, sequence: Option<Sequence>) -> Result<Opening, Error> {
     let orientation = orientation::announced(&options.camera, &scene);
     let cameras = Cameras::new(&options.camera, &scene, Fit::Visible, orientation);
     let orbit = cameras.angles().or_all_of(OBLIQUE);
     let camera = PageCamera::new(&cameras.still(orbit), orbit);
     let given = &options.camera;
     let camera_is_given = given.parallel_scale.is_some() || given.distance.is_some() || given.center.is_some();
-    let look = look(options, &scene);
+    let mut look = look(options, &scene);
+    let (drawn, channels) = fields::drawn_of(&mut scene);
+    look.channels = channels;
+    drawn.kind().check(&scene.settings)?;
     let Scene { volume, transfer, device, time_limit, overview, .. } = scene;
     let time = sequence.zip(overview).map(|(sequence, overview)| Time { sequence, overview });
-    Opening { volume, time, transfer, device, orientation, camera, camera_is_given, look, time_limit }
+    Ok(Opening { volume, time, transfer, drawn, device, orientation, camera, camera_is_given, look, time_limit })
 }
 
 fn look(options: &SceneOptions, scene: &Scene) -> Look {

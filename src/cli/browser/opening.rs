@@ -1,10 +1,11 @@
 //! Volumes that the page opens: the built-in ones and those of the folder, if the command names none, and files dropped onto the page.
 
+use super::Arguments;
 use super::given::Given;
 use super::host::PageHost;
 use crate::cli::options::VolumeOptions;
 use crate::cli::processes::Processes;
-use crate::cli::scene::Scene;
+use crate::cli::scene::{Scene, SceneOptions};
 use crate::cli::{Cli, Command};
 use crate::device::Device;
 use crate::error::Error;
@@ -48,17 +49,30 @@ pub(super) fn open(given: &Given, offered: &[Offered], source: &Source, device: 
         Source::File(path) => path.to_string_lossy().into_owned(),
     };
     let options = given.running.iter().chain(&given.drawing).flat_map(|option| option.words.clone());
-    let words: Vec<String> = ["layersplat".into(), "view".into(), volume].into_iter().chain(options).collect();
-    let refused = |e: clap::Error| Error::Settings { field: "page", problem: e.to_string() };
-    let Command::View(mut arguments) = Cli::try_parse_from(&words).map_err(refused)?.command else {
-        unreachable!("the words name the command")
-    };
-    arguments.scene.volume.alone = matches!(source, Source::File(_));
+    let mut words: Vec<String> = ["layersplat".into(), "view".into(), volume].into_iter().chain(options).collect();
+    let is_alone = matches!(source, Source::File(_));
+    let mut arguments = parsed(&words, is_alone)?;
+    // A run that began with channels shows those of other files, too.
+    let SceneOptions { volume, camera, .. } = &arguments.scene;
+    if given.reading.iter().any(|option| option.id == "channels") && volume.has_several_channels(camera.size) {
+        words.extend(["--channels".into(), "all".into()]);
+        arguments = parsed(&words, is_alone)?;
+    }
     let (scene, sequence) = arguments.open(&Processes::alone())?;
     let scene = Scene { device: device.clone(), ..scene };
-    let opening = super::opening_of(&arguments.scene, scene, sequence);
+    let opening = super::opening_of(&arguments.scene, scene, sequence)?;
     let host = PageHost::new(Given::of(words.into_iter().map(Into::into)), arguments.scene.device, &opening);
     Ok((opening, host.offering(offered)))
+}
+
+/// The arguments of a command that this program makes.
+fn parsed(words: &[String], is_alone: bool) -> Result<Arguments, Error> {
+    let refused = |e: clap::Error| Error::Settings { field: "page", problem: e.to_string() };
+    let Command::View(mut arguments) = Cli::try_parse_from(words).map_err(refused)?.command else {
+        unreachable!("the words name the command")
+    };
+    arguments.scene.volume.alone = is_alone;
+    Ok(arguments)
 }
 
 /// What a command offers: nothing if it names a volume.

@@ -1,6 +1,7 @@
 //! A picture as a program in Python, for the package `layersplat`.
 
 use super::arguments::{Source, casts_shadows, has_occlusion, name};
+use super::fields::FirstFields;
 use super::given::{Given, GivenOption};
 use crate::camera::{Camera, Projection};
 use crate::image::Background;
@@ -22,7 +23,7 @@ const WITHIN_OTHERS: [&str; 7] =
     ["shadow_forgiveness", "ao_reach", "light_grid", "gradient_opacity", "depth_cue", "dims", "voxel_type"];
 
 /// The program. What it cannot do is said in a comment.
-pub(super) fn program(given: &Given, source: &Source, wanted: &Wanted, is_layered: bool) -> String {
+pub(super) fn program(given: &Given, fields: &FirstFields, source: &Source, wanted: &Wanted, is_layered: bool) -> String {
     let &Wanted { look, view, size, samples, format, transfer, .. } = wanted;
     let (width, height) = (size.width, size.height);
     let mut lines = vec!["import layersplat".to_owned()];
@@ -32,7 +33,8 @@ pub(super) fn program(given: &Given, source: &Source, wanted: &Wanted, is_layere
         lines.push("from PIL import Image".into());
     }
     lines.push(String::new());
-    lines.extend(missing(given, look).into_iter().map(|what| format!("# Not included: {what}.")));
+    let fields = fields.missing_in_python().map(str::to_owned);
+    lines.extend(fields.into_iter().chain(missing(given, look)).map(|what| format!("# Not included: {what}.")));
     lines.push(format!(
         "volume = layersplat.Volume.open({})",
         arguments(vec![string(&source.volume)], reading(given, source.frame))
@@ -220,6 +222,7 @@ fn string(text: &str) -> String {
 mod tests {
     use super::*;
     use crate::camera::Orbit;
+    use crate::renderer::FieldKind;
     use crate::settings::Settings;
     use crate::viewer::{PageCamera, PageQuality};
     use crate::viewport::Viewport;
@@ -232,8 +235,9 @@ mod tests {
         let source = Source { volume: given.volume.clone(), frame: Some(2) };
         program(
             given,
+            &FirstFields::new(FieldKind::One, look),
             &source,
-            &Wanted { look, camera: &camera, view, size, samples, format, transfer, length_units: None },
+            &Wanted { look, camera: &camera, view, size, samples, format, transfer, others: &[], length_units: None },
             true,
         )
     }

@@ -13,7 +13,7 @@ use crate::transfer::TransferFunction;
 use crate::viewport::Viewport;
 use crate::volume::{ChannelDescription, OpenOptions, Volume};
 use clap::Args;
-use spec::FieldSpec;
+use spec::{FieldChange, FieldSpec};
 use std::path::PathBuf;
 
 /// Fields that are drawn together with the volume.
@@ -29,6 +29,9 @@ pub(super) struct ChannelOptions {
     /// Draw the fields of a scene file together: JSON, see the guide
     #[arg(long, value_name = "FILE.json")]
     scene: Option<PathBuf>,
+    /// Change how field N is shown, 0 for the first. Keys: transfer, range, opacity, color, factor, iso, gradient-opacity, visible, name. Repeatable
+    #[arg(long, value_parser = FieldChange::from_text, value_name = "N,KEY=VALUE")]
+    field: Vec<FieldChange>,
 }
 
 /// Components of a file.
@@ -59,16 +62,16 @@ fn components(text: &str) -> Result<Components, String> {
 pub(super) struct Field {
     pub volume: Volume<'static>,
     pub transfer: TransferFunction,
-    look: Look,
+    pub look: Look,
 }
 
 /// How a field is shown.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) struct Look {
-    factor: f64,
-    visible: bool,
-    iso: Option<f64>,
-    gradient_opacity: Option<GradientOpacity>,
+    pub factor: f64,
+    pub visible: bool,
+    pub iso: Option<f64>,
+    pub gradient_opacity: Option<GradientOpacity>,
 }
 
 impl Default for Look {
@@ -97,6 +100,11 @@ impl ChannelOptions {
             Some(Components::All) => Some(0),
             None => None,
         }
+    }
+
+    /// Whether options ask for several fields, or say how they are shown.
+    pub fn are_given(&self) -> bool {
+        self.channels.is_some() || self.scene.is_some() || !self.with.is_empty() || !self.field.is_empty()
     }
 
     /// Whether a scene names the fields.
@@ -144,12 +152,25 @@ impl ChannelOptions {
             let problem = format!("{count} fields; at most {} are drawn together", Channel::MOST);
             return Err(Error::Settings { field: "channels", problem });
         }
+        self.field.iter().try_for_each(|change| fields.change(change))?;
         fields.choose_colors();
         Ok(fields)
     }
 }
 
 impl Fields {
+    /// Applies a change.
+    fn change(&mut self, change: &FieldChange) -> Result<(), Error> {
+        let count = 1 + self.others.len();
+        let spec = match change.number {
+            0 => Some(&mut self.first_spec),
+            n => self.others.get_mut(n - 1),
+        };
+        let refuse = |problem| Error::Settings { field: "field", problem };
+        let missing = || refuse(format!("there is no field {}: the picture has {count}, from 0", change.number));
+        change.apply(spec.ok_or_else(missing)?).map_err(refuse)
+    }
+
     /// Gives a colour to each field that has none of its own.
     fn choose_colors(&mut self) {
         let mut specs: Vec<&mut FieldSpec> = std::iter::once(&mut self.first_spec).chain(&mut self.others).collect();
@@ -171,12 +192,21 @@ impl Fields {
         self.first_spec.look(volume)
     }
 
-    /// Name and colour of each visible field, if several are drawn.
-    pub fn legend(&self, first: &Volume) -> Option<Legend> {
+    /// Name and colour of each field.
+    pub fn entries(&self, first: &Volume) -> Vec<LegendEntry> {
         let volumes = std::iter::once(first).chain(&self.opened);
-        let specs = std::iter::once(&self.first_spec).chain(&self.others);
-        let entries: Vec<LegendEntry> = specs.zip(volumes).filter_map(|(spec, volume)| spec.legend_entry(volume)).collect();
+        self.specs().zip(volumes).map(|(spec, volume)| spec.legend_entry(volume)).collect()
+    }
+
+    /// Name and colour of each visible field, if several are drawn. `entries`: those of all fields.
+    pub fn legend(&self, entries: &[LegendEntry]) -> Option<Legend> {
+        let visible = self.specs().zip(entries).filter(|(spec, _)| spec.is_visible());
+        let entries = visible.map(|(_, entry)| entry.clone()).collect();
         (!self.others.is_empty()).then_some(Legend { entries })
+    }
+
+    fn specs(&self) -> impl Iterator<Item = &FieldSpec> {
+        std::iter::once(&self.first_spec).chain(&self.others)
     }
 
     /// The other fields.

@@ -39,19 +39,11 @@ pub(super) struct FieldSpec {
 const KEYS: &str = "transfer, range, opacity, color, factor, iso, gradient-opacity, channel, frame, array, at, visible and name";
 
 impl FieldSpec {
-    /// Parses `FILE,KEY=VALUE,…`. A value may have commas: what lacks a key continues it.
+    /// Parses `FILE,KEY=VALUE,…`.
     pub fn from_text(text: &str) -> Result<Self, String> {
-        let mut parts = text.split(',');
-        let file = parts.next().filter(|file| !file.is_empty()).ok_or("it names no file; use FILE,KEY=VALUE")?;
+        let (file, pairs) = split(text)?;
+        let file = Some(file).filter(|file| !file.is_empty()).ok_or("it names no file; use FILE,KEY=VALUE")?;
         let mut spec = Self { file: Some(file.into()), ..Self::default() };
-        let mut pairs: Vec<(String, String)> = Vec::new();
-        for part in parts {
-            match (part.split_once('='), pairs.last_mut()) {
-                (Some((key, value)), _) => pairs.push((key.trim().to_lowercase().replace('_', "-"), value.into())),
-                (None, Some((_, value))) => value.extend([",", part]),
-                (None, None) => return Err(format!("'{part}' is no KEY=VALUE; keys are {KEYS}")),
-            }
-        }
         pairs.iter().try_for_each(|(key, value)| spec.set(key, value).map_err(|problem| format!("{key}: {problem}")))?;
         Ok(spec)
     }
@@ -69,13 +61,18 @@ impl FieldSpec {
         ChannelDescription { name: self.name.clone(), color: self.color, ..ChannelDescription::default() }
     }
 
-    /// Its line in a legend, unless it is hidden.
-    pub fn legend_entry(&self, volume: &Volume) -> Option<LegendEntry> {
+    /// Whether it is drawn.
+    pub fn is_visible(&self) -> bool {
+        !self.hidden
+    }
+
+    /// Its line in a legend.
+    pub fn legend_entry(&self, volume: &Volume) -> LegendEntry {
         let name = self.name.clone().unwrap_or_else(|| {
             let name = volume.name();
             name.strip_prefix("builtin:").unwrap_or(name).to_owned()
         });
-        (!self.hidden).then_some(LegendEntry { name, color: self.color.unwrap_or(self.channel_color) })
+        LegendEntry { name, color: self.color.unwrap_or(self.channel_color) }
     }
 
     /// Sets a key to a value as text.
@@ -160,6 +157,64 @@ impl FieldSpec {
     }
 }
 
+/// Keys and values.
+type Pairs = Vec<(String, String)>;
+
+/// Splits `FIRST,KEY=VALUE,…`. A value may have commas: what lacks a key continues it.
+fn split(text: &str) -> Result<(&str, Pairs), String> {
+    let mut parts = text.split(',');
+    let first = parts.next().unwrap_or_default();
+    let mut pairs = Pairs::new();
+    for part in parts {
+        match (part.split_once('='), pairs.last_mut()) {
+            (Some((key, value)), _) => pairs.push((key.trim().to_lowercase().replace('_', "-"), value.into())),
+            (None, Some((_, value))) => value.extend([",", part]),
+            (None, None) => return Err(format!("'{part}' is no KEY=VALUE; keys are {KEYS}")),
+        }
+    }
+    Ok((first, pairs))
+}
+
+/// A change of how one of the fields is shown: `N,KEY=VALUE,…`.
+#[derive(Clone)]
+pub(super) struct FieldChange {
+    /// Number of the field; 0 is the first.
+    pub number: usize,
+    pairs: Pairs,
+}
+
+impl FieldChange {
+    /// Keys that say how a field is shown.
+    const KEYS: [&str; 9] = ["transfer", "range", "opacity", "color", "factor", "iso", "gradient-opacity", "visible", "name"];
+
+    /// Parses `N,KEY=VALUE,…`.
+    pub fn from_text(text: &str) -> Result<Self, String> {
+        let (number, pairs) = split(text)?;
+        let number =
+            number.trim().parse().map_err(|_| format!("invalid number '{number}'; use N,KEY=VALUE; 0 is the first field"))?;
+        if pairs.is_empty() {
+            return Err("it changes nothing; use N,KEY=VALUE".into());
+        }
+        if let Some((key, _)) = pairs.iter().find(|(key, _)| !Self::KEYS.contains(&key.as_str())) {
+            return Err(format!("{key}: unknown key; keys are {}", Self::KEYS.join(", ")));
+        }
+        let change = Self { number, pairs };
+        change.apply(&mut FieldSpec::default())?;
+        Ok(change)
+    }
+
+    /// Changes a field. A transfer function replaces range and opacities, unless these follow it.
+    pub fn apply(&self, spec: &mut FieldSpec) -> Result<(), String> {
+        for (key, value) in &self.pairs {
+            if key == "transfer" {
+                (spec.range, spec.opacity) = (None, None);
+            }
+            spec.set(key, value).map_err(|problem| format!("{key}: {problem}"))?;
+        }
+        Ok(())
+    }
+}
+
 /// Largest file of a transform in bytes.
 const MAX_BYTES: u64 = 1 << 16;
 
@@ -204,6 +259,23 @@ mod tests {
             ("a.nii,channel=x", "channel: invalid number"),
         ] {
             let message = FieldSpec::from_text(text).err().unwrap();
+            assert!(message.contains(problem), "{text}: {message}");
+        }
+    }
+
+    #[test]
+    fn changes_replace_what_a_field_had() {
+        let mut spec = FieldSpec::from_text("a.nii,range=1,2,opacity=0:0,9:0.5,color=#ff0000").unwrap();
+        FieldChange::from_text("1,transfer=hot,factor=3,visible=off").unwrap().apply(&mut spec).unwrap();
+        assert_eq!((spec.transfer, spec.range, spec.factor), (Some(PathBuf::from("hot")), None, Some(3.0)));
+        assert!(spec.opacity.is_none() && spec.hidden && spec.color == Some([1.0, 0.0, 0.0]));
+        for (text, problem) in [
+            ("a.nii,factor=2", "invalid number 'a.nii'"),
+            ("1", "changes nothing"),
+            ("1,file=b.nii", "file: unknown key"),
+            ("1,factor=-1", "factor: invalid factor"),
+        ] {
+            let message = FieldChange::from_text(text).err().unwrap();
             assert!(message.contains(problem), "{text}: {message}");
         }
     }

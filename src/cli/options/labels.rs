@@ -20,9 +20,6 @@ pub(in crate::cli) struct LabelOptions {
     /// Show only what lies within labels of FILE: all of them, or IDS as for --label
     #[arg(long, value_name = "FILE[:IDS]", value_parser = Mask::from_text)]
     mask: Option<Mask>,
-    /// Whether files that declare labels are opened as values unless an option asks for labels.
-    #[arg(skip)]
-    pub only_asked: bool,
 }
 
 /// Labels within which a volume shows.
@@ -51,6 +48,12 @@ impl LabelOptions {
         let mut labels = Labels::open(file, &OpenOptions::default(), None)?;
         only.iter().try_for_each(|change| labels.change(change))?;
         volume.masked(&labels)
+    }
+
+    /// Whether only what lies within labels is shown.
+    #[cfg(feature = "viewer")]
+    pub fn mask(&self) -> bool {
+        self.mask.is_some()
     }
 
     /// Whether the options say that voxels are labels.

@@ -2,6 +2,8 @@
 
 use super::LabelOptions;
 use crate::cli::{parse, standard};
+#[cfg(feature = "viewer")]
+use crate::renderer::Channel;
 use crate::viewport::Viewport;
 use crate::volume::{ChannelDescription, Endian, Labels, Level, OpenOptions, ScalarType, Sequence, Volume};
 use clap::{Args, ValueEnum};
@@ -118,11 +120,25 @@ impl VolumeOptions {
 
     /// Opens the labels of the volume's file, if the options or the file say that its voxels are some.
     pub fn labels(&self, labels: &LabelOptions, size: Viewport) -> Result<Option<Labels>, crate::Error> {
-        let are_values = labels.only_asked || self.volume.to_string_lossy().starts_with("builtin:");
+        let are_values = self.volume.to_string_lossy().starts_with("builtin:");
         if standard::is_input(&self.volume) || (are_values && !labels.is_given()) {
             return Ok(None);
         }
         labels.open(&self.volume, &OpenOptions { alone: self.alone, ..self.file.raw(Some(size))? })
+    }
+
+    /// Whether the file has several channels, as many as are drawn together.
+    #[cfg(feature = "viewer")]
+    pub fn has_several_channels(&self, size: Viewport) -> bool {
+        let count = self.channel_descriptions(Some(size)).map_or(0, |described| described.len());
+        (2..=Channel::MOST).contains(&count)
+    }
+
+    /// Whether the file says that its voxels are labels.
+    #[cfg(feature = "viewer")]
+    pub fn declares_labels(&self, size: Viewport) -> bool {
+        let options = self.file.raw(Some(size)).map(|raw| OpenOptions { alone: self.alone, ..raw });
+        options.and_then(|options| Labels::are_declared(&self.volume, &options)).unwrap_or(false)
     }
 
     /// Opens another component of the volume's file.

@@ -168,9 +168,9 @@ export class Film {
   }
 
   /** @param {any} command */
-  command({ id, line, keys_name: keysName, keys_text: keysText, transfer_name: name, transfer_text: text }) {
+  command({ id, line, keys_name: keysName, keys_text: keysText, transfer_name: name, transfer_text: text, more }) {
     if (this.making?.id !== id) return;
-    this.files = [{ name: keysName, text: keysText }, { name, text }];
+    this.files = [{ name: keysName, text: keysText }, { name, text }, ...more];
     field("film-command").value = line ?? "";
     field("film-command").hidden = line === null;
     this.showState("The film begins.");

@@ -1,6 +1,6 @@
 // Saved pictures, and the command or the program in Python that makes them.
 
-import { download, toClipboard } from "./saving.js";
+import { downloadBeside, toClipboard } from "./saving.js";
 
 /** @typedef {import("./session.js").Session} Session */
 
@@ -40,16 +40,17 @@ export class Keeping {
   }
 
   /** @param {any} answer */
-  async show({ line, python, transfer_name: name, transfer_text: text }) {
+  async show(answer) {
+    const { line, python } = answer;
     const { wants } = this;
     const box = field("command");
     box.value = wants === "python" ? python : line;
     box.hidden = false;
     if (!wants) return;
     this.wants = null;
-    download(new Blob([text], { type: "application/json" }), name);
+    const needs = downloadBeside(answer);
     const isCopied = await toClipboard(box.value);
-    const [what, file] = [wants === "python" ? "program" : "command", `It needs ${name}, which is saved as a download.`];
-    this.status.problem(isCopied ? `The ${what} is copied. ${file}` : `Copy the ${what} from the panel. ${file}`, "note");
+    const what = wants === "python" ? "program" : "command";
+    this.status.problem(isCopied ? `The ${what} is copied. ${needs}` : `Copy the ${what} from the panel. ${needs}`, "note");
   }
 }

@@ -26,6 +26,8 @@ export class Lighting {
     this.look = null;
     /** The light that is changed. */
     this.chosen = 0;
+    /** What the fields do not have, and why. @type {Record<string, string>} */
+    this.unavailable = {};
     this.ball = new Ball({
       choose: (index) => { this.chosen = index; this.show(); },
       aim: (x, y, isDone) => this.point(onBall(x, y), isDone),
@@ -61,9 +63,9 @@ export class Lighting {
     element("ambient-occlusion").checked = look.ambient_occlusion;
     const isLit = look.shading && (look.blend === "composite" || look.blend === "iso");
     const ids = ["headlight", "lights-follow", "strength", "shadows", "ambient-occlusion", "light", "add-light", "delete-light"];
-    for (const id of ids) element(id).disabled = !isLit;
+    for (const id of ids) element(id).disabled = !isLit || id in this.unavailable;
     element("lights-follow").disabled ||= look.lights.every(({ direction }) => direction === null) && !isBeside;
-    element("shadow-strength").disabled = !isLit || !look.shadows;
+    element("shadow-strength").disabled = !isLit || !look.shadows || "shadows" in this.unavailable;
     element("angle").disabled = !isLit || !look.shadows || element("headlight").checked;
     element("add-light").disabled ||= look.lights.length >= MOST;
     element("delete-light").disabled ||= look.lights.length < 2;

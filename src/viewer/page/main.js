@@ -1,6 +1,7 @@
 // The page: one state, shown by all parts and sent to the server.
 
 import { dot, otherProjection, panned, rolled, sum, times, turned, unit, worldAxes, zoomed } from "./camera.js";
+import { Channels, shaded } from "./channels.js";
 import * as controls from "./controls.js";
 import { Cutting } from "./cutting.js";
 import { Editor } from "./editor.js";
@@ -21,6 +22,7 @@ import { CORNER_ELEVATION, Sides } from "./sides.js";
 import { Slices } from "./slices.js";
 import { Status } from "./status.js";
 import { Time } from "./time.js";
+import * as unavailable from "./unavailable.js";
 
 /** Radians and half heights per press of a key. */
 const KEY_TURN = (5 * Math.PI) / 180;
@@ -37,7 +39,7 @@ const session = new Session(picture, { show, showCamera, showHistory, showTime: 
   lost: (reason) => { film.giveUp(); time.pause(); status.problem(reason || "The connection is lost. The page connects again by itself once layersplat answers.", "lost"); },
 });
 const editor = new Editor({
-  changed: (transfer) => { session.state.transfer = transfer; show({ exceptEditor: true }); session.move(); },
+  changed: (transfer) => { session.transfer = transfer; show({ exceptEditor: true }); session.move(); },
   rest: () => session.settle(),
   iso: (value, isDone) => session.changeLook((look) => { look.iso = value; }, isDone),
   isTent: () => reading.tool === "tent",
@@ -52,6 +54,18 @@ const lighting = new Lighting({
   toWorld: (camera) => {
     const own = worldAxes(session.state.camera, session.hello.frame);
     return sum(times(own.right, camera[0]), times(own.up, camera[1]), times(own.toEye, camera[2]));
+  },
+});
+const channels = new Channels({
+  change: changeLook,
+  choose: (field) => {
+    session.field = field;
+    editor.setHistogram(session.histogram);
+    show();
+  },
+  recolor: (field, color, isDone) => {
+    const transfer = field === 0 ? session.state.transfer : session.state.others[field - 1];
+    session.changeField(field, shaded(transfer, color), (look) => { look.channels[field].color = color; }, isDone);
   },
 });
 const cutting = new Cutting({ change: changeLook, plane: newPlane });
@@ -133,11 +147,13 @@ function begin(hello) {
   files.set(hello, volume.name);
   element("name").textContent = volume.name;
   document.title = `${volume.name} – layersplat`;
-  element("facts").textContent = `${volume.dims.join(" × ")} voxels of ${volume.voxel_type}, ${short(histogram.lowest)} to ${short(histogram.highest)}`;
+  element("facts").textContent = `${volume.dims.join(" × ")} voxels of ${hello.labels.length > 0 ? `${hello.labels.length} labels` : `${volume.voxel_type}, ${short(histogram.lowest)} to ${short(histogram.highest)}`}`;
   editor.setHistogram(histogram);
   cutting.setVolume(volume);
   controls.setRange(histogram.lowest, histogram.highest);
   sides.set(hello.sides);
+  channels.begin(hello);
+  lighting.unavailable = hello.unavailable;
   slices.begin(hello);
   time.begin(hello.steps);
   session.begin(hello);
@@ -178,13 +194,15 @@ function newPlane() {
 
 function show({ exceptEditor = false } = {}) {
   if (!session.history) return;
-  const { look, transfer } = session.state;
-  if (!exceptEditor) editor.set(transfer);
+  const { look } = session.state;
+  if (!exceptEditor) editor.set(session.transfer);
+  channels.show(look, session.field);
   editor.setIso(look.blend === "iso" ? look.iso : null);
   controls.show(look, session.hello.is_layered);
   lighting.set(look);
   cutting.set(look);
   slices.set(session.state.slices);
+  unavailable.show(session.hello.unavailable);
   // The axes are in the corner of the cube.
   element("stage").classList.toggle("with-axes", look.axes);
   picture.canvas.classList.toggle("transparent", look.background === "transparent");
@@ -246,7 +264,7 @@ function listen() {
     ",": held(() => roll(-5)), ".": held(() => roll(5)),
     ...Object.fromEntries([0, 1, 2, 3, 4, 5].map((n) => [String(n + 1), () => session.look(session.hello.sides[n])])),
     "7": corner(45), "8": corner(225),
-    f: () => session.fit(), r: reset, o: project, p: fold, v: () => slices.toggle(), "?": help,
+    f: () => session.fit(), r: reset, o: project, p: fold, v: () => { if (!session.hello.unavailable.slices) slices.toggle(); }, "?": help,
     k: () => film.record(), s: () => keeping.save(), c: () => keeping.copy("line"), y: () => keeping.copy("python"),
     m: () => reading.toggle("measure"), t: () => reading.toggle("tent"), Escape: () => reading.putAway(),
     " ": () => time.toggle(), "[": () => time.step(-1), "]": () => time.step(1),

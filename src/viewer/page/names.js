@@ -17,10 +17,10 @@ export function listen(session) {
   field("save-transfer").addEventListener("change", () => {
     const format = field("save-transfer").value;
     field("save-transfer").value = "";
-    if (format) connection.send({ type: "write", name: `layersplat.${format}` });
+    if (format) connection.send({ type: "write", field: session.field, name: `layersplat.${format}` });
   });
   const named = (/** @type {string} */ id, /** @type {() => { kind: string, name: string }} */ what) => {
-    field(id).addEventListener("click", () => connection.send({ type: "named", ...what() }));
+    field(id).addEventListener("click", () => connection.send({ type: "named", field: session.field, ...what() }));
   };
   named("initial", () => ({ kind: "initial", name: "" }));
   // The first palette is the default.
@@ -30,7 +30,7 @@ export function listen(session) {
 /** Previews of palettes, presets and colour maps. @param {Session} session */
 export function fill(session) {
   const { palettes, presets, maps } = session.hello;
-  const ask = (/** @type {string} */ kind) => (/** @type {Named} */ { name }) => session.connection.send({ type: "named", kind, name });
+  const ask = (/** @type {string} */ kind) => (/** @type {Named} */ { name }) => session.connection.send({ type: "named", field: session.field, kind, name });
   field("palettes").replaceChildren(...palettes.map((/** @type {Named} */ palette) => swatch(palette, ask("automatic"), true)));
   field("presets").replaceChildren(...presets.map((/** @type {Named} */ preset) => swatch(preset, ask("preset"), false)));
   field("maps").replaceChildren(...maps.map((/** @type {Named} */ map) => swatch(map, (chosen) => useMap(chosen, session), false)));
@@ -66,9 +66,9 @@ function preview(colors, isSteps) {
 
 /** The colours of a map over the values that are visible; opacities stay. @param {Named} map @param {Session} session */
 function useMap({ name, colors }, session) {
-  const { opacities } = session.state.transfer;
+  const { opacities } = session.transfer;
   const values = opacities.filter(([, opacity]) => opacity > 0).map(([value]) => value);
-  const { lowest, highest } = session.hello.histogram;
+  const { lowest, highest } = session.histogram;
   const [low, high] = values.length > 1 ? [Math.min(...values), Math.max(...values)] : [lowest, highest];
   const end = Math.max(colors.length - 1, 1);
   session.setTransfer({ name, opacities, colors: colors.map((rgb, n) => [low + ((high - low) * n) / end, [...rgb]]) });

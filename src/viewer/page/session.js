@@ -7,6 +7,7 @@ import { copy, fromFragment, History, isEqual, toFragment } from "./state.js";
 /** @typedef {import("./state.js").Camera} Camera */
 /** @typedef {import("./state.js").Look} Look */
 /** @typedef {import("./state.js").State} State */
+/** @typedef {import("./state.js").Transfer} Transfer */
 /** @typedef {{ show: () => void, showCamera: () => void, showHistory: () => void, showTime: () => void,
  *   requested: (own: { transfer: unknown, background: string, isMoving: boolean }) => void }} Shows */
 
@@ -25,8 +26,10 @@ export class Session {
     this.hello = null;
     /** @type {History | null} */
     this.history = null;
-    /** The look and transfer function that the server has. */
-    this.sent = { look: /** @type {Look | null} */ (null), transfer: /** @type {unknown} */ (null) };
+    /** The look and the transfer functions that the server has. */
+    this.sent = { look: /** @type {Look | null} */ (null), transfers: /** @type {unknown[]} */ ([]) };
+    /** The channel whose transfer function is edited. */
+    this.field = 0;
     /** Number of the last requested view. */
     this.id = 0;
     this.isMoving = false;
@@ -50,11 +53,12 @@ export class Session {
     if (this.hello && this.hello.scene !== hello.scene) {
       // Another volume: nothing of the last one's state applies.
       this.history = null;
+      this.field = 0;
       window.history.replaceState(null, "", location.pathname);
     }
     this.hello = hello;
     // Sent again: what the page sent last may have met the volume before.
-    this.sent = { look: null, transfer: null };
+    this.sent = { look: null, transfers: [] };
     if (this.history === null) {
       this.history = new History(this.initial);
       const kept = fromFragment(location.hash.slice(1), this.initial);
@@ -71,8 +75,29 @@ export class Session {
   }
 
   get initial() {
-    const { camera, look, transfer } = this.hello;
-    return { camera, look, transfer, slices: firstSlices(this.hello) };
+    const { camera, look, transfer, channels } = this.hello;
+    const others = channels.slice(1).map((/** @type {{ transfer: Transfer }} */ channel) => channel.transfer);
+    return { camera, look, transfer, others, slices: firstSlices(this.hello) };
+  }
+
+  /** The transfer function of the chosen channel. @returns {Transfer} */
+  get transfer() {
+    return this.field === 0 ? this.state.transfer : this.state.others[this.field - 1];
+  }
+
+  set transfer(transfer) {
+    this.put(this.field, transfer);
+  }
+
+  /** The histogram of the chosen channel. @returns {import("./plot.js").Histogram} */
+  get histogram() {
+    return this.hello.channels[this.field]?.histogram ?? this.hello.histogram;
+  }
+
+  /** @param {number} field @param {Transfer} transfer */
+  put(field, transfer) {
+    if (field === 0) this.state.transfer = transfer;
+    else this.state.others = this.state.others.map((other, n) => (n === field - 1 ? transfer : other));
   }
 
   /** Draws the view as fast as the hand moves. */
@@ -107,13 +132,15 @@ export class Session {
     this.shows.requested({ transfer: [transfer.colors, transfer.opacities, look.frame], background: look.background, isMoving });
   }
 
-  /** Sends the look and the transfer function if the server does not have them. */
+  /** Sends the look and the transfer functions that the server does not have. */
   sync() {
-    const { look, transfer } = this.state;
-    const points = [transfer.colors, transfer.opacities];
+    const { look, transfer, others } = this.state;
     if (!isEqual(this.sent.look, look)) this.connection.send({ type: "look", look });
-    if (!isEqual(this.sent.transfer, points)) this.connection.send({ type: "transfer", colors: points[0], opacities: points[1] });
-    this.sent = { look: copy(look), transfer: copy(points) };
+    const transfers = [transfer, ...others].map(({ colors, opacities }) => [colors, opacities]);
+    transfers.forEach(([colors, opacities], field) => {
+      if (!isEqual(this.sent.transfers[field], [colors, opacities])) this.connection.send({ type: "transfer", field, colors, opacities });
+    });
+    this.sent = { look: copy(look), transfers: copy(transfers) };
   }
 
   /** @param {(look: Look) => void} change @param {boolean} isDone */
@@ -199,14 +226,21 @@ export class Session {
     this.settle();
   }
 
-  /** The program shows something else. @param {{ camera: Camera, look: Look, transfer: import("./state.js").Transfer }} given */
-  give({ camera, look, transfer }) {
-    if (this.history) this.replace({ ...this.state, camera, look, transfer });
+  /** The program shows something else. @param {{ camera: Camera, look: Look, transfer: Transfer, others: Transfer[] }} given */
+  give({ camera, look, transfer, others }) {
+    if (this.history) this.replace({ ...this.state, camera, look, transfer, others });
   }
 
-  /** Takes a transfer function that was chosen as a whole. @param {import("./state.js").Transfer} transfer */
+  /** A channel gets another transfer function and another look at once. @param {number} field @param {Transfer} transfer
+   * @param {(look: Look) => void} change @param {boolean} isDone */
+  changeField(field, transfer, change, isDone) {
+    this.put(field, transfer);
+    this.changeLook(change, isDone);
+  }
+
+  /** Takes a transfer function that was chosen as a whole. @param {Transfer} transfer */
   setTransfer(transfer) {
-    this.state.transfer = transfer;
+    this.transfer = transfer;
     this.shows.show();
     this.settle();
   }
@@ -215,7 +249,7 @@ export class Session {
     clearTimeout(this.addressTimer);
     this.addressTimer = window.setTimeout(() => {
       if (!this.history) return;
-      const fragment = toFragment(this.state, this.hello.transfer);
+      const fragment = toFragment(this.state, this.initial);
       window.history.replaceState(null, "", fragment === null ? location.pathname : `#${fragment}`);
     }, ADDRESS_TIME);
   }

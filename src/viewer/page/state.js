@@ -7,11 +7,12 @@
  * @typedef {{ quality: string | null, kernel: string | null, blend: string, iso: number, shading: boolean, lights: Light[],
  *   lights_follow: boolean, shadows: boolean, shadow_strength: number, ambient_occlusion: boolean, background: string,
  *   crop: number[][] | null, clips: number[][], gradient: string | null, legend: boolean, bounding_box: boolean, axes: boolean,
- *   frame: number }} Look
+ *   frame: number, channels: { visible: boolean, factor: number, color: string }[],
+ *   labels: { only: string[], hidden: string[], colors: [string, string][] } }} Look
  * @typedef {{ name: string, colors: [number, number[]][], opacities: [number, number][] }} Transfer
  * @typedef {{ shown: boolean, point: number[], planes: string, colors: string, kernel: string, window: number[], thickness: number }} SlicesState
  *   `point`: of the crosshair, in the world; `window`: level and width
- * @typedef {{ camera: Camera, look: Look, transfer: Transfer, slices: SlicesState }} State
+ * @typedef {{ camera: Camera, look: Look, transfer: Transfer, others: Transfer[], slices: SlicesState }} State `others`: of all channels but the first
  */
 
 /** States that undo can return to. */
@@ -56,10 +57,11 @@ export class History {
   }
 }
 
-/** @param {State} state @param {Transfer} initial left out of the address */
+/** @param {State} state @param {State} initial its transfer functions are left out of the address */
 export function toFragment(state, initial) {
-  const { camera, look, transfer, slices } = state;
-  const kept = { camera, look, ...(isEqual(transfer, initial) ? {} : { transfer }), ...(slices.shown ? { slices } : {}) };
+  const { camera, look, transfer, others, slices } = state;
+  const curves = { ...(isEqual(transfer, initial.transfer) ? {} : { transfer }), ...(isEqual(others, initial.others) ? {} : { others }) };
+  const kept = { camera, look, ...curves, ...(slices.shown ? { slices } : {}) };
   const text = btoa(String.fromCharCode(...new TextEncoder().encode(JSON.stringify(kept))));
   const fragment = text.replaceAll("+", "-").replaceAll("/", "_").replaceAll("=", "");
   return fragment.length <= LONGEST_FRAGMENT ? fragment : null;
@@ -73,12 +75,13 @@ export function fromFragment(fragment, first) {
     const bytes = Uint8Array.from(atob(fragment.replaceAll("-", "+").replaceAll("_", "/")), (c) => c.charCodeAt(0));
     const kept = JSON.parse(new TextDecoder().decode(bytes));
     const state = copy(first);
-    for (const part of /** @type {const} */ (["camera", "look", "transfer", "slices"])) {
+    for (const part of /** @type {const} */ (["camera", "look", "transfer", "others", "slices"])) {
       for (const name of Object.keys(state[part])) {
         if (kept[part] && name in kept[part]) /** @type {any} */ (state[part])[name] = kept[part][name];
       }
     }
-    return isCamera(state.camera) && isTransfer(state.transfer) && isSlices(state.slices) ? state : null;
+    const areFields = [state.transfer, ...state.others].every(isTransfer) && state.look.channels.length === first.look.channels.length;
+    return isCamera(state.camera) && areFields && isSlices(state.slices) ? state : null;
   } catch {
     return null;
   }

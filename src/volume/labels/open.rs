@@ -119,6 +119,18 @@ impl Labels {
         let mut tables: Vec<&mut LabelTable> = self.layers.iter_mut().map(|layer| &mut layer.table).collect();
         change_all(&mut tables, change)
     }
+
+    /// The tables of all layers after further changes, for [`LabelLayer::palette_of`].
+    ///
+    /// # Errors
+    /// As [`change`](Self::change).
+    pub fn changed_tables(&self, changes: &[LabelChange]) -> Result<Vec<LabelTable>, Error> {
+        let mut tables: Vec<LabelTable> = self.layers.iter().map(|layer| layer.table.clone()).collect();
+        for change in changes {
+            change_all(&mut tables.iter_mut().collect::<Vec<_>>(), change)?;
+        }
+        Ok(tables)
+    }
 }
 
 impl LabelLayer {
@@ -160,7 +172,12 @@ impl LabelLayer {
 
     /// The labels that voxels have, as in [`ids`](Self::ids) without the background.
     pub fn present(&self) -> impl Iterator<Item = &Label> {
-        self.ids[1..].iter().filter_map(|&id| self.table.get(id))
+        self.present_in(&self.table)
+    }
+
+    /// The labels of a table that voxels have, as in [`ids`](Self::ids) without the background.
+    pub fn present_in<'a>(&'a self, table: &'a LabelTable) -> impl Iterator<Item = &'a Label> {
+        self.ids[1..].iter().filter_map(|&id| table.get(id))
     }
 
     /// Number of voxels of an id.
@@ -175,8 +192,13 @@ impl LabelLayer {
 
     /// Red, green, blue and opacity, 0 to 1, of each of [`ids`](Self::ids). The background and hidden labels have the opacity 0.
     pub fn palette(&self) -> Vec<[f64; 4]> {
+        self.palette_of(&self.table)
+    }
+
+    /// As [`palette`](Self::palette), with the looks of another table: the layer's own one after further changes.
+    pub fn palette_of(&self, table: &LabelTable) -> Vec<[f64; 4]> {
         let of = |label: &Label| [label.color[0], label.color[1], label.color[2], label.drawn_opacity()];
-        std::iter::once([0.0; 4]).chain(self.present().map(of)).collect()
+        std::iter::once([0.0; 4]).chain(self.present_in(table).map(of)).collect()
     }
 
     /// A volume whose values are the positions of the voxels' ids in [`ids`](Self::ids): `uint8` for up to 255 labels, else `uint16`. It is

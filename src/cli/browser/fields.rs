@@ -1,0 +1,74 @@
+//! Several fields, colours and labels: what pages draw of a scene, and the options that say how a page shows them.
+
+use crate::annotation::LegendEntry;
+use crate::cli::channels;
+use crate::cli::scene::Scene;
+use crate::renderer::FieldKind;
+use crate::transfer::TransferFunction;
+use crate::viewer::{Drawn, Look, PageChannel, PageField};
+use crate::volume::Volume;
+
+/// How the fields of a page are shown at first.
+#[derive(Clone)]
+pub(super) struct FirstFields {
+    kind: FieldKind,
+    channels: Vec<PageChannel>,
+}
+
+impl FirstFields {
+    pub fn new(kind: FieldKind, look: &Look) -> Self {
+        Self { kind, channels: look.channels.clone() }
+    }
+
+    /// Whether a transfer function is part of the picture.
+    pub fn have_transfer(&self) -> bool {
+        self.kind != FieldKind::Labels
+    }
+
+    /// What a program in Python with a single volume leaves out.
+    pub fn missing_in_python(&self) -> Option<&'static str> {
+        match self.kind {
+            FieldKind::One => None,
+            FieldKind::Several => Some("all fields but the first, factors and visibilities: see layersplat.Channel"),
+            FieldKind::Colors => Some("colours: see layersplat.Colors"),
+            FieldKind::Labels => Some("labels: see layersplat.Labels"),
+        }
+    }
+
+    /// The options of a look. `others`: files with the transfer functions of all fields but the first.
+    pub fn words(&self, look: &Look, others: &[String]) -> Vec<String> {
+        // A given colour changes those that other fields get by default.
+        let is_recolored = look.channels.iter().zip(&self.channels).any(|(now, first)| now.color != first.color);
+        let fields = look.channels.iter().zip(&self.channels).enumerate().filter_map(|(n, (now, first))| {
+            let transfer = n.checked_sub(1).and_then(|n| others.get(n)).map(|name| format!("transfer={name}"));
+            let factor = (now.factor != first.factor).then(|| format!("factor={}", now.factor));
+            let visible = (now.visible != first.visible).then(|| format!("visible={}", if now.visible { "on" } else { "off" }));
+            let color = is_recolored.then(|| format!("color={}", now.color));
+            let keys: Vec<String> = [transfer, factor, visible, color].into_iter().flatten().collect();
+            (!keys.is_empty()).then(|| ["--field".to_owned(), format!("{n},{}", keys.join(","))])
+        });
+        let labels = look.labels.words().into_iter().map(|word| ["--label".to_owned(), word]);
+        fields.chain(labels).flatten().collect()
+    }
+}
+
+/// What pages draw of a scene, and how its fields are shown at first.
+pub(super) fn drawn_of(scene: &mut Scene) -> (Drawn, Vec<PageChannel>) {
+    if let Some(shown) = scene.shown.take() {
+        return (Drawn::Shown(shown), Vec::new());
+    }
+    if !scene.has_channels() {
+        return (Drawn::One, Vec::new());
+    }
+    let first = (scene.volume.clone(), scene.transfer.clone(), scene.look);
+    let others = std::mem::take(&mut scene.others).into_iter().map(|field| (field.volume, field.transfer, field.look));
+    let fields = std::iter::once(first).chain(others).zip(&scene.entries);
+    let described = |((volume, transfer, look), entry): ((Volume<'static>, TransferFunction, channels::Look), &LegendEntry)| {
+        let channels::Look { factor, visible, iso, gradient_opacity } = look;
+        let color = entry.color.iter().map(|c| format!("{:02x}", (c * 255.0).round() as u8)).collect::<String>();
+        let field = PageField { name: entry.name.clone(), volume, transfer, iso, gradient_opacity };
+        (field, PageChannel { visible, factor, color: format!("#{color}") })
+    };
+    let (fields, channels) = fields.map(described).unzip();
+    (Drawn::Several(fields), channels)
+}

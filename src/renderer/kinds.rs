@@ -1,0 +1,122 @@
+//! What a renderer draws, and which settings go with it: asked before a frame, so that programs need no list of their own.
+
+use super::colors::color_settings;
+use crate::error::Error;
+use crate::settings::{Algorithm, Blend, Classification, Layered, Settings};
+
+/// What a renderer draws.
+///
+/// ```
+/// use layersplat::renderer::FieldKind;
+/// use layersplat::{Settings, settings::Shadows};
+///
+/// let shadowed = Settings { shadows: Some(Shadows::default()), ..Settings::default() };
+/// assert!(FieldKind::One.check(&shadowed).is_ok() && FieldKind::Colors.check(&shadowed).is_err());
+/// assert!(FieldKind::Several.check(&Settings::default()).is_ok());
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FieldKind {
+    /// The values of one field.
+    One,
+    /// Several fields ([`Renderer::from_channels`](super::Renderer::from_channels)).
+    Several,
+    /// Colours ([`Renderer::from_colors`](super::Renderer::from_colors)).
+    Colors,
+    /// Labels, which are drawn as colours.
+    Labels,
+}
+
+impl FieldKind {
+    /// Fails for settings with which no view is drawn.
+    ///
+    /// # Errors
+    /// [`Error::Settings`], as of the frame.
+    pub fn check(self, settings: &Settings) -> Result<(), Error> {
+        match self {
+            Self::One => Ok(()),
+            Self::Several => check_several(settings),
+            Self::Colors => color_settings(*settings, false).map(drop),
+            Self::Labels => color_settings(*settings, true).map(drop),
+        }
+    }
+
+    /// Fails where slices show no values.
+    ///
+    /// # Errors
+    /// [`Error::Settings`].
+    pub fn check_slices(self) -> Result<(), Error> {
+        match self {
+            Self::One => Ok(()),
+            Self::Several => refuse("slices show one channel: show one alone"),
+            Self::Colors | Self::Labels => refuse("slices show single values, which colours and labels do not have"),
+        }
+    }
+}
+
+fn refuse(problem: &str) -> Result<(), Error> {
+    Err(Error::Settings { field: "channels", problem: problem.into() })
+}
+
+/// What the passes of several fields refuse.
+fn check_several(settings: &Settings) -> Result<(), Error> {
+    if settings.sweeps_light() {
+        return refuse("shadows and ambient occlusion show one channel: show one alone");
+    }
+    match settings.algorithm {
+        Algorithm::Layered(Layered { classification: Classification::Post(_), .. }) => {
+            refuse("post-classified layers show one channel: show one alone, or choose pre-integrated layers or ray casting")
+        }
+        Algorithm::Layered(_) => Ok(()),
+        Algorithm::Raycast { .. } if settings.blend == Blend::Composite => Ok(()),
+        Algorithm::Raycast { .. } => refuse("rays of this blend mode show one channel: choose layers"),
+        _ => refuse("this algorithm shows one channel: choose pre-integrated layers or ray casting"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Channel, Renderer, UploadedVolume};
+    use super::*;
+    use crate::camera::{Camera, Orbit};
+    use crate::device::{Device, DeviceChoice};
+    use crate::layers::Kernel;
+    use crate::settings::{AmbientOcclusion, Quality, Shadows};
+    use crate::transfer::TransferFunction;
+    use crate::viewport::Viewport;
+    use crate::volume::{OpenOptions, Volume};
+
+    /// A frame is drawn if, and only if, its settings pass.
+    #[test]
+    fn several_fields_are_drawn_with_settings_that_pass() {
+        let device = Device::open(&DeviceChoice::Default).unwrap();
+        let channel = |name: &str| {
+            let volume = Volume::open(name, &OpenOptions::default()).unwrap();
+            Channel::new(&UploadedVolume::new(&device, &volume).unwrap(), &TransferFunction::automatic(&volume))
+        };
+        let mut renderer = Renderer::from_channels(&[channel("builtin:hydrogen@8"), channel("builtin:gyroid@8")]).unwrap();
+        let size = Viewport { width: 8, height: 8 };
+        let camera = Camera::fit_parallel(renderer.grid().centre(), renderer.grid().diagonal(), size, Orbit::default());
+        let default = Settings::default();
+        let rays = Algorithm::Raycast { kernel: Kernel::Linear, step: 0.5 };
+        let all = [
+            default,
+            Quality::Draft.settings(),
+            Quality::Paper.settings(),
+            Settings { shadows: Some(Shadows::default()), ..default },
+            Settings { ambient_occlusion: Some(AmbientOcclusion::default()), ..default },
+            Settings { blend: Blend::Maximum, ..default },
+            Settings { blend: Blend::Iso(60.0), ..default },
+            Settings::from(rays),
+            Settings { blend: Blend::Average, ..Settings::from(rays) },
+            Settings::from(Algorithm::Slicing { step: 0.5 }),
+            Settings::from(Algorithm::ViewSheets { sheet_distance: 1.0 }),
+        ];
+        let mut refused = 0;
+        for settings in all {
+            let passes = FieldKind::Several.check(&settings).is_ok();
+            refused += usize::from(!passes);
+            assert_eq!(renderer.render(&camera, size, &settings).is_ok(), passes, "{settings:?}");
+        }
+        assert!((1..all.len()).contains(&refused), "{refused}");
+    }
+}

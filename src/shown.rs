@@ -1,0 +1,138 @@
+//! Volumes of colours and of labels as pictures show them: what the command and pages of the viewer have in common.
+
+use crate::annotation::{Legend, LegendEntry};
+use crate::device::Device;
+use crate::error::Error;
+use crate::framing::Framing;
+use crate::renderer::{ColorOpacity, FieldKind, UploadedColors, UploadedVolume};
+use crate::transfer::TransferFunction;
+use crate::volume::{Label, LabelChange, LabelTable, Labels, Volume, VoxelType};
+
+/// What a picture shows instead of values.
+pub enum Shown {
+    /// Red, green and blue, and possibly alpha.
+    Components(Vec<Volume<'static>>, ColorOpacity),
+    /// Labels, and of each layer the volume of indices ([`LabelLayer::indices`](crate::volume::LabelLayer::indices)).
+    Labels(Labels, Vec<Volume<'static>>),
+}
+
+/// Opacities of components without alpha, by their share of the full intensity: by luminance, or by the difference from the background. The
+/// noise of a background stays transparent.
+const OPACITIES: [(f64, f64); 4] = [(0.0, 0.0), (0.08, 0.0), (0.5, 0.3), (1.0, 0.3)];
+
+impl Shown {
+    /// Labels with the volumes of their indices.
+    ///
+    /// # Errors
+    /// If memory or the temporary folder is too small.
+    pub fn from_labels(labels: Labels) -> Result<Self, Error> {
+        let indices = labels.layers().iter().map(|layer| layer.indices(None)).collect::<Result<_, _>>()?;
+        Ok(Self::Labels(labels, indices))
+    }
+
+    /// The volume that stands for all of them, for its grid and name.
+    pub fn volume(&self) -> &Volume<'static> {
+        &self.volumes()[0]
+    }
+
+    /// Components, or layers of indices.
+    pub fn volumes(&self) -> &[Volume<'static>] {
+        match self {
+            Self::Components(volumes, _) | Self::Labels(_, volumes) => volumes,
+        }
+    }
+
+    /// What a renderer draws of it.
+    pub fn kind(&self) -> FieldKind {
+        match self {
+            Self::Components(..) => FieldKind::Colors,
+            Self::Labels(..) => FieldKind::Labels,
+        }
+    }
+
+    /// Opacities of luminance or of the distance from the background, unless options choose others.
+    pub fn opacities(&self) -> TransferFunction {
+        let full = match self.volume().voxel_type() {
+            VoxelType::Uint8 => 255.0,
+            VoxelType::Uint16 => 65535.0,
+            _ => 1.0,
+        };
+        let opacities = OPACITIES.map(|(share, opacity)| (share * full, opacity)).to_vec();
+        TransferFunction::new("colors", vec![(0.0, [1.0; 3])], opacities).expect("values that ascend")
+    }
+
+    /// The tables of all layers after changes; none for colours.
+    ///
+    /// # Errors
+    /// For changes of labels that there are not.
+    pub fn tables(&self, changes: &[LabelChange]) -> Result<Vec<LabelTable>, Error> {
+        match self {
+            Self::Components(..) => Ok(Vec::new()),
+            Self::Labels(labels, _) => labels.changed_tables(changes),
+        }
+    }
+
+    /// Bounds of what shows, as far as voxels tell it. `tables`: those of [`tables`](Self::tables).
+    pub fn framing(&self, tables: &[LabelTable]) -> Framing {
+        let visible = |volume: &Volume, opacities: Vec<(f64, f64)>| {
+            let transfer = TransferFunction::new("visible", vec![(0.0, [1.0; 3])], opacities).expect("values that ascend");
+            Framing::visible(volume, &transfer, None)
+        };
+        match self {
+            Self::Components(components, ColorOpacity::Alpha) => {
+                let (_, largest) = components[3].range();
+                visible(&components[3], vec![(0.0, 0.0), (largest.max(f64::MIN_POSITIVE), 1.0)])
+            }
+            Self::Components(components, _) => Framing::whole(&components[0]),
+            Self::Labels(labels, indices) => {
+                let layers = labels.layers().iter().zip(indices).zip(tables).map(|((layer, indices), table)| {
+                    let palette = layer.palette_of(table);
+                    visible(indices, palette.iter().enumerate().map(|(n, entry)| (n as f64, entry[3])).collect())
+                });
+                layers.reduce(Framing::joined).unwrap_or_else(|| Framing::whole(self.volume()))
+            }
+        }
+    }
+
+    /// Names and colours of the visible labels. `tables`: those of [`tables`](Self::tables).
+    pub fn legend(&self, tables: &[LabelTable]) -> Option<Legend> {
+        let Self::Labels(labels, _) = self else { return None };
+        let present = labels.layers().iter().zip(tables).flat_map(|(layer, table)| layer.present_in(table));
+        let entry = |label: &Label| LegendEntry { name: name_of(label), color: label.color };
+        Some(Legend { entries: present.filter(|label| label.drawn_opacity() > 0.0).map(entry).collect() })
+    }
+
+    /// The voxels on a device: of components, or of the indices of each layer.
+    ///
+    /// # Errors
+    /// Insufficient memory of the device.
+    pub fn upload(&self, device: &Device) -> Result<Vec<UploadedVolume>, Error> {
+        self.volumes().iter().map(|volume| UploadedVolume::new(device, volume)).collect()
+    }
+
+    /// The colours of uploaded voxels. `tables`: those of [`tables`](Self::tables).
+    ///
+    /// # Errors
+    /// Insufficient memory of the device, and components that are no colours.
+    pub fn colors(
+        &self,
+        uploaded: &[UploadedVolume],
+        transfer: &TransferFunction,
+        tables: &[LabelTable],
+    ) -> Result<UploadedColors, Error> {
+        match self {
+            Self::Components(_, opacity) => UploadedColors::from_components(uploaded, *opacity, transfer),
+            Self::Labels(labels, _) => {
+                let palettes: Vec<_> = labels.layers().iter().zip(tables).map(|(layer, table)| layer.palette_of(table)).collect();
+                let layers: Vec<(&UploadedVolume, &[[f64; 4]])> =
+                    uploaded.iter().zip(palettes.iter().map(Vec::as_slice)).collect();
+                UploadedColors::from_labels(&layers)
+            }
+        }
+    }
+}
+
+/// The name of a label, or its number.
+pub(crate) fn name_of(label: &Label) -> String {
+    label.name.clone().unwrap_or_else(|| format!("label {}", label.id))
+}

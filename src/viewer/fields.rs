@@ -1,0 +1,255 @@
+//! What pages draw besides the values of one volume: several fields, colours, or labels. Their voxels are on the device once, for all pages;
+//! how they are shown is each page's own.
+
+use super::look::Look;
+use super::look_fields::{PageChannel, PageLabels};
+use super::scene::Scene;
+use crate::annotation::{Legend, LegendEntry};
+use crate::device::Device;
+use crate::error::Error;
+use crate::framing::Framing;
+use crate::renderer::{Channel, FieldKind, Renderer, UploadedColors, UploadedVolume, VolumeRenderer, volume_renderer};
+use crate::settings::{Blend, GradientOpacity, Settings};
+use crate::shown::Shown;
+use crate::transfer::TransferFunction;
+use crate::volume::{LabelTable, Volume};
+use std::sync::{Arc, Mutex, PoisonError, Weak};
+
+/// What a page draws.
+#[derive(Default)]
+pub enum Drawn {
+    /// The values of the volume.
+    #[default]
+    One,
+    /// Several fields. The first is the volume.
+    Several(Vec<PageField>),
+    /// Colours or labels instead of values.
+    Shown(Shown),
+}
+
+/// One of several fields. Whether it is visible, its factor and its colour are part of the look ([`PageChannel`]).
+pub struct PageField {
+    /// Name.
+    pub name: String,
+    /// Its volume.
+    pub volume: Volume<'static>,
+    /// Its first transfer function.
+    pub transfer: TransferFunction,
+    /// Value of its iso-surface, if it has one of its own.
+    pub iso: Option<f64>,
+    /// Opacity by gradient magnitude, if it has one of its own.
+    pub gradient_opacity: Option<GradientOpacity>,
+}
+
+/// Voxels that all pages share.
+pub(super) enum Uploaded {
+    /// None: the volume is streamed, or a step of a sequence, which each page has on its own.
+    Own,
+    One(Box<UploadedVolume>),
+    Several(Vec<UploadedVolume>),
+    /// Components or indices of labels, and the colours that pages have made of them.
+    Shown(Vec<UploadedVolume>, Made),
+}
+
+/// Colours that pages show, by what they depend on. Pages that show the same ones share them.
+#[derive(Default)]
+pub(super) struct Made(Mutex<Vec<(ColorKey, Weak<UploadedColors>)>>);
+
+/// What colours depend on besides the voxels.
+#[derive(PartialEq)]
+enum ColorKey {
+    Opacities(Vec<(f64, f64)>),
+    Labels(PageLabels),
+}
+
+/// How a page shows its fields.
+#[derive(Clone, Copy)]
+pub(super) struct Now<'a> {
+    pub look: &'a Look,
+    /// Those of all fields.
+    pub transfers: &'a [TransferFunction],
+}
+
+/// A renderer of a page, and the colours that it shows.
+pub(super) struct Drawing {
+    pub renderer: Box<dyn VolumeRenderer<'static> + Send>,
+    pub colors: Option<Arc<UploadedColors>>,
+}
+
+impl Drawn {
+    /// What a renderer draws of it.
+    pub fn kind(&self) -> FieldKind {
+        match self {
+            Self::One => FieldKind::One,
+            Self::Several(_) => FieldKind::Several,
+            Self::Shown(shown) => shown.kind(),
+        }
+    }
+
+    /// Uploads the voxels of what is no single volume.
+    pub(super) fn upload(&self, device: &Device) -> Result<Option<Uploaded>, Error> {
+        Ok(match self {
+            Self::One => None,
+            Self::Several(fields) => {
+                let uploaded = fields.iter().map(|field| UploadedVolume::new(device, &field.volume));
+                Some(Uploaded::Several(uploaded.collect::<Result<_, _>>()?))
+            }
+            Self::Shown(shown) => Some(Uploaded::Shown(shown.upload(device)?, Made::default())),
+        })
+    }
+
+    /// The fields, if there are several.
+    pub(super) fn fields(&self) -> &[PageField] {
+        if let Self::Several(fields) = self { fields } else { &[] }
+    }
+}
+
+impl PageField {
+    fn channel(&self, volume: &UploadedVolume, transfer: &TransferFunction, shown: &PageChannel) -> Result<Channel, Error> {
+        let channel = Channel::new(volume, transfer).with_visibility(shown.visible).with_factor(shown.factor)?;
+        let channel = self.gradient_opacity.map_or(channel.clone(), |opacity| channel.with_gradient_opacity(opacity));
+        Ok(self.iso.map_or(channel.clone(), |value| channel.with_iso(value)))
+    }
+}
+
+impl Scene {
+    /// What a renderer of the scene draws.
+    pub(super) fn kind(&self) -> FieldKind {
+        self.opening.drawn.kind()
+    }
+
+    /// Checks the number of a field.
+    ///
+    /// # Errors
+    /// [`Error::OutOfRange`] if there is no such field.
+    pub(super) fn check_field(&self, field: usize) -> Result<(), Error> {
+        if field < self.opening.drawn.fields().len().max(1) {
+            return Ok(());
+        }
+        Err(Error::OutOfRange { name: "field", value: field.to_string(), expected: "a field that the page was told, from 0" })
+    }
+
+    /// Fails for looks that do not go with the fields.
+    pub(super) fn check_look(&self, look: &Look, settings: &Settings) -> Result<(), Error> {
+        self.kind().check(settings)?;
+        look.channels_of(self.opening.drawn.fields().len())?;
+        self.tables(look).map(drop)
+    }
+
+    /// A renderer of its own for a page. `volume`: the step of a sequence.
+    ///
+    /// # Errors
+    /// Insufficient memory of the device, and looks that do not go with the fields.
+    pub(super) fn drawing(&self, volume: &Volume<'static>, now: Now) -> Result<Drawing, Error> {
+        let device = &self.opening.device;
+        let (renderer, colors): (Box<dyn VolumeRenderer<'static> + Send>, _) = match &self.uploaded {
+            Uploaded::Own => (volume_renderer(device, volume, &now.transfers[0])?, None),
+            Uploaded::One(uploaded) => (Box::new(Renderer::from_uploaded(uploaded, &now.transfers[0])?), None),
+            Uploaded::Several(uploaded) => (Box::new(Renderer::from_channels(&self.channels(uploaded, now)?)?), None),
+            Uploaded::Shown(uploaded, made) => {
+                let colors = self.colors(uploaded, made, now)?;
+                (Box::new(Renderer::from_colors(&colors)?), Some(colors))
+            }
+        };
+        let mut drawing = Drawing { renderer, colors };
+        drawing.renderer.limit(self.opening.time_limit);
+        Ok(drawing)
+    }
+
+    /// Shows the fields as a page wants them from now on. Voxels are uploaded and programs built by none of it.
+    ///
+    /// # Errors
+    /// Insufficient memory of the device, and looks that do not go with the fields: the drawing stays.
+    pub(super) fn update(&self, drawing: &mut Drawing, now: Now) -> Result<(), Error> {
+        match &self.uploaded {
+            Uploaded::Own | Uploaded::One(_) => drawing.renderer.set_transfer_function(&now.transfers[0]),
+            Uploaded::Several(uploaded) => {
+                let channels = self.channels(uploaded, now)?;
+                drawing.renderer.require_whole("channels")?.set_channels(&channels)?;
+            }
+            Uploaded::Shown(uploaded, made) => {
+                let colors = self.colors(uploaded, made, now)?;
+                drawing.renderer.require_whole("colours")?.set_colors(&colors)?;
+                drawing.colors = Some(colors);
+            }
+        }
+        Ok(())
+    }
+
+    fn channels(&self, uploaded: &[UploadedVolume], now: Now) -> Result<Vec<Channel>, Error> {
+        let shown = now.look.channels_of(uploaded.len())?;
+        let fields = self.opening.drawn.fields().iter().zip(uploaded);
+        fields
+            .zip(now.transfers)
+            .zip(shown)
+            .map(|(((field, volume), transfer), shown)| field.channel(volume, transfer, shown))
+            .collect()
+    }
+
+    fn colors(&self, uploaded: &[UploadedVolume], made: &Made, now: Now) -> Result<Arc<UploadedColors>, Error> {
+        let Drawn::Shown(shown) = &self.opening.drawn else {
+            unreachable!("colours are made of what is shown instead of values")
+        };
+        let transfer = &now.transfers[0];
+        let key = match shown {
+            Shown::Components(..) => ColorKey::Opacities(transfer.opacities().to_vec()),
+            Shown::Labels(..) => ColorKey::Labels(now.look.labels.clone()),
+        };
+        let mut made = made.0.lock().unwrap_or_else(PoisonError::into_inner);
+        made.retain(|(_, colors)| colors.strong_count() > 0);
+        if let Some(colors) = made.iter().find(|(known, _)| *known == key).and_then(|(_, colors)| colors.upgrade()) {
+            return Ok(colors);
+        }
+        let colors = Arc::new(shown.colors(uploaded, transfer, &self.tables(now.look)?)?);
+        made.push((key, Arc::downgrade(&colors)));
+        Ok(colors)
+    }
+
+    /// Names and looks of the labels of each layer, as a page shows them.
+    ///
+    /// # Errors
+    /// For labels that there are not.
+    pub(super) fn tables(&self, look: &Look) -> Result<Vec<LabelTable>, Error> {
+        match &self.opening.drawn {
+            Drawn::Shown(shown) => shown.tables(&look.labels.changes()?),
+            _ => Ok(Vec::new()),
+        }
+    }
+
+    /// Names and colours of what a page shows, in place of a colour bar; `None` for one field.
+    pub(super) fn legend(&self, look: &Look) -> Result<Option<Legend>, Error> {
+        match &self.opening.drawn {
+            Drawn::One => Ok(None),
+            // A field alone has a colour bar.
+            Drawn::Several(fields) if fields.len() < 2 => Ok(None),
+            Drawn::Several(fields) => {
+                let shown = fields.iter().zip(look.channels_of(fields.len())?).filter(|(_, shown)| shown.visible);
+                let entry = |(field, shown): (&PageField, &PageChannel)| {
+                    Ok(LegendEntry { name: field.name.clone(), color: shown.color()? })
+                };
+                Ok(Some(Legend { entries: shown.map(entry).collect::<Result<_, Error>>()? }))
+            }
+            Drawn::Shown(shown) => Ok(shown.legend(&self.tables(look)?)),
+        }
+    }
+
+    /// Bounds of what a page shows of what is no single volume; `None` for one field.
+    ///
+    /// # Errors
+    /// Looks that do not go with the fields.
+    pub(super) fn framing_of_fields(&self, settings: &Settings, now: Now) -> Result<Option<Framing>, Error> {
+        let fields = match &self.opening.drawn {
+            Drawn::One => return Ok(None),
+            Drawn::Shown(shown) => return Ok(Some(shown.framing(&self.tables(now.look)?))),
+            Drawn::Several(fields) => fields,
+        };
+        let shown = now.look.channels_of(fields.len())?;
+        let visible = fields.iter().zip(now.transfers).zip(shown).filter(|(_, shown)| shown.visible);
+        let framings = visible.map(|((field, transfer), _)| match settings.blend {
+            Blend::Composite => Framing::visible(&field.volume, transfer, settings.unit_distance),
+            Blend::Iso(value) => Framing::iso(&field.volume, field.iso.unwrap_or(value)),
+            _ => Framing::whole(&field.volume),
+        });
+        Ok(Some(framings.reduce(Framing::joined).unwrap_or_else(|| Framing::whole(&self.opening.volume))))
+    }
+}

@@ -1,0 +1,102 @@
+// Several fields and labels, as a user shows and hides them.
+
+import assert from "node:assert/strict";
+import { copyFile, mkdtemp, rm } from "node:fs/promises";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { after, before } from "node:test";
+import { answered, isDifferent, isSame, pages, pagesOf, section, set, state } from "./shared.js";
+import { launch, measured, refined, serveIn } from "./viewer.js";
+
+const LABELS = new URL("../../formats/files/labels/layers.seg.nrrd", import.meta.url).pathname;
+
+const two = pages("builtin:hydrogen@32", "--with", "builtin:gyroid@32,color=#3388ff,opacity=p60:0,p99:0.1");
+
+let folder;
+let server;
+let browser;
+before(async () => {
+  folder = await mkdtemp(join(tmpdir(), "layersplat-test-"));
+  await copyFile(LABELS, join(folder, "layers.seg.nrrd"));
+  server = await serveIn(folder, "layers.seg.nrrd");
+  browser = await launch();
+});
+after(async () => {
+  await browser.close();
+  await server.end();
+  await rm(folder, { recursive: true });
+});
+const labelled = pagesOf(() => [browser, server.url]);
+
+two("channels are hidden, weighed and coloured, and undo takes it back", async (page, first) => {
+  const second = page.locator("#channels li").nth(1);
+  assert.equal(await second.locator(".check").textContent(), "gyroid@32");
+  await second.locator("[type=checkbox]").uncheck();
+  const hidden = await refined(page);
+  isDifferent(hidden, first, "a hidden channel");
+  await second.locator("[type=checkbox]").check();
+  isSame(await refined(page), first, "shown again");
+  await set(page, "#channels li:nth-child(2) [type=number]", 20);
+  isDifferent(await refined(page), first, "a factor");
+  await page.locator("#undo").click();
+  isSame(await refined(page), first, "undone");
+  await set(page, "#channels li:nth-child(2) [type=color]", "#ff0000");
+  const recolored = await refined(page);
+  const red = measured(recolored).mean;
+  const blue = measured(first).mean;
+  assert.ok(red[0] > blue[0] + 2 && red[2] < blue[2] - 2, `${red} ${blue}`);
+  // The address keeps all of it.
+  await page.waitForTimeout(500);
+  await page.reload();
+  isSame(await refined(page), recolored, "reloaded");
+  assert.equal((await state(page)).look.channels[1].color, "#ff0000");
+  assert.deepEqual((await state(page)).others[0].colors[0][1], [1, 0, 0]);
+});
+
+two("the curve is that of the chosen channel", async (page, first) => {
+  await page.locator("#field").selectOption("1");
+  assert.ok(await page.locator("#point-value").inputValue());
+  await answered(page, () => page.locator("#maps button").first().click());
+  isDifferent(await refined(page), first, "a map of the second channel");
+  const { transfer, others } = await state(page);
+  assert.ok(others[0].colors.length > 4 && transfer.name === "automatic", transfer.name);
+  await page.locator("#field").selectOption("0");
+  assert.deepEqual((await state(page)).others, others);
+});
+
+two("what several fields do not have is disabled, with a reason", async (page) => {
+  await section(page, "Light");
+  assert.ok(await page.locator("#shadows").isDisabled());
+  assert.match(await page.locator("label:has(#shadows)").getAttribute("title"), /one channel/);
+  await page.locator("#picture").focus();
+  await page.keyboard.press("v");
+  assert.ok(await page.locator("#slices").isHidden());
+});
+
+two("the value of each channel is read under the cursor", async (page) => {
+  await page.mouse.move(280, 300);
+  await page.waitForFunction(() => document.getElementById("reading").textContent.includes("at"));
+  assert.match(await page.locator("#reading").textContent(), /hydrogen@32 \S+, gyroid@32 \S+ at/);
+});
+
+labelled("labels are hidden and shown alone, and named under the cursor", async (page, first) => {
+  const rows = page.locator("#channels li");
+  const name = await rows.first().locator(".check").textContent();
+  await rows.first().locator("[type=checkbox]").uncheck();
+  isDifferent(await refined(page), first, "a hidden label");
+  await rows.first().getByRole("button").click();
+  const alone = await refined(page);
+  isDifferent(alone, first, "one label alone");
+  assert.equal(await page.locator("#channels [type=checkbox]:checked").count(), 1);
+  assert.ok(await page.locator("#curve").evaluate((curve) => curve.closest("[inert]") !== null || curve.inert));
+  await page.locator("#labels-all").click();
+  isSame(await refined(page), first, "all again");
+  await rows.first().getByRole("button").click();
+  await refined(page);
+  const box = await page.locator("#picture").boundingBox();
+  const { x, y } = measured(alone);
+  const half = box.height / 2;
+  await page.mouse.move(box.x + box.width / 2 + (x * box.width) / 2, box.y + half - y * half);
+  await page.waitForFunction(() => document.getElementById("reading").textContent);
+  assert.ok((await page.locator("#reading").textContent()).includes(name), await page.locator("#reading").textContent());
+});
