@@ -43,13 +43,8 @@ impl Look {
         settings.ambient_occlusion = (is_lit && renderer.is_set(c"ambientOcclusion")).then(AmbientOcclusion::default);
         let samples = renderer.integer(c"pixelSamples").map_or(1, |samples| samples.clamp(1, 16) as u32);
         let mut clips_to_bounds = renderer.is_set(c"clipToBounds");
-        if shown.len() > 1 {
-            if settings.shadows.take().is_some() | settings.ambient_occlusion.take().is_some() {
-                refused("they are drawn without shadows and ambient occlusion");
-            }
-            if std::mem::take(&mut clips_to_bounds) {
-                refused("clipToBounds has no effect");
-            }
+        if shown.len() > 1 && std::mem::take(&mut clips_to_bounds) {
+            refused("clipToBounds has no effect");
         }
         Self { settings, background: background(objects, renderer), samples, clips_to_bounds }
     }

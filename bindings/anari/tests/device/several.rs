@@ -5,6 +5,7 @@ use crate::scene::{Expected, SIDE, Scene, difference, voxels};
 use anari_sys::*;
 use layersplat::glam::{DAffine3, DMat3, DMat4, DQuat, DVec3};
 use layersplat::renderer::{Channel, UploadedVolume};
+use layersplat::settings::{AmbientOcclusion, Shadows};
 use layersplat::volume::{Grid, Rescale, Volume};
 use layersplat::{Background, Device, DeviceChoice, OpenOptions, Renderer, Settings, TransferFunction};
 
@@ -271,6 +272,28 @@ fn more_volumes_than_can_be_drawn_are_told() {
     scene.device.expect_nothing();
 }
 
+/// Shadows and ambient occlusion are those of the library's channels.
+#[test]
+fn volumes_shade_each_other() {
+    let (scene, expected) = (Scene::new(), Expected::new());
+    let (_, other) = other(&scene);
+    show(&scene, &[&scene.volume, &other]);
+    let plain = bytes(&scene);
+    let mut renderer = Renderer::from_channels(&channels(&expected, DAffine3::IDENTITY)).unwrap();
+    let unlimited = Settings { unit_distance: None, ..expected.settings };
+    let shadows = Settings { shadows: Some(Shadows::default()), ..unlimited };
+    let occlusion = Settings { ambient_occlusion: Some(AmbientOcclusion::default()), ..unlimited };
+    for (name, settings) in [(c"shadows", shadows), (c"ambientOcclusion", occlusion)] {
+        scene.renderer.set_flag(name, true).commit();
+        let found = bytes(&scene);
+        scene.device.expect_nothing();
+        let (drawn, _) = renderer.render_rgba8(&expected.camera, expected.viewport, &settings, Background::BLACK).unwrap();
+        assert!(difference(&found, drawn.as_chunks().0) <= STEP, "{name:?}");
+        assert!(difference(&found, &plain) > STEP, "{name:?} is seen");
+        scene.renderer.unset(name).commit();
+    }
+}
+
 /// What the library draws of one volume only is told once, and left out.
 #[test]
 fn what_several_volumes_cannot_have_is_told() {
@@ -278,17 +301,13 @@ fn what_several_volumes_cannot_have_is_told() {
     let (field, other) = other(&scene);
     show(&scene, &[&scene.volume, &other]);
     let before = bytes(&scene);
-    for (name, text) in
-        [(c"shadows", "without shadows"), (c"ambientOcclusion", "without shadows"), (c"clipToBounds", "no effect")]
-    {
-        scene.renderer.set_flag(name, true).commit();
-        assert_eq!(bytes(&scene), before);
-        scene.device.expect(text);
-        scene.frame.render();
-        scene.device.expect_nothing();
-        scene.renderer.unset(name).commit();
-        scene.frame.render();
-    }
+    scene.renderer.set_flag(c"clipToBounds", true).commit();
+    assert_eq!(bytes(&scene), before);
+    scene.device.expect("no effect");
+    scene.frame.render();
+    scene.device.expect_nothing();
+    scene.renderer.unset(c"clipToBounds").commit();
+    scene.frame.render();
     scene.renderer.set_text(c"quality", c"paper").commit();
     assert_eq!(bytes(&scene), before);
     scene.device.expect("'paper' draws one");
