@@ -110,6 +110,72 @@ fn masks_leave_what_lies_within() {
     refused(f, &["render", "block_16x16x16_uint8.raw", "--mask", "mask.nrrd:5"], 2, &["no label has the id 5"]);
 }
 
+/// One scan given twice, each time within other labels, has a transfer function per label: the picture is that of two files in which the
+/// other voxels were blanked by hand.
+#[test]
+fn each_field_has_a_mask_of_its_own() {
+    let folder = tempfile::tempdir().unwrap();
+    let f = folder.path();
+    let write = |name: &str, keep: &dyn Fn(usize) -> bool, value: &dyn Fn(usize) -> u8| {
+        let voxels: Vec<u8> = (0..4096).map(|n| if keep(n) { value(n) } else { 0 }).collect();
+        std::fs::write(f.join(name), voxels).unwrap();
+    };
+    let value = |n: usize| (10 * (n % 16) + 3 * (n / 256)) as u8;
+    write("scan_16x16x16_uint8.raw", &|n| n > 0, &value);
+    write("left_16x16x16_uint8.raw", &|n| n % 16 < 7, &value);
+    write("right_16x16x16_uint8.raw", &|n| n % 16 >= 9 && n / 256 > 3, &value);
+    // The labels 1 and 2 side by side, and 4 between them and below.
+    let id = |n: usize| {
+        if n % 16 < 7 {
+            1
+        } else if n % 16 >= 9 && n / 256 > 3 {
+            2
+        } else {
+            4u8
+        }
+    };
+    std::fs::create_dir(f.join("sub")).unwrap();
+    let header = "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 16 16 16\nspacings: 1 1 1\nencoding: raw\n\n";
+    let ids: Vec<u8> = (0..4096).map(id).collect();
+    std::fs::write(f.join("sub/ids.nrrd"), [header.as_bytes(), &ids].concat()).unwrap();
+    let first = ["--transfer", "fire", "--opacity", "20:0,200:0.4", "--fit", "volume"];
+    let second = "transfer=cool-warm,opacity=20:0,90:0.3,range=0,200";
+    let draw = |file: &str, mask: Option<&str>, with: &str| {
+        let mask: Vec<&str> = mask.into_iter().flat_map(|mask| ["--mask", mask]).collect();
+        picture(f, &[&[file], &mask[..], &first, &["--with", with]].concat())
+    };
+    let by_hand = draw("left_16x16x16_uint8.raw", None, &format!("right_16x16x16_uint8.raw,{second}"));
+    let masked =
+        draw("scan_16x16x16_uint8.raw", Some("sub/ids.nrrd:1"), &format!("scan_16x16x16_uint8.raw,mask=sub/ids.nrrd:2,{second}"));
+    assert!(masked == by_hand);
+    assert!(draw("scan_16x16x16_uint8.raw", None, &format!("scan_16x16x16_uint8.raw,mask=sub/ids.nrrd:2,{second}")) != by_hand);
+    // A scene masks its first field, too, and names the mask relative to itself.
+    let fields = |first: &str| {
+        format!(
+            r#"[{{{first}"mask": "ids.nrrd:1"}}, {{"file": "../scan_16x16x16_uint8.raw", "mask": "ids.nrrd:2", "transfer": "cool-warm", "opacity": [[20, 0], [90, 0.3]], "range": [0, 200]}}]"#
+        )
+    };
+    for (first_field, volume) in [("", Some("scan_16x16x16_uint8.raw")), (r#""file": "../scan_16x16x16_uint8.raw", "#, None)] {
+        std::fs::write(f.join("sub/scene.json"), fields(first_field)).unwrap();
+        let volume: Vec<&str> = volume.into_iter().collect();
+        assert!(picture(f, &[&volume, &first[..], &["--scene", "sub/scene.json"]].concat()) == by_hand, "{first_field}");
+    }
+    // Refused masks.
+    let far = header.replace(
+        "spacings: 1 1 1",
+        "space: left-posterior-superior\nspace directions: (1,0,0) (0,1,0) (0,0,1)\nspace origin: (500,0,0)",
+    );
+    std::fs::write(f.join("far.nrrd"), [far.as_bytes(), &ids].concat()).unwrap();
+    for (mask, code, words) in [
+        ("far.nrrd", 1, &["none of its 16x16x16 voxels", "far.nrrd", "placement"][..]),
+        ("sub/ids.nrrd:9", 2, &["no label has the id 9", "1 to 4"]),
+        ("nothing.nrrd:1", 1, &["nothing.nrrd"]),
+    ] {
+        let with = format!("scan_16x16x16_uint8.raw,mask={mask}");
+        refused(f, &[&["render", "scan_16x16x16_uint8.raw", "--with", &with], &SIZE[..]].concat(), code, words);
+    }
+}
+
 #[test]
 fn mistakes_are_named() {
     let folder = tempfile::tempdir().unwrap();

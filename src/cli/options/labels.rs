@@ -1,5 +1,6 @@
 //! Options for volumes of labels.
 
+use super::mask::Mask;
 use crate::Error;
 use crate::cli::parse;
 use crate::volume::{LabelChange, Labels, OpenOptions, Volume};
@@ -25,32 +26,11 @@ pub(in crate::cli) struct LabelOptions {
     pub only_asked: bool,
 }
 
-/// Labels within which a volume shows.
-#[derive(Clone)]
-struct Mask {
-    file: PathBuf,
-    /// Chosen labels; all if none.
-    only: Option<LabelChange>,
-}
-
-impl Mask {
-    /// Parses `FILE` or `FILE:IDS`. Names of files may have colons.
-    fn from_text(text: &str) -> Result<Self, String> {
-        let whole = || Ok(Self { file: text.into(), only: None });
-        match text.rsplit_once(':').filter(|(file, _)| Path::new(file).exists() && !Path::new(text).exists()) {
-            Some((file, ids)) => Ok(Self { file: file.into(), only: Some(parse::label(&format!("{ids}:only"))?) }),
-            None => whole(),
-        }
-    }
-}
-
 impl LabelOptions {
     /// Applies `--mask`.
     pub fn masked(&self, volume: Volume<'static>) -> Result<Volume<'static>, Error> {
-        let Some(Mask { file, only }) = &self.mask else { return Ok(volume) };
-        let mut labels = Labels::open(file, &OpenOptions::default(), None)?;
-        only.iter().try_for_each(|change| labels.change(change))?;
-        volume.masked(&labels)
+        let Some(mask) = &self.mask else { return Ok(volume) };
+        mask.applied_to(&volume)
     }
 
     /// Whether the options say that voxels are labels.

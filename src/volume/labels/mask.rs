@@ -32,7 +32,11 @@ impl Volume<'_> {
             }
         });
         if kept.iter().all(|&kept| kept == 0) {
-            let problem = format!("none of its {x}x{y}x{z} voxels lies within a visible label of the mask");
+            let problem = format!(
+                "none of its {x}x{y}x{z} voxels lies within a visible label of the mask {}: check the placement of both, or choose \
+                 other labels",
+                mask.name()
+            );
             return Err(Error::volume(Path::new(self.name()), problem));
         }
         self.with_voxels_where(&kept)

@@ -106,6 +106,11 @@ impl Labels {
         Ok(!is_builtin && format::labels(path, options)?.is_some())
     }
 
+    /// Name of the file, for messages.
+    pub(in crate::volume) fn name(&self) -> String {
+        self.layers[0].path.display().to_string()
+    }
+
     /// The layers, at least one.
     pub fn layers(&self) -> &[LabelLayer] {
         &self.layers
