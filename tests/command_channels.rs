@@ -74,6 +74,57 @@ fn labels_of_a_file_are_drawn_as_such() {
     );
 }
 
+/// Depths of labels come with the ids that are seen there: of visible ones, and none beside them.
+#[test]
+fn ids_stand_beside_depths_of_labels() {
+    let folder = tempfile::tempdir().unwrap();
+    let f = folder.path();
+    // Two halves of a block, and another label before them.
+    let id = |n: usize| match [n % 12, n / 12 % 12, n / 144] {
+        [.., 9] => 5u32,
+        [x, .., 2..9] => {
+            if x < 6 {
+                3
+            } else {
+                70_000
+            }
+        }
+        _ => 0,
+    };
+    let header = "NRRD0004\ntype: uint32\ndimension: 3\nsizes: 12 12 12\nspacings: 1 1 1\nendian: little\nencoding: raw\n\n";
+    let ids: Vec<u8> = (0..12 * 12 * 12).flat_map(|n| id(n).to_le_bytes()).collect();
+    std::fs::write(f.join("halves.nrrd"), [header.as_bytes(), &ids].concat()).unwrap();
+    // Column by column along the middle row: ids, and whether there is a depth.
+    let middle = |arguments: &[&str]| {
+        let common = ["--size", "40x30", "--depth", "--device-unchecked", "--azimuth", "0", "--elevation", "0", "-o", "d.exr"];
+        let output = layersplat(f, &[&["render", "halves.nrrd"], arguments, &common].concat());
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        let image = exr::prelude::read_first_flat_layer_from_file(f.join("d.exr")).unwrap();
+        let channels = image.layer_data.channel_data.list;
+        let named = |name: &str| channels.iter().find(|channel| channel.name.eq(name)).map(|channel| channel.sample_data.clone());
+        let row = 15 * 40..16 * 40;
+        let depths: Vec<f32> = named("Z").unwrap().values_as_f32().collect();
+        let ids = named("id").map(|data| match data {
+            exr::prelude::FlatSamples::U32(ids) => ids[row.clone()].to_vec(),
+            other => panic!("{other:?}"),
+        });
+        (ids, depths[row].iter().map(|depth| depth.is_finite()).collect::<Vec<_>>())
+    };
+    for projection in [&[][..], &["--perspective", "40"]] {
+        let (ids, seen) = middle(&[&["--labels", "--label", "5:hide"], projection].concat());
+        let ids = ids.unwrap();
+        assert!(ids.iter().zip(&seen).all(|(&id, &seen)| (id != 0) == seen), "{ids:?}");
+        let runs: Vec<u32> = ids.chunk_by(|a, b| a == b).map(|run| run[0]).collect();
+        assert_eq!(runs, [0, 3, 70_000, 0]);
+        let share = ids.iter().filter(|&&id| id == 3).count() as f64 / ids.iter().filter(|&&id| id != 0).count() as f64;
+        assert!((share - 0.5).abs() < 0.1, "{share}");
+        let front = middle(&[&["--labels"], projection].concat()).0.unwrap();
+        assert!(front.iter().all(|id| [0, 5].contains(id)) && front.contains(&5), "{front:?}");
+    }
+    // Values have no ids.
+    assert!(middle(&[]).0.is_none());
+}
+
 /// Within a ball of labels, on a grid of its own, a cube is a ball.
 #[test]
 fn masks_leave_what_lies_within() {

@@ -118,6 +118,11 @@ impl Shown {
         }
     }
 
+    /// The labels, if it is some.
+    pub fn labels(&self) -> Option<&Labels> {
+        if let Self::Labels(labels, _) = self { Some(labels) } else { None }
+    }
+
     /// Names and colours of the visible labels.
     pub fn legend(&self) -> Option<Legend> {
         let Self::Labels(labels, _) = self else { return None };

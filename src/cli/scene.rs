@@ -21,7 +21,7 @@ use crate::renderer::SeenVolume;
 use crate::settings::{Blend, CropBox, Settings};
 use crate::transfer::{TransferFunction, Value};
 use crate::viewport::Viewport;
-use crate::volume::{Grid, Sequence, Volume};
+use crate::volume::{Grid, Labels, Sequence, Volume};
 use clap::Args;
 use glam::DVec3;
 use std::rc::Rc;
@@ -214,6 +214,11 @@ impl Scene {
     /// Whether the volume is drawn together with others, or not as one alone.
     pub fn has_channels(&self) -> bool {
         !self.others.is_empty() || self.look != Look::default()
+    }
+
+    /// The labels that the picture shows.
+    pub fn labels(&self) -> Option<&Labels> {
+        self.shown.as_ref().and_then(Shown::labels)
     }
 
     /// A volume with the values of the volume, or of all steps of a sequence.

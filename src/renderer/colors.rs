@@ -2,6 +2,7 @@
 
 use super::check_whole;
 use super::field::{Field, Placement, UploadedVolume, value_range};
+use super::plan::Plan;
 use crate::device::launch::colors::{ColorVoxels, ColorVoxelsArguments, LabelVoxels, LabelVoxelsArguments};
 use crate::device::launch::structs::{ColorVoxelParams, Float4};
 use crate::device::launch::{Floats, Launcher, VoxelBuffer};
@@ -224,27 +225,43 @@ impl Out {
 }
 
 /// The settings of a frame of colours. Kernels with negative weights would make negative extinctions: the paper's cubic replaces them.
+/// Ray casting finds depths; [`refuse_pixels`] says that it draws no pictures.
 ///
 /// # Errors
 /// For algorithms and blend modes that do not draw colours.
 pub(super) fn color_settings(settings: Settings, are_labels: bool) -> Result<Settings, Error> {
-    let refuse = |field, what: &str| {
-        let problem = format!("{what}, which volumes of colours and labels do not have: omit it");
-        Err(Error::Settings { field, problem })
-    };
     if settings.blend != Blend::Composite {
-        return refuse("blend", "reduces single values");
+        return Err(refused("blend", "reduces single values"));
     }
-    let Algorithm::Layered(layered) = settings.algorithm else {
-        return refuse("algorithm", "classifies single values");
+    let without_negative = |kernel| if matches!(kernel, Kernel::CatmullRom | Kernel::BSpline) { Kernel::Cubic } else { kernel };
+    let algorithm = match settings.algorithm {
+        Algorithm::Layered(layered) => {
+            let Classification::Preintegrated { kernel, samples_per_layer } = layered.classification else {
+                return Err(refused("classification", "splats single values"));
+            };
+            let classification = Classification::Preintegrated { kernel: without_negative(kernel), samples_per_layer };
+            Algorithm::Layered(Layered { classification, ..layered })
+        }
+        Algorithm::Raycast { kernel, step } => Algorithm::Raycast { kernel: without_negative(kernel), step },
+        _ => return Err(refused("algorithm", CLASSIFIES)),
     };
-    let Classification::Preintegrated { kernel, samples_per_layer } = layered.classification else {
-        return refuse("classification", "splats single values");
-    };
-    let kernel = if matches!(kernel, Kernel::CatmullRom | Kernel::BSpline) { Kernel::Cubic } else { kernel };
-    let classification = Classification::Preintegrated { kernel, samples_per_layer };
     let smoothed = are_labels.then_some(GradientEstimator::Gaussian(LABEL_SMOOTHING));
-    let gradient = settings.gradient.or(smoothed);
-    let algorithm = Algorithm::Layered(Layered { classification, ..layered });
-    Ok(Settings { algorithm, gradient, ..settings })
+    Ok(Settings { algorithm, gradient: settings.gradient.or(smoothed), ..settings })
+}
+
+/// Why colours are not drawn per pixel of the screen, by any plan.
+pub(super) fn refuse_pixels(plan: &Plan) -> Error {
+    if matches!(plan, Plan::Raycast(..)) {
+        return refused("algorithm", CLASSIFIES);
+    }
+    let problem = "volumes of colours need a view in which all rays have one layer axis: move the eye away, or choose a smaller angle \
+                   of view";
+    Error::Settings { field: "algorithm", problem: problem.into() }
+}
+
+const CLASSIFIES: &str = "classifies single values";
+
+fn refused(field: &'static str, what: &str) -> Error {
+    let problem = format!("{what}, which volumes of colours and labels do not have: omit it");
+    Error::Settings { field, problem }
 }

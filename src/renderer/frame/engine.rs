@@ -2,7 +2,7 @@
 
 use super::super::channels::{Channel, Fields};
 use super::super::classification::{Classification, PreparationKernels};
-use super::super::colors::UploadedColors;
+use super::super::colors::{UploadedColors, refuse_pixels};
 use super::super::field::{Field, UploadedVolume};
 use super::super::layered::{PointLayers, SplatLayers};
 #[cfg(test)]
@@ -361,11 +361,8 @@ impl Engine {
     fn draw_screen(&mut self, view: View, plan: &Plan, gathers: RayOutput) -> Result<(), Error> {
         let Self { fields, kernels, light, passes, target, .. } = self;
         fields.with_scene(view, kernels, light, |scene| match *plan {
-            _ if scene.has_colors() => {
-                let problem = "volumes of colours need a view in which all rays have one layer axis: move the eye away, or choose a \
-                               smaller angle of view";
-                Err(Error::Settings { field: "algorithm", problem: problem.into() })
-            }
+            // Depths are those of the extinction.
+            _ if scene.has_colors() && gathers == RayOutput::Colors => Err(refuse_pixels(plan)),
             Plan::Raycast(kernel, step) => passes.rays.cast(scene, kernel, step, gathers, target),
             // Several fields are classified at each sample of a ray, not between them.
             Plan::CastSegments(kernel, step) if scene.channels() > 1 => passes.rays.cast(scene, kernel, step, gathers, target),

@@ -178,6 +178,11 @@ impl LabelLayer {
         self.voxels_of(id) as f64 * self.grid.spacing().element_product()
     }
 
+    /// The id of a voxel by its index.
+    pub(super) fn id(&self, voxel: usize) -> u32 {
+        self.stored.ids(&self.path, self.grid.dims()).id(voxel)
+    }
+
     /// Red, green, blue and opacity, 0 to 1, of each of [`ids`](Self::ids). The background and hidden labels have the opacity 0.
     pub fn palette(&self) -> Vec<[f64; 4]> {
         let of = |label: &Label| [label.color[0], label.color[1], label.color[2], label.drawn_opacity()];
