@@ -88,6 +88,7 @@ kernel_files!(
     "shared/span_lighting.cl",
     "shared/stagger.cl",
     "shared/table_entries.cl",
+    "shared/tint.cl",
     "shared/value_voxels.cl",
     "shared/vector.cl",
     "shared/volume.cl",

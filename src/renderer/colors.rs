@@ -118,7 +118,10 @@ impl UploadedColors {
             return Err(Error::Settings { field: "labels", problem: "there are no layers: give at least one".into() });
         };
         let grid = field.description().grid();
-        layers.iter().try_for_each(|(labels, entries)| check_labels(labels, entries, grid))?;
+        for (labels, entries) in layers {
+            check_whole(labels)?;
+            check_labels(labels.description(), entries, grid)?;
+        }
         device.begin(&[])?;
         let out = Out::new(device, grid.voxel_count())?;
         for (n, (labels, entries)) in layers.iter().enumerate() {
@@ -164,9 +167,8 @@ fn emission([r, g, b, opacity]: [f64; 4]) -> [f32; 4] {
     [extinction * r, extinction * g, extinction * b, extinction].map(|c| c as f32)
 }
 
-fn check_labels(labels: &UploadedVolume, entries: &[[f64; 4]], grid: &Grid) -> Result<(), Error> {
-    check_whole(labels)?;
-    let description = labels.description();
+/// Rejects a layer of labels whose voxels are no entries of a table, on another grid, or with entries that are no colours.
+pub(super) fn check_labels(description: &Description, entries: &[[f64; 4]], grid: &Grid) -> Result<(), Error> {
     let wrong = |problem: String| Err(Error::volume(std::path::Path::new(description.name()), problem));
     if description.grid() != grid {
         return wrong("its grid is not that of the first layer of labels".into());
@@ -177,6 +179,10 @@ fn check_labels(labels: &UploadedVolume, entries: &[[f64; 4]], grid: &Grid) -> R
     let largest = description.stored().range.1 as usize;
     if largest >= entries.len() {
         return wrong(format!("label {largest} has no colour: the table has {} entries", entries.len()));
+    }
+    let bad = entries.iter().enumerate().find(|(_, entry)| entry.iter().any(|c| !(0.0..=1.0).contains(c)));
+    if let Some((label, entry)) = bad {
+        return wrong(format!("label {label} has the colour and opacity {entry:?}: expected 0 to 1"));
     }
     Ok(())
 }

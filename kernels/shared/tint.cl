@@ -1,0 +1,78 @@
+// Colours of labels over a scan, in programs with TINTED.
+//
+// A voxel of the labels has red, green and blue times their weight, and the weight, as bytes, so that voxels without a label do not bleed a
+// colour. These four are interpolated linearly, on a grid of their own, which ends one voxel beyond its outer ones.
+
+#include "shared/elementary.cl"
+#include "shared/point.cl"
+
+#ifdef TINTED
+
+// Arguments of a kernel, and the last member of the ShadingSource that it makes of them.
+#define TINT_ARGUMENTS __global const uint *label_colors, TintParams tint_params,
+#define TINT_SOURCE , {label_colors, &tint_params}
+
+typedef struct {
+    __global const uint *colors;
+    const TintParams *params;
+} Tint;
+
+#ifdef GATHER_WORDS
+#define LABEL_COLORS(colors, at) GATHER_WORDS(colors, (at) * 4)
+#else
+#define LABEL_COLORS(colors, at) GATHER_AS(intv, (__global const int *)(colors), at)
+#endif
+
+// Position along axis n of the labels, in their voxels.
+static inline realv label_position(const TintParams *p, int n, Point point) {
+    const float *row = p->to_voxels + 4 * n;
+    return row[0] * point.u + (row[1] * point.v + (row[2] * point.a + row[3]));
+}
+
+// Lower voxel of a cell along an axis with `dims` voxels, and the position in the cell, 0 ... 1.
+static inline intv label_cell(int dims, realv position, realv *within) {
+    const realv clamped = CLAMP(position, (realv)(0.0f), (realv)(dims - 1));
+    const intv cell = CLAMP_INTV(CONVERT_INTV(clamped), 0, max(dims - 2, 0));
+    *within = clamped - CONVERT_REALV(cell);
+    return cell;
+}
+
+// Mixes a colour with that of the labels at a point: (1 - w) C + c, where c is their colour times the weight w.
+ALWAYS_INLINE void mix_label_color(const Tint *tint, Point point, realv *r, realv *g, realv *b) {
+    const TintParams *p = tint->params;
+    const realv x = label_position(p, 0, point), y = label_position(p, 1, point), z = label_position(p, 2, point);
+    const intv inside = x >= -1.0f && x <= p->dims_x && y >= -1.0f && y <= p->dims_y && z >= -1.0f && z <= p->dims_z;
+    if (!ANY(inside))
+        return;
+    realv s, t, u;
+    const intv i = label_cell(p->dims_x, x, &s), j = label_cell(p->dims_y, y, &t), k = label_cell(p->dims_z, z, &u);
+    const intv first = i + p->dims_x * (j + p->dims_y * k);
+    // To the next voxel; an axis with a single one has none.
+    const int steps[3] = {p->dims_x > 1 ? 1 : 0, p->dims_y > 1 ? p->dims_x : 0, p->dims_z > 1 ? p->dims_x * p->dims_y : 0};
+    intv words[8], any = 0;
+#pragma unroll
+    for (int n = 0; n < 8; n++) {
+        words[n] = LABEL_COLORS(tint->colors, first + ((n & 1) * steps[0] + (n >> 1 & 1) * steps[1] + (n >> 2) * steps[2]));
+        any |= words[n];
+    }
+    if (!ANY(inside && any != 0))
+        return;
+    realv color[4] = {(realv)(0.0f), (realv)(0.0f), (realv)(0.0f), (realv)(0.0f)};
+#pragma unroll
+    for (int n = 0; n < 8; n++) {
+        const realv weight = (n & 1 ? s : 1.0f - s) * (n & 2 ? t : 1.0f - t) * (n & 4 ? u : 1.0f - u);
+#pragma unroll
+        for (int c = 0; c < 4; c++)
+            color[c] += weight * CONVERT_REALV((words[n] >> (8 * c)) & 255);
+    }
+    const realv scale = inside ? (realv)(1.0f / 255.0f) : (realv)(0.0f);
+    const realv left = 1.0f - color[3] * scale;
+    *r = left * *r + color[0] * scale;
+    *g = left * *g + color[1] * scale;
+    *b = left * *b + color[2] * scale;
+}
+
+#else
+#define TINT_ARGUMENTS
+#define TINT_SOURCE
+#endif

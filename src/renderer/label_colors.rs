@@ -1,0 +1,166 @@
+//! Colours of labels over a scan: the scan's opacity, the labels' colours.
+
+use super::colors::check_labels;
+use crate::device::launch::structs::TintParams;
+use crate::device::launch::tinted::Tint;
+use crate::device::{Buffer, Device};
+use crate::error::Error;
+use crate::layers::AxisFrame;
+use crate::memory;
+use crate::settings::{Blend, Settings};
+use crate::volume::{Description, Grid, Labels, Volume};
+use glam::{DAffine3, DVec3};
+use rayon::prelude::*;
+use std::path::Path;
+use std::sync::Arc;
+
+/// Largest number of voxels: kernels count bytes in 32 bits.
+const MOST_VOXELS: usize = 1 << 29;
+
+/// Colours of labels on a device, which a scan is drawn in: [`Renderer::set_label_colors`](super::Renderer::set_label_colors). Four bytes per
+/// voxel of the labels, on a grid of their own.
+///
+/// The colour of a scan C becomes (1 − w) C + w L where labels have the colour L and the opacity w, before lighting; its opacity stays. Voxels
+/// without a label and hidden labels have w = 0. Both are interpolated linearly between the voxels of the labels, weighted by w, and end one
+/// voxel beyond these.
+#[derive(Clone)]
+pub struct LabelColors {
+    pub(super) device: Device,
+    name: String,
+    grid: Grid,
+    colors: Arc<Buffer<u32>>,
+}
+
+impl LabelColors {
+    /// Uploads the colours of labels, in layers that may overlap, on one grid: of each layer, voxel n has entry n, a colour and an opacity.
+    /// Where layers overlap, their weights add, at most to 1.
+    ///
+    /// # Errors
+    /// Without layers, for other grids, for voxels that are not unsigned integers or have no entry, for colours and opacities that are not 0
+    /// to 1, for more than 2^29 voxels, and for too little memory.
+    pub fn new(device: &Device, layers: &[(&Volume, &[[f64; 4]])]) -> Result<Self, Error> {
+        let Some((first, _)) = layers.first() else {
+            return Err(Error::Settings { field: "labels", problem: "there are no layers: give at least one".into() });
+        };
+        let (name, grid) = (first.name(), first.grid());
+        layers.iter().try_for_each(|(labels, entries)| check_labels(labels.description(), entries, grid))?;
+        let count = grid.voxel_count();
+        if count > MOST_VOXELS {
+            let problem =
+                format!("it has {count} voxels, and at most {MOST_VOXELS} can colour a scan: crop it or make it coarser");
+            return Err(Error::volume(Path::new(name), problem));
+        }
+        let layers: Vec<Layer> = layers.iter().map(|(labels, entries)| Layer::new(labels, entries)).collect();
+        let mut words: Vec<u32> = memory::zeroed(name, count)?;
+        words.par_iter_mut().enumerate().for_each(|(n, word)| *word = color_at(&layers, n));
+        let colors = Arc::new(Buffer::from_slice(device, &words, "the colours of labels")?);
+        Ok(Self { device: device.clone(), name: name.into(), grid: grid.clone(), colors })
+    }
+
+    /// Uploads the colours of the labels of a file.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new) and [`LabelLayer::indices`](crate::volume::LabelLayer::indices).
+    pub fn from_labels(device: &Device, labels: &Labels) -> Result<Self, Error> {
+        let indices = labels.layers().iter().map(|layer| layer.indices(None)).collect::<Result<Vec<_>, _>>()?;
+        let palettes: Vec<_> = labels.layers().iter().map(|layer| layer.palette()).collect();
+        let layers: Vec<_> = indices.iter().zip(palettes.iter().map(Vec::as_slice)).collect();
+        Self::new(device, &layers)
+    }
+
+    /// The grid of the labels over a scan. Labels whose file states no placement, as NumPy arrays, have that of a scan of their size.
+    ///
+    /// # Errors
+    /// If no voxel of the labels lies in the scan's box, and for labels of another size without a placement.
+    pub(super) fn grid_over(&self, scan: &Description) -> Result<Grid, Error> {
+        let wrong = |problem: String| Error::volume(Path::new(&self.name), problem);
+        let (own, other) = (self.grid.dims(), scan.grid().dims());
+        let size = |[x, y, z]: [usize; 3]| format!("{x}x{y}x{z}");
+        if !self.is_placed() {
+            if own == other {
+                return Ok(scan.grid().clone());
+            }
+            let problem = format!(
+                "its labels of {} voxels do not fit {} of {} voxels, and it states no spacing and origin: give labels of that size, or \
+                 a file that states both, such as NRRD or NIfTI",
+                size(own),
+                scan.name(),
+                size(other)
+            );
+            return Err(wrong(problem));
+        }
+        let moved = self.grid.index_to_world().inverse() * scan.grid().index_to_world();
+        let corner =
+            |n: usize| DVec3::from_array(std::array::from_fn(|i| if n >> i & 1 == 0 { 0.0 } else { other[i] as f64 - 1.0 }));
+        let corners: Vec<DVec3> = (0..8).map(|n| moved.transform_point3(corner(n))).collect();
+        let lowest = corners.iter().copied().reduce(DVec3::min).expect("eight corners");
+        let highest = corners.iter().copied().reduce(DVec3::max).expect("eight corners");
+        let last = DVec3::from_array(own.map(|n| n as f64));
+        if lowest.cmpgt(last).any() || highest.cmplt(DVec3::NEG_ONE).any() {
+            let [of_labels, of_scan] = [&self.grid, scan.grid()].map(|grid| grid.centre());
+            let problem = format!(
+                "its labels lie outside {}: their centre is at {of_labels}, and that of the volume at {of_scan}; check the placement of both",
+                scan.name()
+            );
+            return Err(wrong(problem));
+        }
+        Ok(self.grid.clone())
+    }
+
+    /// Whether the labels have another placement than that of files which state none.
+    fn is_placed(&self) -> bool {
+        Grid::new(self.grid.dims(), DVec3::ONE).is_ok_and(|unplaced| unplaced.index_to_world() != self.grid.index_to_world())
+    }
+
+    /// Kernel arguments for points of a scan, along the axes of `frame`.
+    ///
+    /// # Errors
+    /// As [`grid_over`](Self::grid_over).
+    pub(super) fn tint(&self, scan: &Description, frame: AxisFrame) -> Result<Tint<'_>, Error> {
+        let moved: DAffine3 = self.grid_over(scan)?.index_to_world().inverse() * scan.grid().index_to_world();
+        let columns = [frame.u, frame.v, frame.a].map(|axis| moved.matrix3.col(axis));
+        let row = |n: usize| [columns[0][n], columns[1][n], columns[2][n], moved.translation[n]].map(|c| c as f32);
+        let params = TintParams { to_voxels: [row(0), row(1), row(2)], dims: self.grid.dims().map(|n| n as i32) };
+        Ok(Tint { label_colors: &self.colors, params })
+    }
+}
+
+/// A layer of labels.
+struct Layer<'a> {
+    labels: &'a Volume<'a>,
+    /// Red, green and blue times their weight, and the weight, 0 to 1, per label.
+    entries: Vec<[f64; 4]>,
+}
+
+impl<'a> Layer<'a> {
+    fn new(labels: &'a Volume<'a>, entries: &[[f64; 4]]) -> Self {
+        let weighted = |&[r, g, b, weight]: &[f64; 4]| [weight * r, weight * g, weight * b, weight];
+        Self { labels, entries: entries.iter().map(weighted).collect() }
+    }
+
+    fn at(&self, voxel: usize) -> [f64; 4] {
+        self.entries[self.labels.description().rescale().stored(self.labels.value(voxel)) as usize]
+    }
+}
+
+/// Weighted colour of a voxel, and its weight, as bytes of a word.
+fn color_at(layers: &[Layer], voxel: usize) -> u32 {
+    let mut sum = [0.0f64; 4];
+    for layer in layers {
+        (0..4).zip(layer.at(voxel)).for_each(|(c, own)| sum[c] += own);
+    }
+    let bytes = sum.map(|c| (255.0 * c / sum[3].max(1.0)).round() as u8);
+    u32::from_le_bytes(bytes)
+}
+
+/// Rejects settings of frames that have no colours of labels.
+///
+/// # Errors
+/// [`Error::Settings`] for blend modes that reduce values.
+pub(super) fn check_tinted(settings: &Settings) -> Result<(), Error> {
+    if matches!(settings.blend, Blend::Composite | Blend::Iso(_)) {
+        return Ok(());
+    }
+    let problem = "reduces values, which have no colours of labels: omit one of both".into();
+    Err(Error::Settings { field: "blend", problem })
+}
