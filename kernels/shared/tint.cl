@@ -1,7 +1,7 @@
 // Colours of labels over a scan, in programs with TINTED.
 //
 // A voxel of the labels has red, green and blue times their weight, and the weight, as bytes, so that voxels without a label do not bleed a
-// colour. These four are interpolated linearly, on a grid of their own, which ends one voxel beyond its outer ones.
+// colour. These four are interpolated linearly, on a grid of their own. Beyond it, the outer voxels go on for a while.
 
 #include "shared/elementary.cl"
 #include "shared/point.cl"
@@ -41,7 +41,9 @@ static inline intv label_cell(int dims, realv position, realv *within) {
 ALWAYS_INLINE void mix_label_color(const Tint *tint, Point point, realv *r, realv *g, realv *b) {
     const TintParams *p = tint->params;
     const realv x = label_position(p, 0, point), y = label_position(p, 1, point), z = label_position(p, 2, point);
-    const intv inside = x >= -1.0f && x <= p->dims_x && y >= -1.0f && y <= p->dims_y && z >= -1.0f && z <= p->dims_z;
+    const float before = -p->beyond, behind = p->beyond - 1.0f;
+    const intv inside = x >= before && x <= p->dims_x + behind && y >= before && y <= p->dims_y + behind && z >= before &&
+                        z <= p->dims_z + behind;
     if (!ANY(inside))
         return;
     realv s, t, u;

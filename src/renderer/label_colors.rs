@@ -16,13 +16,15 @@ use std::sync::Arc;
 
 /// Largest number of voxels: kernels count bytes in 32 bits.
 const MOST_VOXELS: usize = 1 << 29;
+/// Distance in voxels below which corners of two grids are one: files round placements.
+const SAME: f64 = 0.1;
 
 /// Colours of labels on a device, which a scan is drawn in: [`Renderer::set_label_colors`](super::Renderer::set_label_colors). Four bytes per
 /// voxel of the labels, on a grid of their own.
 ///
 /// The colour of a scan C becomes (1 − w) C + w L where labels have the colour L and the opacity w, before lighting; its opacity stays. Voxels
-/// without a label and hidden labels have w = 0. Both are interpolated linearly between the voxels of the labels, weighted by w, and end one
-/// voxel beyond these.
+/// without a label and hidden labels have w = 0. Both are interpolated linearly between the voxels of the labels, weighted by w. Labels end one
+/// voxel beyond their grid, unless that is the scan's: then they colour all that shows of it.
 #[derive(Clone)]
 pub struct LabelColors {
     pub(super) device: Device,
@@ -89,12 +91,10 @@ impl LabelColors {
             );
             return Err(wrong(problem));
         }
-        let moved = self.grid.index_to_world().inverse() * scan.grid().index_to_world();
-        let corner =
-            |n: usize| DVec3::from_array(std::array::from_fn(|i| if n >> i & 1 == 0 { 0.0 } else { other[i] as f64 - 1.0 }));
-        let corners: Vec<DVec3> = (0..8).map(|n| moved.transform_point3(corner(n))).collect();
-        let lowest = corners.iter().copied().reduce(DVec3::min).expect("eight corners");
-        let highest = corners.iter().copied().reduce(DVec3::max).expect("eight corners");
+        let corners =
+            corners(other).map(|corner| self.grid.world_to_voxel(scan.grid().index_to_world().transform_point3(corner)));
+        let lowest = corners.into_iter().reduce(DVec3::min).expect("eight corners");
+        let highest = corners.into_iter().reduce(DVec3::max).expect("eight corners");
         let last = DVec3::from_array(own.map(|n| n as f64));
         if lowest.cmpgt(last).any() || highest.cmplt(DVec3::NEG_ONE).any() {
             let [of_labels, of_scan] = [&self.grid, scan.grid()].map(|grid| grid.centre());
@@ -117,12 +117,22 @@ impl LabelColors {
     /// # Errors
     /// As [`grid_over`](Self::grid_over).
     pub(super) fn tint(&self, scan: &Description, frame: AxisFrame) -> Result<Tint<'_>, Error> {
-        let moved: DAffine3 = self.grid_over(scan)?.index_to_world().inverse() * scan.grid().index_to_world();
+        let grid = self.grid_over(scan)?;
+        let moved: DAffine3 = grid.index_to_world().inverse() * scan.grid().index_to_world();
+        let stays = |corner: DVec3| moved.transform_point3(corner).distance(corner) < SAME;
+        let is_same = grid.dims() == scan.grid().dims() && corners(grid.dims()).into_iter().all(stays);
+        let beyond = if is_same { f32::MAX } else { 1.0 };
         let columns = [frame.u, frame.v, frame.a].map(|axis| moved.matrix3.col(axis));
         let row = |n: usize| [columns[0][n], columns[1][n], columns[2][n], moved.translation[n]].map(|c| c as f32);
-        let params = TintParams { to_voxels: [row(0), row(1), row(2)], dims: self.grid.dims().map(|n| n as i32) };
+        let params = TintParams { to_voxels: [row(0), row(1), row(2)], dims: grid.dims().map(|n| n as i32), beyond };
         Ok(Tint { label_colors: &self.colors, params })
     }
+}
+
+/// The outermost voxels of a grid.
+fn corners(dims: [usize; 3]) -> [DVec3; 8] {
+    let last = |n: usize| dims[n] as f64 - 1.0;
+    std::array::from_fn(|n| DVec3::from_array(std::array::from_fn(|i| if n >> i & 1 == 0 { 0.0 } else { last(i) })))
 }
 
 /// A layer of labels.

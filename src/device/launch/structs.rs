@@ -109,6 +109,8 @@ kernel_struct! {
         to_voxels: [[f32; 4]; 3],
         /// Voxels of the labels along x, y, z.
         dims as [dims_x, dims_y, dims_z]: i32,
+        /// Voxels of the labels for which the outer ones go on beyond their grid.
+        beyond: f32,
     }
 }
 
