@@ -255,8 +255,6 @@ fn mistakes_are_named() {
         assert!(matches!(error, Error::Volume { .. }), "{error:?}");
         error.to_string()
     };
-    let message = refused(&other);
-    assert!(message.contains("4x4x4") && message.contains("26x22x24") && message.contains("spacing and origin"), "{message}");
     let far = Grid::oriented([4; 3], DVec3::ONE, DVec3::new(500.0, 0.0, 0.0), DMat3::IDENTITY).unwrap();
     let message = refused(&Volume::new("far.nrrd", far, vec![1u8; 64]).unwrap());
     assert!(message.contains("far.nrrd: its labels lie outside scan") && message.contains("placement"), "{message}");

@@ -17,7 +17,7 @@ use clap::{Args, ValueEnum};
 #[command(next_help_heading = "Channels")]
 pub(super) struct ColorOptions {
     /// Use the first three or four components of the file as red, green, blue and opacity
-    #[arg(long, value_name = "HOW", conflicts_with_all = ["channels", "channel", "with", "scene", "labels", "label"])]
+    #[arg(long, value_name = "HOW", conflicts_with_all = ["channels", "channel", "with", "scene", "labels", "label", "label_colors"])]
     colors: Option<Colors>,
     /// Opacity of colours: alpha, luminance (then by --opacity), or a colour that is transparent, as white [default: alpha if there is one, else luminance]
     #[arg(long, value_name = "FROM", value_parser = color_opacity, requires = "colors")]
@@ -125,13 +125,7 @@ impl Shown {
 
     /// Names and colours of the visible labels.
     pub fn legend(&self) -> Option<Legend> {
-        let Self::Labels(labels, _) = self else { return None };
-        let visible = labels.layers().iter().flat_map(|layer| layer.present()).filter(|label| label.drawn_opacity() > 0.0);
-        let entry = |label: &crate::volume::Label| {
-            let name = label.name.clone().unwrap_or_else(|| format!("label {}", label.id));
-            LegendEntry { name, color: label.color }
-        };
-        Some(Legend { entries: visible.map(entry).collect() })
+        self.labels().map(legend_of)
     }
 
     /// The colours on a device.
@@ -147,4 +141,14 @@ impl Shown {
             }
         }
     }
+}
+
+/// Names and colours of the visible labels.
+pub(super) fn legend_of(labels: &Labels) -> Legend {
+    let visible = labels.layers().iter().flat_map(|layer| layer.present()).filter(|label| label.drawn_opacity() > 0.0);
+    let entry = |label: &crate::volume::Label| {
+        let name = label.name.clone().unwrap_or_else(|| format!("label {}", label.id));
+        LegendEntry { name, color: label.color }
+    };
+    Legend { entries: visible.map(entry).collect() }
 }

@@ -3,7 +3,7 @@
 use super::blending::BlendOptions;
 use super::channels::{ChannelOptions, Field, Look};
 use super::check;
-use super::colors::{ColorOptions, Shown};
+use super::colors::{ColorOptions, Shown, legend_of};
 use super::notice;
 use super::numbers::shortened;
 use super::options::{
@@ -65,6 +65,8 @@ pub(super) struct Scene {
     pub others: Vec<Field>,
     /// Colours or labels that are shown instead of values.
     pub shown: Option<Shown>,
+    /// Labels in whose colours the volume is drawn.
+    pub label_colors: Option<Labels>,
     /// Names and colours for the legend, instead of the transfer function's.
     pub legend: Option<Legend>,
     pub settings: Settings,
@@ -157,7 +159,9 @@ impl Scene {
             },
         };
         let look = fields.first_look(&volume);
+        let label_colors = options.labels.label_colors()?;
         let legend = fields.legend(&volume).or_else(|| shown.as_ref().and_then(Shown::legend));
+        let legend = legend.or_else(|| label_colors.as_ref().map(legend_of));
         let others = fields.into_others(settings.blend)?;
         // A function that options have changed is the user's own.
         if processes.leads() && !options.transfer.changes_opacity() {
@@ -174,6 +178,7 @@ impl Scene {
             look,
             others,
             shown,
+            label_colors,
             legend,
             settings,
             device,
@@ -204,10 +209,10 @@ impl Scene {
 
     /// Rejects several fields, colours and labels, which `what` does not draw.
     pub fn require_one_field(&self, what: &str) -> Result<(), Error> {
-        if !self.has_channels() && self.shown.is_none() {
+        if !self.has_channels() && self.shown.is_none() && self.label_colors.is_none() {
             return Ok(());
         }
-        let problem = format!("{what} show the values of one field: choose one, or use render or rotate");
+        let problem = format!("{what} show the values of one field in its own colours: choose one, or use render or rotate");
         Err(Error::Settings { field: "channels", problem })
     }
 
@@ -216,9 +221,15 @@ impl Scene {
         !self.others.is_empty() || self.look != Look::default()
     }
 
-    /// The labels that the picture shows.
-    pub fn labels(&self) -> Option<&Labels> {
-        self.shown.as_ref().and_then(Shown::labels)
+    /// Id of the label that is seen at a position, or 0; `None` if there are no labels.
+    pub fn label_at(&self) -> Option<impl Fn(DVec3) -> u32 + Sync> {
+        let drawn = self.shown.as_ref().and_then(Shown::labels);
+        let labels = drawn.or(self.label_colors.as_ref())?;
+        Some(move |position| {
+            // Smooth surfaces of labels reach beyond their voxels; those of a scan have a colour where the labels are.
+            let label = if drawn.is_some() { labels.visible_label_near(position) } else { labels.label_at(position) };
+            label.map_or(0, |label| label.id)
+        })
     }
 
     /// A volume with the values of the volume, or of all steps of a sequence.

@@ -168,11 +168,8 @@ impl<'a> Studio<'a> {
     pub fn depths(&mut self, camera: &Camera, size: Viewport) -> Result<Depths, Error> {
         let inner = self.inner(size);
         let depths = self.viewer.renderer().depths(camera, inner, &self.scene.settings)?;
-        let depths = match self.scene.labels() {
-            Some(labels) => {
-                let id = |position| labels.visible_label_near(position).map_or(0, |label| label.id);
-                depths.with_ids(camera, id)?
-            }
+        let depths = match self.scene.label_at() {
+            Some(id_at) => depths.with_ids(camera, id_at)?,
             None => depths,
         };
         depths.within(size)

@@ -30,6 +30,8 @@ pub struct LabelColors {
     pub(super) device: Device,
     name: String,
     grid: Grid,
+    /// Whether their file states a placement.
+    is_placed: bool,
     colors: Arc<Buffer<u32>>,
 }
 
@@ -56,7 +58,8 @@ impl LabelColors {
         let mut words: Vec<u32> = memory::zeroed(name, count)?;
         words.par_iter_mut().enumerate().for_each(|(n, word)| *word = color_at(&layers, n));
         let colors = Arc::new(Buffer::from_slice(device, &words, "the colours of labels")?);
-        Ok(Self { device: device.clone(), name: name.into(), grid: grid.clone(), colors })
+        let is_placed = first.contents().states_spacing;
+        Ok(Self { device: device.clone(), name: name.into(), grid: grid.clone(), is_placed, colors })
     }
 
     /// Uploads the colours of the labels of a file.
@@ -78,10 +81,10 @@ impl LabelColors {
         let wrong = |problem: String| Error::volume(Path::new(&self.name), problem);
         let (own, other) = (self.grid.dims(), scan.grid().dims());
         let size = |[x, y, z]: [usize; 3]| format!("{x}x{y}x{z}");
-        if !self.is_placed() {
-            if own == other {
-                return Ok(scan.grid().clone());
-            }
+        if own == other && (!self.is_placed || self.has_default_placement()) {
+            return Ok(scan.grid().clone());
+        }
+        if !self.is_placed {
             let problem = format!(
                 "its labels of {} voxels do not fit {} of {} voxels, and it states no spacing and origin: give labels of that size, or \
                  a file that states both, such as NRRD or NIfTI",
@@ -107,9 +110,9 @@ impl LabelColors {
         Ok(self.grid.clone())
     }
 
-    /// Whether the labels have another placement than that of files which state none.
-    fn is_placed(&self) -> bool {
-        Grid::new(self.grid.dims(), DVec3::ONE).is_ok_and(|unplaced| unplaced.index_to_world() != self.grid.index_to_world())
+    /// Whether the placement is that of arrays and files which state none.
+    fn has_default_placement(&self) -> bool {
+        Grid::new(self.grid.dims(), DVec3::ONE).is_ok_and(|default| default.index_to_world() == self.grid.index_to_world())
     }
 
     /// Kernel arguments for points of a scan, along the axes of `frame`.

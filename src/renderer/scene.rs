@@ -119,7 +119,7 @@ impl<'a> Scene<'a> {
     /// Rejects several fields and the colours of labels, which `what` does not draw.
     pub fn require_one_channel(&self, what: &str) -> Result<(), Error> {
         if self.label_colors.is_some() {
-            let problem = format!("{what} have none: omit them, or choose pre-integrated layers or ray casting");
+            let problem = format!("{what} are drawn without: omit them, or choose pre-integrated layers or ray casting");
             return Err(Error::Settings { field: "label_colors", problem });
         }
         if self.others.is_empty() {
