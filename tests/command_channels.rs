@@ -227,6 +227,77 @@ fn each_field_has_a_mask_of_its_own() {
     }
 }
 
+/// A scan in the colours of labels on another grid: names and colours of a table, changes, ids beside depths, and what is refused.
+#[test]
+fn labels_color_a_scan() {
+    let folder = tempfile::tempdir().unwrap();
+    let f = folder.path();
+    let voxels: Vec<u8> = (0..4096).map(|n| 100 + (n % 16) as u8).collect();
+    std::fs::write(f.join("scan_16x16x16_uint8.raw"), voxels).unwrap();
+    let header = |kind: &str, origin: &str| {
+        let place = format!("space directions: (-2,0,0) (0,-2,0) (0,0,2)\nspace origin: {origin}");
+        format!(
+            "NRRD0004\ntype: {kind}\ndimension: 3\nsizes: 8 8 8\nspace: left-posterior-superior\n{place}\nendian: little\nencoding: raw\n\n"
+        )
+    };
+    let ids: Vec<u8> = (0..512).map(|n| if n % 8 < 4 { 3 } else { 7 }).collect();
+    std::fs::write(f.join("ids.nrrd"), [header("uint8", "(-0.5,-0.5,0.5)").as_bytes(), &ids].concat()).unwrap();
+    let scan = ["scan_16x16x16_uint8.raw", "--transfer", "grey", "--opacity", "0:0,99:0,100:0.9", "--fit", "volume"];
+    let draw = |more: &[&str]| picture(f, &[&scan[..], more].concat());
+    let plain = draw(&[]);
+    // Pixels of two pure hues, in the default colours and in those of a table.
+    let hues = |pixels: &[u8], is_first: fn(&[u8]) -> bool, is_second: fn(&[u8]) -> bool| {
+        let count = |is: fn(&[u8]) -> bool| pixels.chunks_exact(3).filter(|pixel| is(pixel)).count();
+        (count(is_first) > 50, count(is_second) > 50)
+    };
+    std::fs::write(
+        f.join("table.json"),
+        r##"{"labels": [{"id": 3, "name": "left", "color": "#ff0000"}, {"id": 7, "color": "#0000ff"}]}"##,
+    )
+    .unwrap();
+    let (red, blue): (fn(&[u8]) -> bool, fn(&[u8]) -> bool) =
+        (|pixel| pixel[0] > 60 && pixel[1] < 9 && pixel[2] < 9, |pixel| pixel[2] > 60 && pixel[0] < 9);
+    let table = ["--label-colors", "ids.nrrd", "--labels=table.json"];
+    assert_eq!(hues(&draw(&table), red, blue), (true, true));
+    assert_eq!(hues(&draw(&[&table[..], &["--label", "left:only"]].concat()), red, blue), (true, false));
+    assert_eq!(hues(&plain, red, blue), (false, false));
+    assert!(draw(&["--label-colors", "ids.nrrd"]) != draw(&table));
+    assert!(draw(&["--label-colors", "ids.nrrd", "--label", "3,7:hide"]) == plain, "hidden labels keep the scan's colours");
+    assert!(draw(&[&table[..], &["--legend"]].concat()) != draw(&table));
+    // The ids at the depths of the scan; a sequence of one picture and many.
+    let depths = ["--depth", "--device-unchecked", "--azimuth", "0", "--elevation", "0", "-o", "d.exr"];
+    assert!(layersplat(f, &[&["render"], &scan[..], &table, &SIZE, &depths].concat()).status.success());
+    let image = exr::prelude::read_first_flat_layer_from_file(f.join("d.exr")).unwrap();
+    let ids_of = image.layer_data.channel_data.list.iter().find(|channel| channel.name.eq("id")).unwrap();
+    let seen: std::collections::BTreeSet<u32> = ids_of.sample_data.values_as_f32().map(|id| id as u32).collect();
+    assert_eq!(seen.into_iter().collect::<Vec<_>>(), [0, 3, 7]);
+    // Without a placement, labels of the scan's size lie where the scan does.
+    std::fs::write(f.join("own_16x16x16_uint8.raw"), vec![3u8; 4096]).unwrap();
+    assert_eq!(hues(&draw(&["--label-colors", "own_16x16x16_uint8.raw", "--labels=table.json"]), red, blue), (true, false));
+
+    std::fs::write(f.join("half_8x8x8_uint8.raw"), &ids).unwrap();
+    std::fs::write(f.join("far.nrrd"), [header("uint8", "(500,0,0)").as_bytes(), &ids].concat()).unwrap();
+    let nan: Vec<u8> = (0..512).flat_map(|n| if n == 9 { f32::NAN } else { 3.0f32 }.to_le_bytes()).collect();
+    std::fs::write(f.join("nan.nrrd"), [header("float", "(0,0,0)").as_bytes(), &nan].concat()).unwrap();
+    let cases: [(&str, i32, &[&str]); 11] = [
+        ("--label-colors nothing.nrrd", 1, &["nothing.nrrd"]),
+        ("--label-colors half_8x8x8_uint8.raw", 1, &["half_8x8x8", "8x8x8", "16x16x16", "spacing and origin"]),
+        ("--label-colors far.nrrd", 1, &["far.nrrd", "lie outside", "placement"]),
+        ("--label-colors nan.nrrd", 1, &["nan.nrrd", "its voxel 1,1,0 is not a number"]),
+        ("--label-colors ids.nrrd --label 9:hide", 2, &["no label has the id 9", "3 to 7"]),
+        ("--label-colors ids.nrrd --labels=nothing.txt", 1, &["nothing.txt"]),
+        ("--label-colors ids.nrrd --blend maximum", 2, &["blend", "colours of labels"]),
+        ("--label-colors ids.nrrd --classification post", 2, &["--label-colors", "post-classified layers"]),
+        ("--label-colors ids.nrrd --algorithm view-sheets", 2, &["--label-colors", "ray casting"]),
+        ("--label-colors ids.nrrd --with builtin:cube@8", 2, &["--label-colors", "one volume"]),
+        ("--label-colors ids.nrrd --memory 3k", 2, &["--memory", "set at least"]),
+    ];
+    for (more, code, words) in cases {
+        let arguments: Vec<&str> = ["render"].into_iter().chain(scan).chain(more.split(' ')).chain(SIZE).collect();
+        refused(f, &arguments, code, words);
+    }
+}
+
 #[test]
 fn mistakes_are_named() {
     let folder = tempfile::tempdir().unwrap();

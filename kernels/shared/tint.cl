@@ -51,21 +51,32 @@ ALWAYS_INLINE void mix_label_color(const Tint *tint, Point point, realv *r, real
     const intv first = i + p->dims_x * (j + p->dims_y * k);
     // To the next voxel; an axis with a single one has none.
     const int steps[3] = {p->dims_x > 1 ? 1 : 0, p->dims_y > 1 ? p->dims_x : 0, p->dims_z > 1 ? p->dims_x * p->dims_y : 0};
-    intv words[8], any = 0;
+    intv words[8], any = 0, uneven = 0;
 #pragma unroll
     for (int n = 0; n < 8; n++) {
         words[n] = LABEL_COLORS(tint->colors, first + ((n & 1) * steps[0] + (n >> 1 & 1) * steps[1] + (n >> 2) * steps[2]));
         any |= words[n];
+        uneven |= words[n] ^ words[0];
     }
     if (!ANY(inside && any != 0))
         return;
-    realv color[4] = {(realv)(0.0f), (realv)(0.0f), (realv)(0.0f), (realv)(0.0f)};
+    realv color[4];
 #pragma unroll
-    for (int n = 0; n < 8; n++) {
-        const realv weight = (n & 1 ? s : 1.0f - s) * (n & 2 ? t : 1.0f - t) * (n & 4 ? u : 1.0f - u);
+    for (int c = 0; c < 4; c++)
+        color[c] = CONVERT_REALV((words[0] >> (8 * c)) & 255);
+    // Most cells lie within a label.
+    if (ANY(uneven)) {
+        realv sum[4] = {(realv)(0.0f), (realv)(0.0f), (realv)(0.0f), (realv)(0.0f)};
+#pragma unroll
+        for (int n = 0; n < 8; n++) {
+            const realv weight = (n & 1 ? s : 1.0f - s) * (n & 2 ? t : 1.0f - t) * (n & 4 ? u : 1.0f - u);
+#pragma unroll
+            for (int c = 0; c < 4; c++)
+                sum[c] += weight * CONVERT_REALV((words[n] >> (8 * c)) & 255);
+        }
 #pragma unroll
         for (int c = 0; c < 4; c++)
-            color[c] += weight * CONVERT_REALV((words[n] >> (8 * c)) & 255);
+            color[c] = uneven ? sum[c] : color[c];
     }
     const realv scale = inside ? (realv)(1.0f / 255.0f) : (realv)(0.0f);
     const realv left = 1.0f - color[3] * scale;

@@ -223,13 +223,8 @@ impl Scene {
 
     /// Id of the label that is seen at a position, or 0; `None` if there are no labels.
     pub fn label_at(&self) -> Option<impl Fn(DVec3) -> u32 + Sync> {
-        let drawn = self.shown.as_ref().and_then(Shown::labels);
-        let labels = drawn.or(self.label_colors.as_ref())?;
-        Some(move |position| {
-            // Smooth surfaces of labels reach beyond their voxels; those of a scan have a colour where the labels are.
-            let label = if drawn.is_some() { labels.visible_label_near(position) } else { labels.label_at(position) };
-            label.map_or(0, |label| label.id)
-        })
+        let labels = self.shown.as_ref().and_then(Shown::labels).or(self.label_colors.as_ref())?;
+        Some(|position| labels.visible_label_near(position).map_or(0, |label| label.id))
     }
 
     /// A volume with the values of the volume, or of all steps of a sequence.
