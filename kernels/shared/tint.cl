@@ -1,27 +1,23 @@
 // Colours of labels over a scan, in programs with TINTED.
 //
-// A voxel of the labels has red, green and blue times their weight, and the weight, as bytes, so that voxels without a label do not bleed a
-// colour. These four are interpolated linearly, on a grid of their own. Beyond it, the outer voxels go on for a while.
+// A voxel of the labels has the index of a colour: red, green and blue times their weight, and the weight, as bytes, so that voxels without
+// a label do not bleed a colour. Colour 0 is that of no label. These four are interpolated linearly, on a grid of their own. Beyond it, the
+// outer voxels go on for a while.
 
 #include "shared/elementary.cl"
 #include "shared/point.cl"
+#include "shared/words.cl"
 
 #ifdef TINTED
 
 // Arguments of a kernel, and the last member of the ShadingSource that it makes of them.
-#define TINT_ARGUMENTS __global const uint *label_colors, TintParams tint_params,
-#define TINT_SOURCE , {label_colors, &tint_params}
+#define TINT_ARGUMENTS __global const uchar *label_voxels, __global const uchar *label_colors, TintParams tint_params,
+#define TINT_SOURCE , {label_voxels, label_colors, &tint_params}
 
 typedef struct {
-    __global const uint *colors;
+    __global const uchar *voxels, *colors;
     const TintParams *params;
 } Tint;
-
-#ifdef GATHER_WORDS
-#define LABEL_COLORS(colors, at) GATHER_WORDS(colors, (at) * 4)
-#else
-#define LABEL_COLORS(colors, at) GATHER_AS(intv, (__global const int *)(colors), at)
-#endif
 
 // Position along axis n of the labels, in their voxels.
 static inline realv label_position(const TintParams *p, int n, Point point) {
@@ -48,35 +44,30 @@ ALWAYS_INLINE void mix_label_color(const Tint *tint, Point point, realv *r, real
         return;
     realv s, t, u;
     const intv i = label_cell(p->dims_x, x, &s), j = label_cell(p->dims_y, y, &t), k = label_cell(p->dims_z, z, &u);
-    const intv first = i + p->dims_x * (j + p->dims_y * k);
-    // To the next voxel; an axis with a single one has none.
-    const int steps[3] = {p->dims_x > 1 ? 1 : 0, p->dims_y > 1 ? p->dims_x : 0, p->dims_z > 1 ? p->dims_x * p->dims_y : 0};
-    intv words[8], any = 0, uneven = 0;
+    const intv first = (i + p->dims_x * (j + p->dims_y * k)) * p->bytes;
+    // To the next row and plane; an axis with a single voxel has none. Along x, a word has both voxels.
+    const int next_y = p->dims_y > 1 ? p->dims_x * p->bytes : 0, next_z = p->dims_z > 1 ? p->dims_x * p->dims_y * p->bytes : 0;
+    const int bits = 8 * p->bytes, mask = (1 << bits) - 1;
+    intv indices[8], any = 0, uneven = 0;
 #pragma unroll
-    for (int n = 0; n < 8; n++) {
-        words[n] = LABEL_COLORS(tint->colors, first + ((n & 1) * steps[0] + (n >> 1 & 1) * steps[1] + (n >> 2) * steps[2]));
-        any |= words[n];
-        uneven |= words[n] ^ words[0];
+    for (int n = 0; n < 4; n++) {
+        const intv word = WORDS_AT(tint->voxels, first + ((n & 1) * next_y + (n >> 1) * next_z));
+        indices[2 * n] = word & mask, indices[2 * n + 1] = (word >> bits) & mask;
+        any |= indices[2 * n] | indices[2 * n + 1];
+        uneven |= (indices[2 * n] ^ indices[0]) | (indices[2 * n + 1] ^ indices[0]);
     }
     if (!ANY(inside && any != 0))
         return;
-    realv color[4];
-#pragma unroll
-    for (int c = 0; c < 4; c++)
-        color[c] = CONVERT_REALV((words[0] >> (8 * c)) & 255);
-    // Most cells lie within a label.
-    if (ANY(uneven)) {
-        realv sum[4] = {(realv)(0.0f), (realv)(0.0f), (realv)(0.0f), (realv)(0.0f)};
-#pragma unroll
-        for (int n = 0; n < 8; n++) {
-            const realv weight = (n & 1 ? s : 1.0f - s) * (n & 2 ? t : 1.0f - t) * (n & 4 ? u : 1.0f - u);
-#pragma unroll
-            for (int c = 0; c < 4; c++)
-                sum[c] += weight * CONVERT_REALV((words[n] >> (8 * c)) & 255);
-        }
+    realv color[4] = {(realv)(0.0f), (realv)(0.0f), (realv)(0.0f), (realv)(0.0f)};
+    // Most cells lie within one label.
+    const int corners = ANY(inside && uneven != 0) ? 8 : 1;
+    for (int n = 0; n < corners; n++) {
+        const intv word = WORDS_AT(tint->colors, indices[n] * 4);
+        const realv weight = (n & 1 ? s : 1.0f - s) * (n & 2 ? t : 1.0f - t) * (n & 4 ? u : 1.0f - u);
+        const realv share = corners == 1 ? (realv)(1.0f) : weight;
 #pragma unroll
         for (int c = 0; c < 4; c++)
-            color[c] = uneven ? sum[c] : color[c];
+            color[c] += share * CONVERT_REALV((word >> (8 * c)) & 255);
     }
     const realv scale = inside ? (realv)(1.0f / 255.0f) : (realv)(0.0f);
     const realv left = 1.0f - color[3] * scale;

@@ -94,6 +94,7 @@ kernel_files!(
     "shared/volume.cl",
     "shared/voxel_access.cl",
     "shared/voxel_rows.cl",
+    "shared/words.cl",
     "sheets/axis_sheets.cl",
     "sheets/scan.cl",
     "sheets/sheet.cl",

@@ -11,16 +11,23 @@ use crate::settings::{Blend, Settings};
 use crate::volume::{Description, Grid, Labels, Volume};
 use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
+use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::Arc;
 
-/// Largest number of voxels: kernels count bytes in 32 bits.
-const MOST_VOXELS: usize = 1 << 29;
+/// Largest number of voxels: kernels count bytes in 32 bits, and a voxel has up to two.
+const MOST_VOXELS: usize = 1 << 30;
+/// Largest number of different colours.
+const MOST_COLORS: usize = 1 << 16;
+/// Bytes behind the last voxel that are read with it, as a word.
+const READ_BEHIND: usize = 3;
+/// Voxels per unit of parallel work.
+const BLOCK: usize = 1 << 16;
 /// Distance in voxels below which corners of two grids are one: files round placements.
 const SAME: f64 = 0.1;
 
-/// Colours of labels on a device, which a scan is drawn in: [`Renderer::set_label_colors`](super::Renderer::set_label_colors). Four bytes per
-/// voxel of the labels, on a grid of their own.
+/// Colours of labels on a device, which a scan is drawn in: [`Renderer::set_label_colors`](super::Renderer::set_label_colors). One or
+/// two bytes per voxel of the labels, on a grid of their own.
 ///
 /// The colour of a scan C becomes (1 − w) C + w L where labels have the colour L and the opacity w, before lighting; its opacity stays. Voxels
 /// without a label and hidden labels have w = 0. Both are interpolated linearly between the voxels of the labels, weighted by w. Labels end one
@@ -32,7 +39,10 @@ pub struct LabelColors {
     grid: Grid,
     /// Whether their file states a placement.
     is_placed: bool,
-    colors: Arc<Buffer<u32>>,
+    voxels: Arc<Buffer<u8>>,
+    colors: Arc<Buffer<u8>>,
+    /// Bytes of a voxel.
+    bytes: usize,
 }
 
 impl LabelColors {
@@ -41,7 +51,7 @@ impl LabelColors {
     ///
     /// # Errors
     /// Without layers, for other grids, for voxels that are not unsigned integers or have no entry, for colours and opacities that are not 0
-    /// to 1, for more than 2^29 voxels, and for too little memory.
+    /// to 1, for more than 2^30 voxels or 2^16 different colours, and for too little memory.
     pub fn new(device: &Device, layers: &[(&Volume, &[[f64; 4]])]) -> Result<Self, Error> {
         let Some((first, _)) = layers.first() else {
             return Err(Error::Settings { field: "labels", problem: "there are no layers: give at least one".into() });
@@ -55,11 +65,34 @@ impl LabelColors {
             return Err(Error::volume(Path::new(name), problem));
         }
         let layers: Vec<Layer> = layers.iter().map(|(labels, entries)| Layer::new(labels, entries)).collect();
-        let mut words: Vec<u32> = memory::zeroed(name, count)?;
-        words.par_iter_mut().enumerate().for_each(|(n, word)| *word = color_at(&layers, n));
-        let colors = Arc::new(Buffer::from_slice(device, &words, "the colours of labels")?);
-        let is_placed = first.contents().states_spacing;
-        Ok(Self { device: device.clone(), name: name.into(), grid: grid.clone(), is_placed, colors })
+        let colors = colors_of(&layers, count);
+        if colors.len() > MOST_COLORS {
+            let problem =
+                format!("its labels have {} different colours, and at most {MOST_COLORS} are drawn: hide some", colors.len());
+            return Err(Error::volume(Path::new(name), problem));
+        }
+        let bytes = if colors.len() <= 1 << 8 { 1 } else { 2 };
+        let mut voxels: Vec<u8> = memory::zeroed(name, bytes * count + READ_BEHIND)?;
+        voxels[..bytes * count].par_chunks_mut(bytes * BLOCK).enumerate().for_each(|(block, voxels)| {
+            let mut last = (0, 0);
+            for (i, voxel) in voxels.chunks_exact_mut(bytes).enumerate() {
+                let color = color_at(&layers, block * BLOCK + i);
+                if color != last.0 {
+                    last = (color, colors.binary_search(&color).expect("one of all colours"));
+                }
+                voxel.copy_from_slice(&last.1.to_le_bytes()[..bytes]);
+            }
+        });
+        let buffer = |bytes: &[u8]| Ok::<_, Error>(Arc::new(Buffer::from_slice(device, bytes, "the colours of labels")?));
+        Ok(Self {
+            device: device.clone(),
+            name: name.into(),
+            grid: grid.clone(),
+            is_placed: first.contents().states_spacing,
+            voxels: buffer(&voxels)?,
+            colors: buffer(bytemuck::cast_slice(&colors))?,
+            bytes,
+        })
     }
 
     /// Uploads the colours of the labels of a file.
@@ -127,8 +160,13 @@ impl LabelColors {
         let beyond = if is_same { f32::MAX } else { 1.0 };
         let columns = [frame.u, frame.v, frame.a].map(|axis| moved.matrix3.col(axis));
         let row = |n: usize| [columns[0][n], columns[1][n], columns[2][n], moved.translation[n]].map(|c| c as f32);
-        let params = TintParams { to_voxels: [row(0), row(1), row(2)], dims: grid.dims().map(|n| n as i32), beyond };
-        Ok(Tint { label_colors: &self.colors, params })
+        let params = TintParams {
+            to_voxels: [row(0), row(1), row(2)],
+            dims: grid.dims().map(|n| n as i32),
+            beyond,
+            bytes: self.bytes as i32,
+        };
+        Ok(Tint { label_voxels: &self.voxels, label_colors: &self.colors, params })
     }
 }
 
@@ -156,7 +194,7 @@ impl<'a> Layer<'a> {
     }
 }
 
-/// Weighted colour of a voxel, and its weight, as bytes of a word.
+/// Weighted colour of a voxel, and its weight, as bytes of a word, red the lowest.
 fn color_at(layers: &[Layer], voxel: usize) -> u32 {
     let mut sum = [0.0f64; 4];
     for layer in layers {
@@ -164,6 +202,28 @@ fn color_at(layers: &[Layer], voxel: usize) -> u32 {
     }
     let bytes = sum.map(|c| (255.0 * c / sum[3].max(1.0)).round() as u8);
     u32::from_le_bytes(bytes)
+}
+
+/// All colours of `count` voxels, ascending from that of no label, which is 0.
+fn colors_of(layers: &[Layer], count: usize) -> Vec<u32> {
+    let of_block = |block: usize| {
+        let mut found = BTreeSet::new();
+        let mut last = 0;
+        for voxel in block * BLOCK..((block + 1) * BLOCK).min(count) {
+            let color = color_at(layers, voxel);
+            if color != last {
+                found.insert(color);
+                last = color;
+            }
+        }
+        found
+    };
+    let merged = |mut one: BTreeSet<u32>, other: BTreeSet<u32>| {
+        one.extend(other);
+        one
+    };
+    let none = || BTreeSet::from([0]);
+    (0..count.div_ceil(BLOCK)).into_par_iter().map(of_block).reduce(none, merged).into_iter().collect()
 }
 
 /// Rejects settings of frames that have no colours of labels.

@@ -111,6 +111,8 @@ kernel_struct! {
         dims as [dims_x, dims_y, dims_z]: i32,
         /// Voxels of the labels for which the outer ones go on beyond their grid.
         beyond: f32,
+        /// Bytes of a voxel of the labels, 1 or 2.
+        bytes: i32,
     }
 }
 

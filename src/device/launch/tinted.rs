@@ -19,26 +19,30 @@ pub(crate) struct TintedArguments<'a, A> {
 /// Colours of labels, and where they lie.
 #[derive(Clone, Copy)]
 pub(crate) struct Tint<'a> {
-    pub label_colors: &'a Buffer<u32>,
+    /// Indices of colours, of one or two bytes, and three bytes more.
+    pub label_voxels: &'a Buffer<u8>,
+    /// Red, green and blue times their weight, and the weight.
+    pub label_colors: &'a Buffer<u8>,
     pub params: TintParams,
 }
 
 impl<A: Arguments> Arguments for TintedArguments<'_, A> {
-    const FIRST_ITEM: u32 = A::FIRST_ITEM + 2;
+    const FIRST_ITEM: u32 = A::FIRST_ITEM + 3;
 
     fn set_own(&self, kernel: &ClKernel) -> opencl3::Result<()> {
         self.plain.set_own(kernel)?;
-        Argument::set(&self.tint.label_colors, kernel, A::FIRST_ITEM)?;
-        Argument::set(&self.tint.params, kernel, A::FIRST_ITEM + 1)
+        Argument::set(&self.tint.label_voxels, kernel, A::FIRST_ITEM)?;
+        Argument::set(&self.tint.label_colors, kernel, A::FIRST_ITEM + 1)?;
+        Argument::set(&self.tint.params, kernel, A::FIRST_ITEM + 2)
     }
 
     fn own_sizes() -> Vec<usize> {
-        [A::own_sizes(), vec![0, size_of::<TintParams>()]].concat()
+        [A::own_sizes(), vec![0, 0, size_of::<TintParams>()]].concat()
     }
 
     #[cfg(test)]
     fn own_signature() -> Vec<(String, String)> {
-        let own = [("label_colors", "uint*"), ("tint_params", "TintParams")];
+        let own = [("label_voxels", "uchar*"), ("label_colors", "uchar*"), ("tint_params", "TintParams")];
         A::own_signature().into_iter().chain(own.map(|(name, kind)| (name.into(), kind.into()))).collect()
     }
 }
