@@ -96,10 +96,12 @@ impl Shown {
 
     /// Names and colours of the visible labels. `tables`: those of [`tables`](Self::tables).
     pub fn legend(&self, tables: &[LabelTable]) -> Option<Legend> {
-        let Self::Labels(labels, _) = self else { return None };
-        let present = labels.layers().iter().zip(tables).flat_map(|(layer, table)| layer.present_in(table));
-        let entry = |label: &Label| LegendEntry { name: name_of(label), color: label.color };
-        Some(Legend { entries: present.filter(|label| label.drawn_opacity() > 0.0).map(entry).collect() })
+        self.labels().map(|labels| legend_of(labels, tables))
+    }
+
+    /// The labels, if it is some.
+    pub fn labels(&self) -> Option<&Labels> {
+        if let Self::Labels(labels, _) = self { Some(labels) } else { None }
     }
 
     /// The voxels on a device: of components, or of the indices of each layer.
@@ -130,6 +132,13 @@ impl Shown {
             }
         }
     }
+}
+
+/// Names and colours of the visible labels with the tables of their layers.
+pub(crate) fn legend_of(labels: &Labels, tables: &[LabelTable]) -> Legend {
+    let present = labels.layers().iter().zip(tables).flat_map(|(layer, table)| layer.present_in(table));
+    let entry = |label: &Label| LegendEntry { name: name_of(label), color: label.color };
+    Legend { entries: present.filter(|label| label.drawn_opacity() > 0.0).map(entry).collect() }
 }
 
 /// The name of a label, or its number.

@@ -6,6 +6,7 @@ use common::*;
 use glam::DVec3;
 use layersplat::image::Depths;
 use layersplat::layers::Kernel;
+use layersplat::renderer::{UploadedColors, UploadedVolume};
 use layersplat::settings::{Algorithm, Blend, Clipping, CropBox, GradientOpacity};
 use layersplat::volume::Voxels;
 use layersplat::{Camera, Error, Projection, Quality, Renderer, Settings, TransferFunction, Viewport, Volume};
@@ -100,6 +101,40 @@ fn fog_is_met_where_its_closed_form_says() {
             seen += 1;
         }
         assert!(seen > 100 && shifted == 2 * seen, "{seen} pixels seen; a quarter of a spacing is noticed in {shifted} numbers");
+    }
+}
+
+/// The extinction of a slab of labels rises linearly from the layer in front of it: depth at which 1/256 of the light is absorbed.
+#[test]
+fn labels_are_met_where_their_closed_form_says() {
+    const FIRST: usize = 12;
+    let ids = (0..N * N * N).map(|i| u8::from((FIRST..25).contains(&(i / N / N)))).collect();
+    let volume = volume([N; 3], DVec3::ONE, Voxels::Uint8(ids));
+    let labels = UploadedVolume::new(&device(), &volume).unwrap();
+    let colors = UploadedColors::from_labels(&[(&labels, &[[0.0; 4], [0.9, 0.2, 0.1, ALPHA]])]).unwrap();
+    let mut renderer = Renderer::from_colors(&colors).unwrap();
+    let cast = Settings { algorithm: converged(Kernel::Linear), ..Settings::default() };
+    let size = viewport(SIZE[0], SIZE[1]);
+    for camera in views(&volume) {
+        let found = renderer.depths(&camera, size, &cast).unwrap();
+        let (mut seen, mut shifted) = (0, 0);
+        for (pixel, &first) in found.first().iter().enumerate() {
+            let way = ray(&camera, pixel).1;
+            let rise = (2.0 * (256.0f64 / 255.0).ln() * way.z / way.length() / -(1.0 - ALPHA).ln()).sqrt();
+            let Some(expected) = meets(&camera, pixel, FIRST as f64 - 1.0 + rise, 1.0, 1.0) else { continue };
+            let first = f64::from(first);
+            assert!((first - expected).abs() <= STEP_TOLERANCE, "pixel {pixel} of {camera:?}: {first}, expected {expected}");
+            shifted += usize::from((first + 0.25 - expected).abs() > STEP_TOLERANCE);
+            seen += 1;
+        }
+        assert!(seen > 100 && shifted == seen, "{seen} pixels seen; a quarter of a spacing is noticed in {shifted}");
+        // The kernels of the default settings, which have negative weights, are replaced as in the picture.
+        let sharp = Settings { algorithm: with_kernel(Quality::Standard, Kernel::CatmullRom).into(), ..Settings::default() };
+        let soft = Settings { algorithm: with_kernel(Quality::Standard, Kernel::Cubic).into(), ..Settings::default() };
+        assert!(renderer.depths(&camera, size, &sharp).unwrap() == renderer.depths(&camera, size, &soft).unwrap());
+        // Pictures are not cast.
+        let Err(error) = renderer.render(&camera, size, &cast) else { panic!("cast colours") };
+        assert!(matches!(&error, Error::Settings { field: "algorithm", .. }), "{error}");
     }
 }
 

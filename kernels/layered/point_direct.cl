@@ -105,7 +105,7 @@ __kernel void point_direct(__global const VOXEL *voxels, __global const GRADIENT
                 const Node behind = look_up_node(&sample, integrals, value_to, (place + 1) & 1);
                 const Segment segment =
                     segment_between(&sample, integrals, &front, &behind, value_from, value_to, end_weights(&sample, l0, l1), dt);
-                composite_span(voxels, &view, &sample, integrals, &segment, &part, &span, dt, &lit, &lit_to, &gathered, &active);
+                composite_span(voxels, &view, &sample, &shading, integrals, &segment, &part, &span, dt, &lit, &lit_to, &gathered, &active);
 #elif BLEND == ISO
                 accumulate_surface(voxels, &view, &shading, &sample, &part, &span, &lit, &lit_to, &gathered, &active);
 #else

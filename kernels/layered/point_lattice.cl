@@ -19,7 +19,7 @@ __kernel void point_lattice(__global const VOXEL *voxels, VolumeView view, __glo
                             VolumeView gradient_view, __global const uchar *light, __global const uchar *sky, __global const uchar *visible,
                             __global const int *shown_slabs, __global const int4 *integrals, __global const float4 *table,
                             RayLatticeParams p, SampleParams sample, Clipping clip, __global float4 *lattice, __global uint *active_samples,
-                            ulong first_item) {
+                            TINT_ARGUMENTS ulong first_item) {
     const int order = first_item + get_global_id(0);
     if (order >= p.tiles_u * p.tiles_v)
         return;
@@ -168,7 +168,7 @@ __kernel void point_lattice(__global const VOXEL *voxels, VolumeView view, __glo
                     const RaySpan span = patch_span(&p, &tile, n, from_k, length * step, one->field[n], other->field[n]);
                     intv counts = 0;
 #if BLEND == COMPOSITE
-                    composite_span(voxels, &view, &sample, integrals, &segments[n], &parts[n], &span,
+                    composite_span(voxels, &view, &sample, &shading, integrals, &segments[n], &parts[n], &span,
                                    CLIPPED_LENGTH(length * dt[n], &parts[n]), &one->lit[n], &other->lit[n], &gathered[n], &counts);
 #elif BLEND == ISO
                     accumulate_surface(voxels, &view, &shading, &sample, &parts[n], &span, &one->lit[n], &other->lit[n],

@@ -151,7 +151,7 @@ ALWAYS_INLINE void cross_slab(__global const VOXEL *voxels, const VolumeView *vi
             const Node back = look_up_node(sample, integrals, value_to, (place + 1) & 1);
             const Segment segment =
                 segment_between(sample, integrals, &front, &back, value_from, value_to, shared_end_weights(ends, s, l0, l1), part_dt);
-            composite_span(voxels, view, sample, integrals, &segment, &part, &span, part_dt, &lit, &lit_to, &state->gathered,
+            composite_span(voxels, view, sample, shading, integrals, &segment, &part, &span, part_dt, &lit, &lit_to, &state->gathered,
                            &state->active);
 #elif BLEND == ISO
             accumulate_surface(voxels, view, shading, sample, &part, &span, &lit, &lit_to, &state->gathered, &state->active);
@@ -170,7 +170,7 @@ __kernel void point_samples(__global const VOXEL *voxels, VolumeView view, __glo
                             VolumeView gradient_view, __global const uchar *light, __global const uchar *sky, __global const uchar *visible,
                             __global const int *shown_slabs, __global const int4 *integrals, __global const float4 *table,
                             RayLatticeParams p, SampleParams sample, Clipping clip, __global float4 *lattice, __global uint *active_samples,
-                            ulong first_item) {
+                            TINT_ARGUMENTS ulong first_item) {
     __local uint active, slabs[WORDS_LOOKED_UP];
     __local float ends[END_FLOATS];
     const int tile = FIRST_GROUP + get_group_id(0);

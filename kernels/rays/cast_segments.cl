@@ -19,7 +19,7 @@ ALWAYS_INLINE void march_slab(__global const VOXEL *voxels, const VolumeView *vi
         lit_back = light_sample(sample, shading->light, point_on_plane(back), back->value, back->gradient);
     }
     const RaySpan span = span_between(front, back);
-    composite_span(voxels, view, sample, integrals, &segment, &rays->part, &span, dt, &lit_front, &lit_back, gathered, active);
+    composite_span(voxels, view, sample, shading, integrals, &segment, &rays->part, &span, dt, &lit_front, &lit_back, gathered, active);
 }
 
 #include "rays/march.cl"

@@ -5,7 +5,7 @@
 __kernel void march(__global const VOXEL *voxels, VolumeView view, __global const GRADIENT_VOXEL *gradient_voxels, VolumeView gradient_view,
                     __global const uchar *light, __global const uchar *sky, __global const uchar *visible, __global const TABLE *table,
                     ScreenParams s, MarchParams p, SampleParams sample, Clipping clip, __global float4 *frame,
-                    __global uint *active_samples, ulong first_item) {
+                    __global uint *active_samples, TINT_ARGUMENTS ulong first_item) {
     const int id = first_item + get_global_id(0);
     if (id >= s.tiles_u * s.tiles_v)
         return;

@@ -21,6 +21,10 @@ static inline Point sample_point(const struct SampleSource *s) {
 
 static inline LightVolume sample_light(const struct SampleSource *s) { return s->shading->light; }
 
+#ifdef TINTED
+static inline const Tint *sample_tint(const struct SampleSource *s) { return &s->shading->tint; }
+#endif
+
 static inline Gradient sample_gradient(const struct SampleSource *s) {
     return gradient_at(s->shading, s->field, s->point[0], s->point[1], s->point[2], s->needed);
 }

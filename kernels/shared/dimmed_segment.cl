@@ -18,8 +18,9 @@
 #ifdef DIMMED
 // The number of subsegments grows with the depth and need not be whole, which avoids discontinuities; the last one is shorter.
 static inline void composite_subsegments(__global const VOXEL *voxels, const VolumeView *view, const SampleParams *p,
-                                         __global const int4 *integrals, const RaySpan *span, const Part *part, intv lanes, realv depth,
-                                         realv dt, const LitSample *lit_front, const LitSample *lit_back, Accumulator *a) {
+                                         const ShadingSource *shading, __global const int4 *integrals, const RaySpan *span,
+                                         const Part *part, intv lanes, realv depth, realv dt, const LitSample *lit_front,
+                                         const LitSample *lit_back, Accumulator *a) {
     const realv step = reciprocal(CLAMP(depth * (1.0f / SUBSEGMENT_DEPTH), (realv)(2.0f), (realv)(MAX_SUBSEGMENTS)));
     realv t = lanes ? (realv)(0.0f) : (realv)(1.0f);
     realv value = value_on_span(voxels, view, span, SEGMENT_PARAMETER(part, (realv)(0.0f)), lanes);
@@ -35,7 +36,11 @@ static inline void composite_subsegments(__global const VOXEL *voxels, const Vol
         Lighting lighting;
         if (p->light.shading)
             lighting = interpolate_lighting(p, lit_front, lit_back, SEGMENT_PARAMETER(part, 0.5f * (t + next_t)));
-        accumulate_lit(p, d.r * per_extinction, d.g * per_extinction, d.b * per_extinction, opacity, &lighting, a);
+        realv r = d.r * per_extinction, g = d.g * per_extinction, b = d.b * per_extinction;
+#ifdef TINTED
+        mix_label_color(&shading->tint, point_on_span(span, SEGMENT_PARAMETER(part, 0.5f * (t + next_t))), &r, &g, &b);
+#endif
+        accumulate_lit(p, r, g, b, opacity, &lighting, a);
         t = next_t, value = next_value, node = next;
     }
 }
@@ -43,8 +48,17 @@ static inline void composite_subsegments(__global const VOXEL *voxels, const Vol
 
 // Composites one segment, subdivided if necessary. `dt`: length of the part inside the clip interval, times the table's unit.
 ALWAYS_INLINE void composite_span(__global const VOXEL *voxels, const VolumeView *view, const SampleParams *p,
-                                  __global const int4 *integrals, const Segment *s, const Part *part, const RaySpan *span, realv dt,
-                                  const LitSample *lit_front, const LitSample *lit_back, Accumulator *a, intv *active) {
+                                  const ShadingSource *shading, __global const int4 *integrals, const Segment *s, const Part *part,
+                                  const RaySpan *span, realv dt, const LitSample *lit_front, const LitSample *lit_back, Accumulator *a,
+                                  intv *active) {
+#ifdef TINTED
+    // Where the segment's visible light originates, as its lighting.
+    Segment tinted = *s;
+    if (ANY(s->depth > 0.0f))
+        mix_label_color(&shading->tint, point_on_span(span, SEGMENT_PARAMETER(part, visible_origin(s, s->depth))), &tinted.r, &tinted.g,
+                        &tinted.b);
+    s = &tinted;
+#endif
 #ifdef DIMMED
     const Accumulator before = *a;
 #endif
@@ -53,7 +67,7 @@ ALWAYS_INLINE void composite_span(__global const VOXEL *voxels, const VolumeView
     const intv deep = s->depth > SUBDIVISION_DEPTH;
     if (ANY(deep)) {
         Accumulator subdivided = before;
-        composite_subsegments(voxels, view, p, integrals, span, part, deep, s->depth, dt, lit_front, lit_back, &subdivided);
+        composite_subsegments(voxels, view, p, shading, integrals, span, part, deep, s->depth, dt, lit_front, lit_back, &subdivided);
         a->r = deep ? subdivided.r : a->r;
         a->g = deep ? subdivided.g : a->g;
         a->b = deep ? subdivided.b : a->b;

@@ -4,6 +4,7 @@
 #include "shared/point.cl"
 #include "shared/reconstruction.cl"
 #include "shared/table_entries.cl"
+#include "shared/tint.cl"
 #include "shared/volume.cl"
 
 #ifndef VOXEL_BYTES
@@ -60,17 +61,21 @@ typedef struct {
 #define gradient_voxel_row voxel_row
 #endif
 
-// What samples are shaded from: the voxels that gradients are estimated from, and light volumes. SHADING_SOURCE: those of a kernel with
-// the arguments `gradient_voxels`, `gradient_view`, `light` and `sky`, whose `voxels` begin at the first one.
+// What samples are shaded from: the voxels that gradients are estimated from, light volumes, and the colours of labels (tint.cl).
+// SHADING_SOURCE: those of a kernel with the arguments `gradient_voxels`, `gradient_view`, `light` and `sky`, whose `voxels` begin at the
+// first one.
 typedef struct {
     __global const GRADIENT_VOXEL *voxels;
     const VolumeView *view;
     LightVolume light;
+#ifdef TINTED
+    Tint tint;
+#endif
 } ShadingSource;
 #ifdef SEPARATE_GRADIENTS
-#define SHADING_SOURCE {gradient_voxels + gradient_view.first, &gradient_view, {light, sky}}
+#define SHADING_SOURCE {gradient_voxels + gradient_view.first, &gradient_view, {light, sky} TINT_SOURCE}
 #else
-#define SHADING_SOURCE {voxels, &view, {light, sky}}
+#define SHADING_SOURCE {voxels, &view, {light, sky} TINT_SOURCE}
 #endif
 
 // The field in the voxel plane dk layers from the cells, interpolated along u and v.

@@ -2,6 +2,7 @@
 
 #include "shared/elementary.cl"
 #include "shared/point.cl"
+#include "shared/words.cl"
 
 // Volumes of the lights, and of the ambient light.
 typedef struct {
@@ -11,24 +12,6 @@ typedef struct {
 #define NO_LIGHT_VOLUME {0, 0}
 
 #ifdef LIGHT_VOLUME
-// A 32-bit word at any byte offset, in each lane.
-#if defined(GATHER_WORDS)
-#define WORDS_AT(p, bytes) GATHER_WORDS(p, bytes)
-#elif VW == 1
-#define WORDS_AT(p, bytes) as_int(vload4(0, (p) + (bytes)))
-#else
-#define WORD_AT(n) as_int(vload4(0, volume + at[n]))
-static inline intv words_at(__global const uchar *volume, intv bytes) {
-    const int *at = (const int *)&bytes;
-    intv words;
-    int *word = (int *)&words;
-    for (int n = 0; n < VW; n++)
-        word[n] = WORD_AT(n);
-    return words;
-}
-#define WORDS_AT(p, bytes) words_at(p, bytes)
-#endif
-
 // Interpolates linearly between the values at four neighbouring bytes.
 static inline realv interpolate_plane(__global const uchar *volume, intv at, int stride, realv s, realv t) {
     const intv low = WORDS_AT(volume, at), high = WORDS_AT(volume, at + stride);

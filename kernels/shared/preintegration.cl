@@ -84,6 +84,9 @@ ALWAYS_INLINE Node look_up_node(const SampleParams *p, __global const int4 *inte
 #ifdef CURVED
     table_entries((__global const float4 *)NODES(integrals) + p->classification.table_last + 1, node.index, &node.at_r, &node.at_g,
                   &node.at_b, &node.at_extinction);
+#elif defined(TINTED)
+    // Colours of labels are looked up where the light of a segment originates, also without shading.
+    node.at_extinction = extinction_near(p, integrals, value);
 #else
     if (p->light.shading)
         node.at_extinction = extinction_near(p, integrals, value);

@@ -2,12 +2,16 @@
 // are in preintegration.cl and slicing.cl; axis-aligned sheets classify in sorted_splats.cl.
 
 #include "shared/accumulator.cl"
+#include "shared/tint.cl"
 
 // Each kernel defines the position and the gradient of its samples. All samples of a layer share both.
 struct SampleSource;
 static inline Point sample_point(const struct SampleSource *source);
 static inline Gradient sample_gradient(const struct SampleSource *source);
 static inline LightVolume sample_light(const struct SampleSource *source);
+#ifdef TINTED
+static inline const Tint *sample_tint(const struct SampleSource *source);
+#endif
 
 // Share of a sample that counts, in sub-slab thicknesses. PER_RAY_STEP: one share per ray.
 #ifdef PER_RAY_STEP
@@ -51,6 +55,9 @@ ALWAYS_INLINE void accumulate_sample(const SampleParams *p, __global const float
     table_entries(table, index, &r, &g, &b, &w);
     const realv opacity = sample_opacity(p, w, share, dt);
     *active += COUNT_IF(opacity > 0.0f);
+#ifdef TINTED
+    mix_label_color(sample_tint(source), sample_point(source), &r, &g, &b);
+#endif
     if (p->light.shading && !*lit) {
         *lighting = shade(p, sample_light(source), sample_point(source), value, sample_gradient(source));
         *lit = true;

@@ -73,7 +73,11 @@ ALWAYS_INLINE void accumulate_crossing(__global const VOXEL *voxels, const Volum
     const realv depth = a->from + t * a->span;
     set_depth_range(depth, depth, a);
 #endif
-    accumulate_lit(p, (realv)(c->iso_r), (realv)(c->iso_g), (realv)(c->iso_b), CONVERT_REALV(COUNT_IF(crosses)), &lighting, a);
+    realv r = c->iso_r, g = c->iso_g, b = c->iso_b;
+#ifdef TINTED
+    mix_label_color(&shading->tint, point_on_span(span, t), &r, &g, &b);
+#endif
+    accumulate_lit(p, r, g, b, CONVERT_REALV(COUNT_IF(crosses)), &lighting, a);
 }
 
 ALWAYS_INLINE void accumulate_surface(__global const VOXEL *voxels, const VolumeView *view, const ShadingSource *shading,

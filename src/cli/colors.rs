@@ -13,7 +13,7 @@ use clap::{Args, ValueEnum};
 #[command(next_help_heading = "Channels")]
 pub(super) struct ColorOptions {
     /// Use the first three or four components of the file as red, green, blue and opacity
-    #[arg(long, value_name = "HOW", conflicts_with_all = ["channels", "channel", "with", "scene", "labels", "label"])]
+    #[arg(long, value_name = "HOW", conflicts_with_all = ["channels", "channel", "with", "scene", "labels", "label", "label_colors"])]
     colors: Option<Colors>,
     /// Opacity of colours: alpha, luminance (then by --opacity), or a colour that is transparent, as white [default: alpha if there is one, else luminance]
     #[arg(long, value_name = "FROM", value_parser = color_opacity, requires = "colors")]

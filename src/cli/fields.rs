@@ -3,7 +3,7 @@
 use crate::error::Error;
 
 /// Field names as in [`Error::fields`], and the options that set them; sorted by field.
-const OPTIONS: [(&str, &str); 69] = [
+const OPTIONS: [(&str, &str); 70] = [
     ("algorithm", "--algorithm"),
     ("ambient_occlusion", "--ambient-occlusion on|off"),
     ("ao_reach", "--ao-reach inf|LENGTH"),
@@ -41,6 +41,7 @@ const OPTIONS: [(&str, &str); 69] = [
     ("header_bytes", "--header-bytes N"),
     ("kernel", "--kernel cubic|linear|catmull-rom|bspline|gaussian"),
     ("label", "--label IDS:CHANGES"),
+    ("label_colors", "--label-colors FILE"),
     ("labels", "--labels=TABLE"),
     ("layer_axis", "--layer-axis auto|x|y|z"),
     ("level", "--level N|auto"),

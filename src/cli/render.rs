@@ -36,7 +36,7 @@ pub(super) struct Arguments {
     /// Render many pictures, one per line of FILE, or of standard input (-) as lines arrive; see below
     #[arg(long, value_name = "FILE", conflicts_with_all = ["output", "json"])]
     cameras: Option<PathBuf>,
-    /// Add depths to an .exr picture: channels Z (first visible sample) and mean.Z (weighted by opacity)
+    /// Add depths to an .exr picture: channels Z (first visible sample) and mean.Z (weighted by opacity); of labels also their id, 0 for none
     #[arg(long)]
     pub depth: bool,
     /// Exit with 1 if a picture shows nothing

@@ -19,10 +19,10 @@ use crate::error::Error;
 use crate::framing::{Fixed, Framing, Orientation};
 use crate::renderer::SeenVolume;
 use crate::settings::{Blend, CropBox, Settings};
-use crate::shown::Shown;
+use crate::shown::{Shown, legend_of};
 use crate::transfer::{TransferFunction, Value};
 use crate::viewport::Viewport;
-use crate::volume::{Grid, LabelTable, Sequence, Volume};
+use crate::volume::{Grid, LabelTable, Labels, Sequence, Volume};
 use clap::Args;
 use glam::DVec3;
 use std::rc::Rc;
@@ -70,6 +70,8 @@ pub(super) struct Scene {
     pub labels: Vec<LabelTable>,
     /// Name and colour of the volume and of each other field.
     pub entries: Vec<LegendEntry>,
+    /// Labels in whose colours the volume is drawn.
+    pub label_colors: Option<Labels>,
     /// Names and colours for the legend, instead of the transfer function's.
     pub legend: Option<Legend>,
     pub settings: Settings,
@@ -163,8 +165,13 @@ impl Scene {
         };
         let look = fields.first_look(&volume);
         let labels = shown.as_ref().map_or_else(|| Ok(Vec::new()), |shown| shown.tables(&[]))?;
+        let label_colors = options.labels.label_colors()?;
         let entries = fields.entries(&volume);
         let legend = fields.legend(&entries).or_else(|| shown.as_ref().and_then(|shown| shown.legend(&labels)));
+        let legend = match &label_colors {
+            Some(labels) if legend.is_none() => Some(legend_of(labels, &labels.changed_tables(&[])?)),
+            _ => legend,
+        };
         let others = fields.into_others(settings.blend)?;
         // A function that options have changed is the user's own.
         if processes.leads() && !options.transfer.changes_opacity() {
@@ -183,6 +190,7 @@ impl Scene {
             shown,
             labels,
             entries,
+            label_colors,
             legend,
             settings,
             device,
@@ -214,16 +222,22 @@ impl Scene {
     /// Rejects several fields, colours and labels, which `what` does not draw.
     #[cfg(feature = "mpi")]
     pub fn require_one_field(&self, what: &str) -> Result<(), Error> {
-        if !self.has_channels() && self.shown.is_none() {
+        if !self.has_channels() && self.shown.is_none() && self.label_colors.is_none() {
             return Ok(());
         }
-        let problem = format!("{what} show the values of one field: choose one, or use render or rotate");
+        let problem = format!("{what} show the values of one field in its own colours: choose one, or use render or rotate");
         Err(Error::Settings { field: "channels", problem })
     }
 
     /// Whether the volume is drawn together with others, or not as one alone.
     pub fn has_channels(&self) -> bool {
         !self.others.is_empty() || self.look != Look::default()
+    }
+
+    /// Id of the label that is seen at a position, or 0; `None` if there are no labels.
+    pub fn label_at(&self) -> Option<impl Fn(DVec3) -> u32 + Sync> {
+        let labels = self.shown.as_ref().and_then(Shown::labels).or(self.label_colors.as_ref())?;
+        Some(|position| labels.visible_label_near(position).map_or(0, |label| label.id))
     }
 
     /// A volume with the values of the volume, or of all steps of a sequence.

@@ -164,10 +164,15 @@ impl<'a> Studio<'a> {
         Ok((Some(self.annotations.drawn_beside(frame, size, shown)?), report))
     }
 
-    /// Depths of a picture, along rays through the pixel centres.
+    /// Depths of a picture, along rays through the pixel centres, and the ids of its labels there.
     pub fn depths(&mut self, camera: &Camera, size: Viewport) -> Result<Depths, Error> {
         let inner = self.inner(size);
-        self.viewer.renderer().depths(camera, inner, &self.scene.settings)?.within(size)
+        let depths = self.viewer.renderer().depths(camera, inner, &self.scene.settings)?;
+        let depths = match self.scene.label_at() {
+            Some(id_at) => depths.with_ids(camera, id_at)?,
+            None => depths,
+        };
+        depths.within(size)
     }
 }
 

@@ -6,7 +6,7 @@ use crate::camera::Camera;
 #[cfg(feature = "mpi")]
 use crate::distributed;
 use crate::error::Error;
-use crate::renderer::{Channel, Renderer, StreamPlan, VolumeRenderer, volume_renderer};
+use crate::renderer::{Channel, LabelColors, Renderer, StreamPlan, VolumeRenderer, volume_renderer};
 use crate::settings::Settings;
 use crate::viewport::Viewport;
 use clap::Args;
@@ -41,14 +41,7 @@ impl Viewer {
             renderer.limit(*time_limit);
             return Ok(Self { renderer: Box::new(renderer), is_streamed: false });
         }
-        if let Some(shown) = &scene.shown {
-            let colors = shown.colors(&shown.upload(device)?, transfer, &scene.labels)?;
-            let mut renderer = Renderer::from_colors(&colors)?;
-            renderer.limit(*time_limit);
-            return Ok(Self { renderer: Box::new(renderer), is_streamed: false });
-        }
-        if scene.has_channels() {
-            let mut renderer = channel_renderer(scene)?;
+        if let Some(mut renderer) = whole_renderer(scene)? {
             renderer.limit(*time_limit);
             return Ok(Self { renderer: Box::new(renderer), is_streamed: false });
         }
@@ -80,7 +73,22 @@ impl Viewer {
     }
 }
 
-/// The renderer of several fields. They are not streamed.
+/// The renderer of what is not streamed: of colours and labels, of several fields, and of a field in the colours of labels.
+fn whole_renderer(scene: &Scene) -> Result<Option<Renderer>, Error> {
+    let Scene { device, volume, transfer, .. } = scene;
+    let mut renderer = match &scene.shown {
+        Some(shown) => Renderer::from_colors(&shown.colors(&shown.upload(device)?, transfer, &scene.labels)?)?,
+        None if scene.has_channels() => channel_renderer(scene)?,
+        None if scene.label_colors.is_some() => Renderer::new(device, volume, transfer)?,
+        None => return Ok(None),
+    };
+    if let Some(labels) = &scene.label_colors {
+        renderer.set_label_colors(Some(&LabelColors::from_labels(device, labels)?))?;
+    }
+    Ok(Some(renderer))
+}
+
+/// The renderer of several fields.
 fn channel_renderer(scene: &Scene) -> Result<Renderer, Error> {
     let Scene { device, volume, transfer, look, others, .. } = scene;
     let first = look.channel(device, volume, transfer)?;

@@ -4,6 +4,7 @@ use super::compositing::{Gathered, picture};
 use super::field::Field;
 use super::interval::{Interval, Region};
 use super::known::Known;
+use super::label_colors::LabelColors;
 use super::shading::Look;
 use super::shadow_rays::Reached;
 use crate::camera::Camera;
@@ -50,6 +51,7 @@ pub struct Integral<'a> {
     transfer: &'a TransferFunction,
     volume: &'a Volume<'a>,
     unit_distance: f64,
+    label_colors: Option<LabelColors>,
     /// Shading. Default: none.
     pub shading: Option<Shading>,
     /// Gradient opacity. Default: none.
@@ -64,7 +66,16 @@ impl<'a> Integral<'a> {
     pub fn new(volume: &'a Volume<'a>, transfer: &'a TransferFunction, unit_distance: Option<f64>) -> Self {
         let unit_distance = unit_distance.unwrap_or_else(|| volume.grid().spacing().min_element());
         let integrand = Box::new(Field::new(volume, transfer, Blend::Composite, Kernel::Cubic));
-        Self { integrand, transfer, volume, unit_distance, shading: None, gradient_opacity: None, clipping: Clipping::default() }
+        Self {
+            integrand,
+            transfer,
+            volume,
+            unit_distance,
+            label_colors: None,
+            shading: None,
+            gradient_opacity: None,
+            clipping: Clipping::default(),
+        }
     }
 
     /// Uses another reconstruction kernel, with the gradients that fit it most closely.
@@ -82,6 +93,12 @@ impl<'a> Integral<'a> {
     /// support ends at the outermost voxels.
     pub fn with_known(self, function: impl Fn(DVec3) -> (f64, DVec3) + Sync + 'a) -> Self {
         Self { integrand: Box::new(Known::new(self.volume.grid(), function)), ..self }
+    }
+
+    /// Mixes the colours of labels into those of the volume: voxel n has entry n, a colour and its weight.
+    pub fn with_label_colors(self, labels: &Volume, entries: &[[f64; 4]]) -> Self {
+        let label_colors = Some(LabelColors::new(self.volume.grid(), labels, entries));
+        Self { label_colors, ..self }
     }
 
     /// Renders the picture of a camera.
@@ -116,6 +133,7 @@ impl<'a> Integral<'a> {
             }
             let opacity = -(-self.transfer.extinction(value) * dt).exp_m1();
             let (color, gradient) = (self.transfer.color(value), || self.integrand.gradient(p));
+            let color = self.label_colors.as_ref().map_or(color, |labels| labels.mixed(p, color));
             let (color, opacity) = look.at(self.volume, gradient, to_eye, color, opacity);
             gathered.add(color, opacity);
             if gathered.transmittance < 1e-12 {

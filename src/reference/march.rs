@@ -5,6 +5,7 @@ use super::compositing::{Gathered, opacity_of_depth, opacity_over, picture};
 use super::depth_cue::{Fade, faded};
 use super::field::Field;
 use super::interval::{Part, Region};
+use super::label_colors::LabelColors;
 use super::shading::{Lighting, Look};
 use super::shadow_rays::{Reached, ShadowRays};
 use crate::camera::Camera;
@@ -28,6 +29,7 @@ pub struct Marched<'a> {
     transfer: &'a TransferFunction,
     settings: &'a Settings,
     shadow_rays: Option<ShadowRays<'a>>,
+    label_colors: Option<LabelColors>,
 }
 
 impl<'a> Marched<'a> {
@@ -42,7 +44,14 @@ impl<'a> Marched<'a> {
             other => panic!("{} does not march along rays", other.name()),
         };
         let field = Field::new(volume, transfer, settings.blend, kernel).with_gradient(settings.gradient_estimator());
-        Self { field, step, volume, transfer, settings, shadow_rays: ShadowRays::new(volume, transfer, settings) }
+        let shadow_rays = ShadowRays::new(volume, transfer, settings);
+        Self { field, step, volume, transfer, settings, shadow_rays, label_colors: None }
+    }
+
+    /// Mixes the colours of labels into those of the volume: voxel n has entry n, a colour and its weight.
+    pub fn with_label_colors(self, labels: &Volume, entries: &[[f64; 4]]) -> Self {
+        let label_colors = Some(LabelColors::new(self.volume.grid(), labels, entries));
+        Self { label_colors, ..self }
     }
 
     /// Renders the picture of a camera.
@@ -64,6 +73,12 @@ impl<'a> Marched<'a> {
     fn look(&self, point: DVec3) -> Look {
         let reached = self.shadow_rays.as_ref().map_or(Reached::ALL, |rays| rays.reached(point));
         Look::from_settings(self.settings).lit_by(reached)
+    }
+
+    /// Colour of a value at a point, given in voxels, before lighting.
+    fn color(&self, value: f64, point: DVec3) -> [f64; 3] {
+        let color = self.transfer.color(value);
+        self.label_colors.as_ref().map_or(color, |labels| labels.mixed(point, color))
     }
 
     /// World length of a vector in voxels, and the smallest spacing; both in unit distances.
@@ -89,7 +104,7 @@ impl<'a> Marched<'a> {
                     Extinction::Exponential => opacity_over(self.transfer, value, dt * share, Extinction::Exponential),
                     Extinction::Linear => opacity_over(self.transfer, value, dt, Extinction::Linear) * share,
                 };
-                let (color, gradient) = (self.transfer.color(value), || self.field.gradient(p));
+                let (color, gradient) = (self.color(value, p), || self.field.gradient(p));
                 let (color, opacity) = self.look(p).at(self.volume, gradient, to_eye, color, opacity);
                 gathered.add(faded(fade, p, color), opacity);
             }
@@ -137,7 +152,7 @@ impl<'a> Marched<'a> {
             let points = slab.points(ray);
             let Some(t) = crossing(points.map(|p| self.field.reconstructed(p)), iso) else { continue };
             if (slab.part.from..=slab.part.to).contains(&t) {
-                let color = self.transfer.color(iso);
+                let color = self.color(iso, points[0].lerp(points[1], t));
                 let lit = self.settings.shading.map_or(color, |_| {
                     let [front, back] = points
                         .map(|p| Lighting::for_field(&self.field, self.volume, self.look(p), self.field.gradient(p), to_eye));

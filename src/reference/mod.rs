@@ -16,6 +16,7 @@ mod field;
 mod integral;
 mod interval;
 mod known;
+mod label_colors;
 mod layered;
 mod march;
 mod points;

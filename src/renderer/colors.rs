@@ -1,7 +1,8 @@
 //! Volumes of colours and of labels: extinction times colour, and extinction, are interpolated.
 
+use super::check_whole;
 use super::field::{Field, Placement, UploadedVolume, value_range};
-use super::{Renderer, check_whole};
+use super::plan::Plan;
 use crate::device::launch::colors::{ColorVoxels, ColorVoxelsArguments, LabelVoxels, LabelVoxelsArguments};
 use crate::device::launch::structs::{ColorVoxelParams, Float4};
 use crate::device::launch::{Floats, Launcher, VoxelBuffer};
@@ -127,7 +128,10 @@ impl UploadedColors {
             return Err(Error::Settings { field: "labels", problem: "there are no layers: give at least one".into() });
         };
         let grid = field.description().grid();
-        layers.iter().try_for_each(|(labels, entries)| check_labels(labels, entries, grid))?;
+        for (labels, entries) in layers {
+            check_whole(labels)?;
+            check_labels(labels.description(), entries, grid)?;
+        }
         device.begin(&[])?;
         let out = Out::new(device, grid.voxel_count())?;
         for (n, (labels, entries)) in layers.iter().enumerate() {
@@ -165,22 +169,6 @@ impl UploadedColors {
         let transfer = TransferFunction::new("extinction", vec![(0.0, [1.0; 3])], (0..=EXTINCTIONS).map(opacity).collect());
         (volume, transfer.expect("values that ascend"))
     }
-
-    /// A renderer of the extinction alone, for [`Renderer::depths`]: opacity 1 − exp(−τ) of extinction τ.
-    ///
-    /// # Errors
-    /// Those of the device.
-    pub(crate) fn depth_renderer(&self) -> Result<Renderer, Error> {
-        /// Points of the function, linear between them.
-        const POINTS: usize = 64;
-        let (volume, transfer) = self.visibility();
-        let (_, largest) = transfer.range();
-        let point = |n: usize| {
-            let extinction = largest * n as f64 / (POINTS - 1) as f64;
-            (extinction, -(-extinction).exp_m1())
-        };
-        Renderer::from_uploaded(&volume, &transfer.with_opacities((0..POINTS).map(point).collect())?)
-    }
 }
 
 /// Extinction times colour, and extinction, of a colour and an opacity.
@@ -189,9 +177,8 @@ fn emission([r, g, b, opacity]: [f64; 4]) -> [f32; 4] {
     [extinction * r, extinction * g, extinction * b, extinction].map(|c| c as f32)
 }
 
-fn check_labels(labels: &UploadedVolume, entries: &[[f64; 4]], grid: &Grid) -> Result<(), Error> {
-    check_whole(labels)?;
-    let description = labels.description();
+/// Rejects a layer of labels whose voxels are no entries of a table, on another grid, or with entries that are no colours.
+pub(super) fn check_labels(description: &Description, entries: &[[f64; 4]], grid: &Grid) -> Result<(), Error> {
     let wrong = |problem: String| Err(Error::volume(std::path::Path::new(description.name()), problem));
     if description.grid() != grid {
         return wrong("its grid is not that of the first layer of labels".into());
@@ -202,6 +189,10 @@ fn check_labels(labels: &UploadedVolume, entries: &[[f64; 4]], grid: &Grid) -> R
     let largest = description.stored().range.1 as usize;
     if largest >= entries.len() {
         return wrong(format!("label {largest} has no colour: the table has {} entries", entries.len()));
+    }
+    let bad = entries.iter().enumerate().find(|(_, entry)| entry.iter().any(|c| !(0.0..=1.0).contains(c)));
+    if let Some((label, entry)) = bad {
+        return wrong(format!("label {label} has the colour and opacity {entry:?}: expected 0 to 1"));
     }
     Ok(())
 }
@@ -259,27 +250,43 @@ impl Out {
 }
 
 /// The settings of a frame of colours. Kernels with negative weights would make negative extinctions: the paper's cubic replaces them.
+/// Ray casting finds depths; [`refuse_pixels`] says that it draws no pictures.
 ///
 /// # Errors
 /// For algorithms and blend modes that do not draw colours.
 pub(super) fn color_settings(settings: Settings, are_labels: bool) -> Result<Settings, Error> {
-    let refuse = |field, what: &str| {
-        let problem = format!("{what}, which volumes of colours and labels do not have: omit it");
-        Err(Error::Settings { field, problem })
-    };
     if settings.blend != Blend::Composite {
-        return refuse("blend", "reduces single values");
+        return Err(refused("blend", "reduces single values"));
     }
-    let Algorithm::Layered(layered) = settings.algorithm else {
-        return refuse("algorithm", "classifies single values");
+    let without_negative = |kernel| if matches!(kernel, Kernel::CatmullRom | Kernel::BSpline) { Kernel::Cubic } else { kernel };
+    let algorithm = match settings.algorithm {
+        Algorithm::Layered(layered) => {
+            let Classification::Preintegrated { kernel, samples_per_layer } = layered.classification else {
+                return Err(refused("classification", "splats single values"));
+            };
+            let classification = Classification::Preintegrated { kernel: without_negative(kernel), samples_per_layer };
+            Algorithm::Layered(Layered { classification, ..layered })
+        }
+        Algorithm::Raycast { kernel, step } => Algorithm::Raycast { kernel: without_negative(kernel), step },
+        _ => return Err(refused("algorithm", CLASSIFIES)),
     };
-    let Classification::Preintegrated { kernel, samples_per_layer } = layered.classification else {
-        return refuse("classification", "splats single values");
-    };
-    let kernel = if matches!(kernel, Kernel::CatmullRom | Kernel::BSpline) { Kernel::Cubic } else { kernel };
-    let classification = Classification::Preintegrated { kernel, samples_per_layer };
     let smoothed = are_labels.then_some(GradientEstimator::Gaussian(LABEL_SMOOTHING));
-    let gradient = settings.gradient.or(smoothed);
-    let algorithm = Algorithm::Layered(Layered { classification, ..layered });
-    Ok(Settings { algorithm, gradient, ..settings })
+    Ok(Settings { algorithm, gradient: settings.gradient.or(smoothed), ..settings })
+}
+
+/// Why colours are not drawn per pixel of the screen, by any plan.
+pub(super) fn refuse_pixels(plan: &Plan) -> Error {
+    if matches!(plan, Plan::Raycast(..)) {
+        return refused("algorithm", CLASSIFIES);
+    }
+    let problem = "volumes of colours need a view in which all rays have one layer axis: move the eye away, or choose a smaller angle \
+                   of view";
+    Error::Settings { field: "algorithm", problem: problem.into() }
+}
+
+const CLASSIFIES: &str = "classifies single values";
+
+fn refused(field: &'static str, what: &str) -> Error {
+    let problem = format!("{what}, which volumes of colours and labels do not have: omit it");
+    Error::Settings { field, problem }
 }

@@ -14,6 +14,7 @@ mod faults;
 mod field;
 mod frame;
 mod kinds;
+mod label_colors;
 mod lattice_picture;
 mod layered;
 mod light;
@@ -53,6 +54,7 @@ pub(crate) use depths::depth_settings;
 pub use distributed_report::{Composed, DistributedReport, Exchanged, RankMeasured, RankReport};
 pub use field::{DeviceVoxels, UploadedVolume};
 pub use kinds::FieldKind;
+pub use label_colors::LabelColors;
 pub use lattice_picture::LatticePicture;
 #[cfg(feature = "mpi")]
 pub(crate) use light::{LightOfParts, SweepGroup, Target, Wanted, behind};
@@ -193,6 +195,18 @@ impl Renderer {
     /// If it is on a device of another context.
     pub fn set_colors(&mut self, colors: &UploadedColors) -> Result<(), Error> {
         self.engine.set_colors(colors)
+    }
+
+    /// Draws the renderer's volume in the colours of labels from the next frame on, or in its own again. Its opacities stay.
+    ///
+    /// Composited pre-integrated layers and cast rays have them, and iso-surfaces. Frames of several fields, of colours, by other algorithms or
+    /// blend modes, and slices fail.
+    ///
+    /// # Errors
+    /// If the labels are on a device of another context, lie outside the volume, or have another size and no placement. The renderer
+    /// keeps its colours then.
+    pub fn set_label_colors(&mut self, colors: Option<&LabelColors>) -> Result<(), Error> {
+        self.engine.set_label_colors(colors)
     }
 
     /// Replaces all fields and how they are shown, from the next frame on. Data derived from fields and transfer functions that stay are

@@ -12,6 +12,7 @@ use crate::device::launch::rays::{
     RaycastArguments, Slicing, SlicingArguments,
 };
 use crate::device::launch::structs::{ClassificationParams, MarchParams, SegmentParams};
+use crate::device::launch::tinted::TintLauncher;
 use crate::device::launch::{Launcher, PerChannel, Rendering};
 use crate::error::Error;
 use crate::layers::{Axis, Kernel};
@@ -34,10 +35,10 @@ pub(super) enum RayOutput {
 /// Renders by marching along the rays of screen pixels. Steps are in smallest spacings.
 #[derive(Default)]
 pub(super) struct MarchedRays {
-    raycast: Launcher<Raycast>,
+    raycast: TintLauncher<Raycast>,
     slicing: Launcher<Slicing>,
-    segments: Launcher<CastSegments>,
-    values: Launcher<CastValues>,
+    segments: TintLauncher<CastSegments>,
+    values: TintLauncher<CastValues>,
     channels: Launcher<ChannelRaycast>,
 }
 
@@ -136,10 +137,12 @@ impl MarchedRays {
         let FieldInputs { layout, gradients, visible, sample, region, .. } = &inputs;
         let illumination = scene.illumination()?;
         let [light, sky] = illumination.arguments(&visible.flags);
+        // Depths have no colours.
+        let tint = if depths { None } else { scene.tint(AXIS.frame())? };
         self.raycast.launch(
             device,
             (layout.voxels.kind(), kernel, Rendering { depths, ..region.rendering_from(gradients) }),
-            &RaycastArguments {
+            RaycastArguments {
                 voxels: &layout.voxels,
                 view: layout.view,
                 gradient_voxels: &gradients.layout.voxels,
@@ -155,6 +158,7 @@ impl MarchedRays {
                 frame,
                 active_samples,
             },
+            tint,
         )
     }
 
@@ -182,6 +186,7 @@ impl MarchedRays {
         let tiles = Tiles::for_screen(viewport, device.tuning());
         let Drawn { samples: frame, active_samples, .. } = &target.prepare(tiles);
         let useful = scene.field.useful_values(settings.blend).unwrap_or([f32::NEG_INFINITY, f32::INFINITY]);
+        let tint = scene.tint(AXIS.frame())?;
         self.values.launch(
             device,
             (
@@ -189,7 +194,7 @@ impl MarchedRays {
                 kernel,
                 Rendering { depths: gathers == RayOutput::Depths, ..region.rendering_from(&gradients) },
             ),
-            &CastValuesArguments {
+            CastValuesArguments {
                 voxels: &layout.voxels,
                 view: layout.view,
                 gradient_voxels: &gradients.layout.voxels,
@@ -205,6 +210,7 @@ impl MarchedRays {
                 frame,
                 active_samples,
             },
+            tint,
         )
     }
 
@@ -271,10 +277,11 @@ impl MarchedRays {
         let region = Region::marched(scene, kernel, longest_slab(scene, step));
         let tiles = Tiles::for_screen(viewport, device.tuning());
         let Drawn { samples: frame, active_samples, .. } = &target.prepare(tiles);
+        let tint = scene.tint(AXIS.frame())?;
         self.segments.launch(
             device,
             (layout.voxels.kind(), kernel, segments, region.rendering_from(&gradients)),
-            &CastSegmentsArguments {
+            CastSegmentsArguments {
                 voxels: &layout.voxels,
                 view: layout.view,
                 gradient_voxels: &gradients.layout.voxels,
@@ -290,6 +297,7 @@ impl MarchedRays {
                 frame,
                 active_samples,
             },
+            tint,
         )
     }
 }

@@ -2,11 +2,13 @@
 
 use super::classification::{Classification, Integrals, PreparationKernels, SplatList, Splatted, Table, VisibleBlocks};
 use super::field::{Field, Layout};
+use super::label_colors::LabelColors;
 use super::light::{LightSources, LightVolumes};
 use super::lighting::Lighting;
 use super::sampling::Steps;
 use super::store::Inputs;
 use crate::device::launch::structs::{ClassificationParams, Float4, SampleParams, SegmentParams};
+use crate::device::launch::tinted::Tint;
 use crate::device::{Buffer, Device};
 use crate::error::Error;
 use crate::layers::{Axis, AxisFrame, GradientEstimator, Kernel, Rays};
@@ -44,6 +46,8 @@ pub(super) struct Scene<'a> {
     others: Vec<OtherField<'a>>,
     /// Extinction times red, green and blue, if the scene's field is the extinction of colours.
     colors: Option<&'a [Field; 3]>,
+    /// Colours of labels over the scene's field.
+    label_colors: Option<&'a LabelColors>,
 }
 
 /// A field that a scene draws together with its own.
@@ -62,7 +66,8 @@ impl<'a> Scene<'a> {
         kernels: &'a mut PreparationKernels,
         light: &'a mut LightVolumes,
     ) -> Self {
-        Self { device, field, classification, kernels, light, rays, viewport, settings, others: Vec::new(), colors: None }
+        let (others, colors, label_colors) = (Vec::new(), None, None);
+        Self { device, field, classification, kernels, light, rays, viewport, settings, others, colors, label_colors }
     }
 
     /// Adds fields that are drawn together with this one.
@@ -73,6 +78,21 @@ impl<'a> Scene<'a> {
     /// Makes the scene's field the extinction of colours.
     pub fn with_colors(self, colors: Option<&'a [Field; 3]>) -> Self {
         Self { colors, ..self }
+    }
+
+    /// Draws the scene's field in the colours of labels.
+    pub fn with_label_colors(self, label_colors: Option<&'a LabelColors>) -> Self {
+        Self { label_colors, ..self }
+    }
+
+    /// The colours of labels at points along the axes of `frame`.
+    pub fn tint(&self, frame: AxisFrame) -> Result<Option<Tint<'a>>, Error> {
+        self.label_colors.map(|labels| labels.tint(self.field.description(), frame)).transpose()
+    }
+
+    /// Whether there are several fields, or a field in the colours of labels.
+    pub fn is_mixed(&self) -> bool {
+        self.channels() > 1 || self.label_colors.is_some()
     }
 
     /// Whether layers are drawn by kernels that have a work-item per tile on every device.
@@ -96,8 +116,12 @@ impl<'a> Scene<'a> {
         1 + self.others.len()
     }
 
-    /// Rejects several fields, which `what` does not draw.
+    /// Rejects several fields and the colours of labels, which `what` does not draw.
     pub fn require_one_channel(&self, what: &str) -> Result<(), Error> {
+        if self.label_colors.is_some() {
+            let problem = format!("{what} are drawn without: omit them, or choose pre-integrated layers or ray casting");
+            return Err(Error::Settings { field: "label_colors", problem });
+        }
         if self.others.is_empty() {
             return Ok(());
         }

@@ -70,11 +70,8 @@ pub(super) struct Now<'a> {
     pub transfers: &'a [TransferFunction],
 }
 
-/// A renderer of a page, and the colours that it shows.
-pub(super) struct Drawing {
-    pub renderer: Box<dyn VolumeRenderer<'static> + Send>,
-    pub colors: Option<Arc<UploadedColors>>,
-}
+/// A renderer of a page.
+pub(super) type PageRenderer = dyn VolumeRenderer<'static> + Send;
 
 impl Drawn {
     /// What a renderer draws of it.
@@ -140,37 +137,32 @@ impl Scene {
     ///
     /// # Errors
     /// Insufficient memory of the device, and looks that do not go with the fields.
-    pub(super) fn drawing(&self, volume: &Volume<'static>, now: Now) -> Result<Drawing, Error> {
+    pub(super) fn page_renderer(&self, volume: &Volume<'static>, now: Now) -> Result<Box<PageRenderer>, Error> {
         let device = &self.opening.device;
-        let (renderer, colors): (Box<dyn VolumeRenderer<'static> + Send>, _) = match &self.uploaded {
-            Uploaded::Own => (volume_renderer(device, volume, &now.transfers[0])?, None),
-            Uploaded::One(uploaded) => (Box::new(Renderer::from_uploaded(uploaded, &now.transfers[0])?), None),
-            Uploaded::Several(uploaded) => (Box::new(Renderer::from_channels(&self.channels(uploaded, now)?)?), None),
-            Uploaded::Shown(uploaded, made) => {
-                let colors = self.colors(uploaded, made, now)?;
-                (Box::new(Renderer::from_colors(&colors)?), Some(colors))
-            }
+        let mut renderer: Box<PageRenderer> = match &self.uploaded {
+            Uploaded::Own => volume_renderer(device, volume, &now.transfers[0])?,
+            Uploaded::One(uploaded) => Box::new(Renderer::from_uploaded(uploaded, &now.transfers[0])?),
+            Uploaded::Several(uploaded) => Box::new(Renderer::from_channels(&self.channels(uploaded, now)?)?),
+            Uploaded::Shown(uploaded, made) => Box::new(Renderer::from_colors(&*self.colors(uploaded, made, now)?)?),
         };
-        let mut drawing = Drawing { renderer, colors };
-        drawing.renderer.limit(self.opening.time_limit);
-        Ok(drawing)
+        renderer.limit(self.opening.time_limit);
+        Ok(renderer)
     }
 
     /// Shows the fields as a page wants them from now on. Voxels are uploaded and programs built by none of it.
     ///
     /// # Errors
-    /// Insufficient memory of the device, and looks that do not go with the fields: the drawing stays.
-    pub(super) fn update(&self, drawing: &mut Drawing, now: Now) -> Result<(), Error> {
+    /// Insufficient memory of the device, and looks that do not go with the fields: the renderer stays as it was.
+    pub(super) fn update(&self, renderer: &mut PageRenderer, now: Now) -> Result<(), Error> {
         match &self.uploaded {
-            Uploaded::Own | Uploaded::One(_) => drawing.renderer.set_transfer_function(&now.transfers[0]),
+            Uploaded::Own | Uploaded::One(_) => renderer.set_transfer_function(&now.transfers[0]),
             Uploaded::Several(uploaded) => {
                 let channels = self.channels(uploaded, now)?;
-                drawing.renderer.require_whole("channels")?.set_channels(&channels)?;
+                renderer.require_whole("channels")?.set_channels(&channels)?;
             }
             Uploaded::Shown(uploaded, made) => {
                 let colors = self.colors(uploaded, made, now)?;
-                drawing.renderer.require_whole("colours")?.set_colors(&colors)?;
-                drawing.colors = Some(colors);
+                renderer.require_whole("colours")?.set_colors(&colors)?;
             }
         }
         Ok(())

@@ -2,8 +2,9 @@
 
 use super::annotated::annotated;
 use super::fields::Now;
+use super::fields::PageRenderer;
 use super::host::FilmWanted;
-use super::keeper::{Maker, Order, PageRenderer};
+use super::keeper::{Maker, Order};
 use super::page_camera::{PageCamera, PageProjection};
 use super::protocol::{FilmState, Format, Picture, Reply, Step, saved_size};
 use super::saving::{TRANSFER_NAME, files_of_others, names_of_others, saved_look};

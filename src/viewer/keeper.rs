@@ -10,7 +10,6 @@ use super::scene::Scene;
 use super::session::Outgoing;
 use crate::device::{Bands, Cancel};
 use crate::error::Error;
-use crate::renderer::VolumeRenderer;
 use crate::transfer::TransferFunction;
 use std::collections::VecDeque;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
@@ -171,8 +170,8 @@ impl Maker {
     fn make(&self, order: &Order) -> Result<(), Error> {
         // Dropped when done, with its buffers on the device.
         let volume = self.scene.step(order.step())?;
-        let mut drawing = self.scene.drawing(&volume, order.now())?;
-        let renderer = &mut drawing.renderer;
+        let mut renderer = self.scene.page_renderer(&volume, order.now())?;
+        let renderer = &mut renderer;
         renderer.set_cancel(Some(self.keeper.cancel.clone()));
         renderer.set_bands(Some(self.keeper.bands.clone()));
         match &order.kept {
@@ -181,9 +180,6 @@ impl Maker {
         }
     }
 }
-
-/// A renderer of a page.
-pub(super) type PageRenderer = dyn VolumeRenderer<'static> + Send;
 
 #[cfg(test)]
 mod tests {

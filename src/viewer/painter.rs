@@ -1,7 +1,7 @@
 //! The thread that draws for a page: frames that follow the hand, and the refinement of a picture at rest.
 
 use super::encoding::encoded;
-use super::fields::{Drawing, Now};
+use super::fields::{Now, PageRenderer};
 use super::inbox::{Inbox, Job, News};
 use super::keeper::{Keeper, Kept, Order};
 use super::look::Look;
@@ -16,7 +16,6 @@ use crate::camera::Camera;
 use crate::device::{Bands, Cancel};
 use crate::error::Error;
 use crate::image::Background;
-use crate::renderer::Renderer;
 use crate::settings::{LightGrid, Quality, Settings};
 use crate::transfer::TransferFunction;
 use crate::viewport::Viewport;
@@ -30,9 +29,7 @@ pub(super) struct Painter {
     pub inbox: Arc<Inbox>,
     keeper: Arc<Keeper>,
     pub outgoing: Outgoing,
-    pub drawing: Drawing,
-    /// Finds what is seen where the renderer has no depths. Made for the first question.
-    pub picker: Option<Renderer>,
+    pub renderer: Box<PageRenderer>,
     pub look: Look,
     /// Of all fields.
     pub transfers: Vec<TransferFunction>,
@@ -76,10 +73,10 @@ impl Painter {
         cancel: Cancel,
     ) -> Result<Self, Error> {
         let (look, transfers) = (first.look.clone(), first.transfers());
-        let mut drawing = scene.drawing(&scene.opening.volume, Now { look: &look, transfers: &transfers })?;
-        drawing.renderer.set_cancel(Some(cancel));
+        let mut renderer = scene.page_renderer(&scene.opening.volume, Now { look: &look, transfers: &transfers })?;
+        renderer.set_cancel(Some(cancel));
         let (moment, pace) = (Moment::new(&scene), Pace::default());
-        Ok(Self { scene, inbox, keeper, outgoing, drawing, picker: None, look, transfers, moment, pace, current: None })
+        Ok(Self { scene, inbox, keeper, outgoing, renderer, look, transfers, moment, pace, current: None })
     }
 
     /// How the fields are shown.
@@ -149,9 +146,8 @@ impl Painter {
             }
         }
         if is_changed {
-            self.picker = None;
             let (scene, now) = (&self.scene, Now { look: &self.look, transfers: &self.transfers });
-            if let Err(error) = scene.update(&mut self.drawing, now) {
+            if let Err(error) = scene.update(self.renderer.as_mut(), now) {
                 self.outgoing.problem(scene, &error);
             }
         }
@@ -163,7 +159,7 @@ impl Painter {
             return Ok(());
         }
         self.moment.go(&self.scene, step)?;
-        self.drawing.renderer.set_volume(self.moment.volume())
+        self.renderer.set_volume(self.moment.volume())
     }
 
     /// Draws the next picture of the current view.
@@ -187,7 +183,7 @@ impl Painter {
             settings.light_grid = LightGrid::Half;
         }
         self.use_general_programs(true);
-        self.drawing.renderer.set_bands(None);
+        self.renderer.set_bands(None);
         self.show(current, Step::Moving, size, &settings)?;
         self.pace.record(current.page, started.elapsed());
         current.progress = Progress::All;
@@ -199,13 +195,13 @@ impl Painter {
         let inbox = self.inbox.clone();
         self.use_general_programs(false);
         // A hand waits for two bands at most.
-        self.drawing.renderer.set_bands(Some(Bands::new()));
+        self.renderer.set_bands(Some(Bands::new()));
         inbox.giving_way(|| self.refine_once(current)).unwrap_or(Ok(()))
     }
 
     /// Frames that follow the hand do not wait for a program while a more general one is there. Others have the bits of the command.
     fn use_general_programs(&mut self, allowed: bool) {
-        if let Some(renderer) = self.drawing.renderer.whole() {
+        if let Some(renderer) = self.renderer.whole() {
             renderer.use_general_programs(allowed);
         }
     }
@@ -230,14 +226,14 @@ impl Painter {
                 current.progress = Progress::High;
             }
             // A volume that is streamed would be read again for every block.
-            Progress::High if self.drawing.renderer.whole().is_none() => self.rest(current),
+            Progress::High if self.renderer.whole().is_none() => self.rest(current),
             Progress::High => match Sharpening::new(page) {
                 Ok(sharpening) => current.progress = Progress::Sharpening(sharpening),
                 Err(_) => self.rest(current),
             },
             Progress::Sharpening(sharpening) => {
                 let settings = self.scene.host.settings(&self.look, Some(Quality::High))?;
-                let renderer = self.drawing.renderer.require_whole("refinement")?;
+                let renderer = self.renderer.require_whole("refinement")?;
                 if sharpening.draw_block(renderer, &current.camera, &settings)? {
                     let (frame, next) = (sharpening.frame(), sharpening.next().ok().flatten());
                     let background = self.look.background()?;
@@ -263,11 +259,11 @@ impl Painter {
         self.scene.host.require_checked(&current.camera, size, settings)?;
         let background = self.look.background()?;
         let rgba = if self.has_annotations() {
-            let (frame, _) = self.drawing.renderer.render(&current.camera, size, settings)?;
+            let (frame, _) = self.renderer.render(&current.camera, size, settings)?;
             let drawn = frame.map(|frame| self.annotated(frame, &current.camera, settings.blend));
             drawn.transpose()?.map(|frame| frame.to_rgba8(background))
         } else {
-            self.drawing.renderer.render_rgba8(&current.camera, size, settings, background)?.0
+            self.renderer.render_rgba8(&current.camera, size, settings, background)?.0
         };
         rgba.map_or(Ok(()), |rgba| self.send(current, step, size, background, &rgba))
     }

@@ -6,7 +6,6 @@ use super::protocol::{Pick, shown_size};
 use super::scene::Scene;
 use crate::camera::{Camera, Projection};
 use crate::error::Error;
-use crate::image::Depths;
 use crate::layers::Kernel;
 use crate::renderer::{FieldKind, depth_settings};
 use crate::settings::{Algorithm, Blend, Classification, Layered, Settings};
@@ -95,7 +94,7 @@ impl Painter {
         }
         let camera = pick.camera(&self.scene.camera(&pick.camera)?)?;
         self.scene.host.require_checked(&camera, PIXEL, &casting)?;
-        let depths = self.depths(&camera, &settings)?;
+        let depths = self.renderer.depths(&camera, PIXEL, &settings)?;
         let (first, mean) = (f64::from(depths.first()[0]), f64::from(depths.mean()[0]));
         if !first.is_finite() {
             return Ok(None);
@@ -104,15 +103,6 @@ impl Painter {
         let seen = Seen { scene: &self.scene, volume: self.moment.volume(), now: self.now(), settings: &settings };
         let (within, is_visible) = seen.at(camera.position + forward * mean)?;
         Ok(Some(if is_visible { within } else { seen.at(camera.position + forward * first)?.0 }))
-    }
-
-    fn depths(&mut self, camera: &Camera, settings: &Settings) -> Result<Depths, Error> {
-        let Some(colors) = &self.drawing.colors else { return self.drawing.renderer.depths(camera, PIXEL, settings) };
-        let picker = match &mut self.picker {
-            Some(picker) => picker,
-            none => none.insert(colors.depth_renderer()?),
-        };
-        picker.depths(camera, PIXEL, settings)
     }
 }
 

@@ -2,10 +2,11 @@
 
 use super::annotated::annotated;
 use super::fields::Now;
+use super::fields::PageRenderer;
 use super::films::without_path;
 use super::host::Wanted;
 use super::inbox::Saving;
-use super::keeper::{Maker, Order, PageRenderer};
+use super::keeper::{Maker, Order};
 use super::look::{Look, PageQuality};
 use super::painter::Painter;
 use super::protocol::{Format, NamedText, Picture, Reply, SavedFormat, Step};

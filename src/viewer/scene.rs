@@ -1,6 +1,6 @@
 //! What all pages of a run share: the volume on the device, and what its first view is.
 
-use super::fields::{Drawn, Now, Uploaded};
+use super::fields::{Drawn, Now, PageRenderer, Uploaded};
 use super::host::Host;
 use super::look::Look;
 use super::page_camera::{PageCamera, PageProjection};
@@ -13,7 +13,7 @@ use crate::error::Error;
 #[cfg(feature = "viewer")]
 use crate::files::Scratch;
 use crate::framing::{Fixed, Orientation};
-use crate::renderer::{UploadedVolume, VolumeRenderer};
+use crate::renderer::UploadedVolume;
 use crate::settings::Settings;
 use crate::transfer::TransferFunction;
 use crate::viewport::Viewport;
@@ -138,10 +138,10 @@ impl Scene {
     ///
     /// # Errors
     /// Insufficient memory of the device.
-    pub fn renderer(&self, transfer: &TransferFunction) -> Result<Box<dyn VolumeRenderer<'static> + Send>, Error> {
+    pub fn renderer(&self, transfer: &TransferFunction) -> Result<Box<PageRenderer>, Error> {
         let first = First { transfer: transfer.clone(), ..self.opening.first() };
         let now = Now { look: &first.look, transfers: &first.transfers() };
-        Ok(self.drawing(&self.opening.volume, now)?.renderer)
+        self.page_renderer(&self.opening.volume, now)
     }
 
     /// The frame in which angles of pages are counted.

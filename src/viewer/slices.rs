@@ -110,7 +110,7 @@ impl Painter {
         let slices = view.planes().map(|slice| slice.fitted(grid, viewport));
         let kernel = Kernel::from(view.kernel);
         let background = self.look.background()?;
-        let renderer = self.drawing.renderer.require_whole("the page's slices")?;
+        let renderer = self.renderer.require_whole("the page's slices")?;
         let value = value_at(renderer, grid, DVec3::from_array(view.point), kernel)?;
         let mut rgba = Vec::new();
         let mut placed = Vec::new();

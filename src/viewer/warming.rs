@@ -20,7 +20,7 @@ pub(super) fn begin(painter: &mut Painter) {
     if scene.warming[usize::from(has_light)].swap(true, Ordering::SeqCst) {
         return;
     }
-    let Some(renderer) = painter.drawing.renderer.whole().filter(|_| scene.host.builds_ahead()) else {
+    let Some(renderer) = painter.renderer.whole().filter(|_| scene.host.builds_ahead()) else {
         scene.ready.skip();
         return;
     };

@@ -154,6 +154,17 @@ impl Grid {
         self.world_to_voxel_linear() * (position - self.origin)
     }
 
+    /// Index of the voxel nearest to a place in voxels, if that lies within half a voxel of the grid.
+    pub(super) fn nearest_voxel(&self, place: DVec3) -> Option<usize> {
+        let [x, y, z] = self.dims;
+        let nearest = place.round();
+        let inside = nearest.cmpge(DVec3::ZERO).all() && nearest.cmplt(DVec3::new(x as f64, y as f64, z as f64)).all();
+        inside.then(|| {
+            let [i, j, k] = nearest.to_array().map(|n| n as usize);
+            i + x * (j + y * k)
+        })
+    }
+
     /// Linear part of the transform from world to voxel coordinates.
     pub fn world_to_voxel_linear(&self) -> DMat3 {
         DMat3::from_diagonal(1.0 / self.spacing) * self.world_to_grid_axes()

@@ -385,6 +385,7 @@ pub const UNCHANGED: &[(&str, &str)] = &[
     ("--color-opacity", "draws numbers of voxels as colours; tests/command_channels.rs"),
     ("--labels", "draws labels; tests/command_channels.rs"),
     ("--mask", "draws voxels within labels; tests/command_channels.rs"),
+    ("--label-colors", "draws the colours of labels; tests/command_channels.rs"),
     ("--label", "draws labels; tests/command_channels.rs"),
     ("--series", "chooses one of several series of DICOM images; tests/command_volumes.rs"),
     ("--level", "chooses one of several resolutions; tests/command_volumes.rs"),

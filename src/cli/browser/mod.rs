@@ -120,6 +120,10 @@ impl Ending {
 
 /// The first view: that of `render` with the same options.
 fn opening_of(options: &SceneOptions, mut scene: Scene, sequence: Option<Sequence>) -> Result<Opening, Error> {
+    if scene.label_colors.is_some() {
+        let problem = "pages show a volume in its own colours: omit it, or use render or rotate".into();
+        return Err(Error::Settings { field: "label_colors", problem });
+    }
     let orientation = orientation::announced(&options.camera, &scene);
     let cameras = Cameras::new(&options.camera, &scene, Fit::Visible, orientation);
     let orbit = cameras.angles().or_all_of(OBLIQUE);

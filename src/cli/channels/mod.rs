@@ -23,7 +23,7 @@ pub(super) struct ChannelOptions {
     /// Draw these components of the file together, e.g. 0,2, or all, in the colours that the file states or by their names; other options are for the first [default: the first alone]
     #[arg(long, value_parser = components, value_name = "N,N|all", conflicts_with_all = ["channel", "scene"])]
     channels: Option<Components>,
-    /// Draw another volume together with this one. Keys: transfer, range, opacity, color, factor, iso, gradient-opacity, channel, frame, array, at, visible; see the guide. Repeatable
+    /// Draw another volume together with this one. Keys: transfer, range, opacity, color, factor, iso, gradient-opacity, channel, frame, array, at, mask, visible; see the guide. Repeatable
     #[arg(long, value_parser = FieldSpec::from_text, value_name = "FILE[,KEY=VALUE]", conflicts_with = "scene")]
     with: Vec<FieldSpec>,
     /// Draw the fields of a scene file together: JSON, see the guide
@@ -82,7 +82,7 @@ impl Default for Look {
 
 /// The fields of a picture.
 pub(super) struct Fields {
-    /// Replaces the volume of the command, which names none.
+    /// Replaces the volume of the command, which names none, or of which a mask leaves a part.
     pub first: Option<Volume<'static>>,
     /// Transfer function and look of the first field, unless options choose the former.
     first_spec: FieldSpec,
@@ -139,7 +139,7 @@ impl ChannelOptions {
             specs = scene_file::read(path)?;
             if options.is_default() || specs[0].file.is_none() {
                 let spec = specs.remove(0);
-                fields.first = spec.file.is_some().then(|| spec.open()).transpose()?;
+                fields.first = if spec.file.is_some() { Some(spec.open()?) } else { spec.masked(first)? };
                 fields.first_spec = spec;
             }
         }

@@ -2,7 +2,7 @@
 
 use super::{Look, open_options};
 use crate::annotation::LegendEntry;
-use crate::cli::options::Opacities;
+use crate::cli::options::{Mask, Opacities};
 use crate::cli::parse;
 use crate::error::Error;
 use crate::files;
@@ -29,6 +29,8 @@ pub(super) struct FieldSpec {
     gradient_opacity: Option<GradientOpacity>,
     /// File of the transform from its world to that of the scene.
     at: Option<PathBuf>,
+    /// Labels within which it shows: `FILE` or `FILE:IDS`. Which of the two is known only once the file's folder is.
+    mask: Option<String>,
     hidden: bool,
     name: Option<String>,
     /// Colour beside those of the other fields, unless `color` is given.
@@ -36,7 +38,8 @@ pub(super) struct FieldSpec {
 }
 
 /// Keys, for messages.
-const KEYS: &str = "transfer, range, opacity, color, factor, iso, gradient-opacity, channel, frame, array, at, visible and name";
+const KEYS: &str =
+    "transfer, range, opacity, color, factor, iso, gradient-opacity, channel, frame, array, at, mask, visible and name";
 
 impl FieldSpec {
     /// Parses `FILE,KEY=VALUE,…`.
@@ -94,6 +97,7 @@ impl FieldSpec {
             "iso" => self.iso = Some(parse::value(value)?),
             "gradient-opacity" => self.gradient_opacity = Some(parse::gradient_opacity(value)?),
             "at" => self.at = Some(value.into()),
+            "mask" => self.mask = Some(value.into()),
             "name" => self.name = Some(value.into()),
             "visible" => self.hidden = !parse::switch(value)?,
             _ => return Err(format!("unknown key; keys are {KEYS}")),
@@ -109,6 +113,7 @@ impl FieldSpec {
         if let Some(transfer) = self.transfer.as_mut().filter(|transfer| folder.join(transfer).exists()) {
             *transfer = folder.join(&*transfer);
         }
+        self.mask = self.mask.map(|mask| folder.join(mask).to_string_lossy().into_owned());
         self
     }
 
@@ -116,6 +121,18 @@ impl FieldSpec {
     pub fn open(&self) -> Result<Volume<'static>, Error> {
         let file = self.file.as_deref().expect("a field beside the first one names its file");
         let volume = Volume::open(file, &open_options(self))?;
+        self.placed(self.masked(&volume)?.unwrap_or(volume))
+    }
+
+    /// What of a volume lies within the labels of the mask, or `None` without one. The mask is in the world of the field's file.
+    pub fn masked(&self, volume: &Volume) -> Result<Option<Volume<'static>>, Error> {
+        let Some(text) = &self.mask else { return Ok(None) };
+        let mask = Mask::from_text(text).map_err(|problem| Error::Settings { field: "mask", problem })?;
+        mask.applied_to(volume).map(Some)
+    }
+
+    /// The volume where `at` places it.
+    fn placed(&self, volume: Volume<'static>) -> Result<Volume<'static>, Error> {
         let Some(path) = &self.at else { return Ok(volume) };
         let transform = read_transform(path)?;
         let grid = Grid::from_affine(volume.grid().dims(), transform * volume.grid().index_to_world());

@@ -1,5 +1,6 @@
 //! Options for volumes of labels.
 
+use super::mask::Mask;
 use crate::Error;
 use crate::cli::parse;
 use crate::volume::{LabelChange, Labels, OpenOptions, Volume};
@@ -17,37 +18,19 @@ pub(in crate::cli) struct LabelOptions {
     /// Change labels: IDS are ids, ranges and names, as 3,7-9,liver; then #rrggbb, an opacity, and show, hide, only or highlight. Repeatable
     #[arg(long, value_name = "IDS:CHANGES", value_parser = parse::label)]
     label: Vec<LabelChange>,
+    /// Draw the volume in the colours of the labels of FILE, with its own opacities; --labels and --label then mean FILE
+    #[arg(long, value_name = "FILE")]
+    label_colors: Option<PathBuf>,
     /// Show only what lies within labels of FILE: all of them, or IDS as for --label
     #[arg(long, value_name = "FILE[:IDS]", value_parser = Mask::from_text)]
     mask: Option<Mask>,
 }
 
-/// Labels within which a volume shows.
-#[derive(Clone)]
-struct Mask {
-    file: PathBuf,
-    /// Chosen labels; all if none.
-    only: Option<LabelChange>,
-}
-
-impl Mask {
-    /// Parses `FILE` or `FILE:IDS`. Names of files may have colons.
-    fn from_text(text: &str) -> Result<Self, String> {
-        let whole = || Ok(Self { file: text.into(), only: None });
-        match text.rsplit_once(':').filter(|(file, _)| Path::new(file).exists() && !Path::new(text).exists()) {
-            Some((file, ids)) => Ok(Self { file: file.into(), only: Some(parse::label(&format!("{ids}:only"))?) }),
-            None => whole(),
-        }
-    }
-}
-
 impl LabelOptions {
     /// Applies `--mask`.
     pub fn masked(&self, volume: Volume<'static>) -> Result<Volume<'static>, Error> {
-        let Some(Mask { file, only }) = &self.mask else { return Ok(volume) };
-        let mut labels = Labels::open(file, &OpenOptions::default(), None)?;
-        only.iter().try_for_each(|change| labels.change(change))?;
-        volume.masked(&labels)
+        let Some(mask) = &self.mask else { return Ok(volume) };
+        mask.applied_to(&volume)
     }
 
     /// Whether only what lies within labels is shown.
@@ -56,27 +39,41 @@ impl LabelOptions {
         self.mask.is_some()
     }
 
-    /// Whether the options say that voxels are labels.
+    /// Whether the options say that the voxels of the volume are labels.
     pub fn is_given(&self) -> bool {
-        self.labels.is_some() || !self.label.is_empty()
+        self.label_colors.is_none() && (self.labels.is_some() || !self.label.is_empty())
+    }
+
+    /// The labels that colour the volume, with all changes.
+    pub fn label_colors(&self) -> Result<Option<Labels>, Error> {
+        let Some(file) = &self.label_colors else { return Ok(None) };
+        self.changed(Labels::open(file, &OpenOptions::default(), self.table())?).map(Some)
+    }
+
+    /// The table of names and colours.
+    fn table(&self) -> Option<&Path> {
+        self.labels.as_ref().and_then(|table| table.as_deref())
+    }
+
+    /// Labels with the changes that the options ask for.
+    fn changed(&self, mut labels: Labels) -> Result<Labels, Error> {
+        self.label.iter().try_for_each(|change| labels.change(change))?;
+        Ok(labels)
     }
 
     /// Opens the labels of a file and applies all changes; `None` if neither the options nor the file say that its voxels are labels.
     pub fn open(&self, path: &Path, options: &OpenOptions) -> Result<Option<Labels>, Error> {
         let is_asked = self.is_given();
-        let opened = match &self.labels {
-            _ if !is_asked && !Labels::are_declared(path, options).unwrap_or(true) => return Ok(None),
-            table => Labels::open(path, options, table.as_ref().and_then(|table| table.as_deref())),
-        };
-        let mut labels = match opened {
+        if self.label_colors.is_some() || (!is_asked && !Labels::are_declared(path, options).unwrap_or(true)) {
+            return Ok(None);
+        }
+        match Labels::open(path, options, self.table()) {
             // A file that is refused as labels is still a volume of values.
             Err(e) if !is_asked => {
                 tracing::warn!("its labels cannot be listed: {e}");
-                return Ok(None);
+                Ok(None)
             }
-            opened => opened?,
-        };
-        self.label.iter().try_for_each(|change| labels.change(change))?;
-        Ok(Some(labels))
+            opened => self.changed(opened?).map(Some),
+        }
     }
 }

@@ -4,12 +4,14 @@ mod encoding;
 mod labels;
 mod light;
 mod light_fields;
+mod mask;
 mod quality;
 mod volume;
 
 pub(super) use encoding::{EncodingOptions, quoted};
 pub(super) use labels::LabelOptions;
 pub(super) use light::{LightOptions, Reach};
+pub(super) use mask::Mask;
 pub(super) use quality::QualityOptions;
 pub(super) use volume::{ChannelChoice, FileOptions, LevelChoice, VolumeOptions};
 

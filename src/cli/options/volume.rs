@@ -152,7 +152,7 @@ impl VolumeOptions {
     }
 
     /// Opens the volume, and its labels if the options or the file say that its voxels are some.
-    pub fn open_labelled(&self, labels: &LabelOptions) -> Result<(Volume<'static>, Option<Labels>), crate::Error> {
+    pub fn open_labelled(&self, label_options: &LabelOptions) -> Result<(Volume<'static>, Option<Labels>), crate::Error> {
         let options = OpenOptions { alone: self.alone, ..self.file.raw(None)? };
         let (volume, labels) = standard::open_input(&self.volume, |path| {
             let volume = Volume::open(path, &options)?;
@@ -160,9 +160,11 @@ impl VolumeOptions {
             let contents = volume.contents();
             let frame = options.frame.or((contents.frames > 1).then_some(contents.frame));
             let level = options.level.or((contents.levels.len() > 1).then_some(Level::Number(contents.level)));
-            let labels = labels.open(path, &OpenOptions { frame, level, ..options.clone() })?;
+            let labels = label_options.open(path, &OpenOptions { frame, level, ..options.clone() })?;
             Ok((volume, labels))
         })?;
+        // Those that colour the volume are listed, too.
+        let labels = labels.map_or_else(|| label_options.label_colors(), |labels| Ok(Some(labels)))?;
         Ok((self.with_background(volume)?, labels))
     }
 

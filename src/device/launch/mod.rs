@@ -15,6 +15,7 @@ pub(crate) mod sheets;
 mod signatures;
 pub(crate) mod slice;
 pub(crate) mod structs;
+pub(crate) mod tinted;
 pub(crate) mod volume;
 mod voxel_buffer;
 
@@ -107,13 +108,30 @@ impl Items {
 pub(crate) trait Arguments {
     /// Index of the last argument.
     const FIRST_ITEM: u32;
+    /// Sets all arguments but the last.
+    fn set_own(&self, kernel: &ClKernel) -> opencl3::Result<()>;
+    /// Size of each argument but the last in bytes; 0 for buffers.
+    fn own_sizes() -> Vec<usize>;
+    /// Names and OpenCL types of all arguments but the last.
+    #[cfg(test)]
+    fn own_signature() -> Vec<(String, String)>;
+
     /// Sets all arguments, the last one to 0.
-    fn set(&self, kernel: &ClKernel) -> opencl3::Result<()>;
+    fn set(&self, kernel: &ClKernel) -> opencl3::Result<()> {
+        self.set_own(kernel)?;
+        Argument::set(&0u64, kernel, Self::FIRST_ITEM)
+    }
+
     /// Size of each argument in bytes; 0 for buffers.
-    fn sizes() -> Vec<usize>;
+    fn sizes() -> Vec<usize> {
+        [Self::own_sizes(), vec![size_of::<u64>()]].concat()
+    }
+
     /// Names and OpenCL types.
     #[cfg(test)]
-    fn signature() -> Vec<(String, String)>;
+    fn signature() -> Vec<(String, String)> {
+        Self::own_signature().into_iter().chain([("first_item".into(), "ulong".into())]).collect()
+    }
 }
 
 /// A kernel whose variants are built on first use.
@@ -197,24 +215,23 @@ macro_rules! kernel {
         impl<$lifetime> $crate::device::launch::Arguments for $arguments<$lifetime> {
             const FIRST_ITEM: u32 = 0 $(+ <$type as $crate::device::launch::Typed>::COUNT)*;
 
-            fn set(&self, kernel: &opencl3::kernel::Kernel) -> opencl3::Result<()> {
+            fn set_own(&self, kernel: &opencl3::kernel::Kernel) -> opencl3::Result<()> {
                 let mut index = 0;
                 $(
                     $crate::device::launch::Argument::set(&self.$field, kernel, index)?;
                     index += <$type as $crate::device::launch::Typed>::COUNT;
                 )*
                 debug_assert_eq!(index, Self::FIRST_ITEM);
-                $crate::device::launch::Argument::set(&0u64, kernel, Self::FIRST_ITEM)
+                Ok(())
             }
 
-            fn sizes() -> Vec<usize> {
+            fn own_sizes() -> Vec<usize> {
                 let sizes = [$((<$type as $crate::device::launch::Typed>::BYTES, <$type as $crate::device::launch::Typed>::COUNT)),*];
-                let all = sizes.into_iter().flat_map(|(bytes, count)| std::iter::repeat_n(bytes, count as usize));
-                all.chain([size_of::<u64>()]).collect()
+                sizes.into_iter().flat_map(|(bytes, count)| std::iter::repeat_n(bytes, count as usize)).collect()
             }
 
             #[cfg(test)]
-            fn signature() -> Vec<(String, String)> {
+            fn own_signature() -> Vec<(String, String)> {
                 let mut signature = Vec::new();
                 $(
                     let (name, kind) = (stringify!($field), <$type as $crate::device::launch::Typed>::name());
@@ -223,7 +240,6 @@ macro_rules! kernel {
                         count => signature.extend((0..count).map(|i| (format!("{name}_{i}"), kind.clone()))),
                     }
                 )*
-                signature.push(("first_item".into(), "ulong".into()));
                 signature
             }
         }

@@ -58,6 +58,13 @@ fn launchers_match_their_kernels() {
         compare::<layered::PointDirect>(d, (voxels, Kernel::Linear, segments, rendering));
         compare::<rays::CastValues>(d, (voxels, Kernel::Linear, rendering));
     }
+    compare::<tinted::Tinted<layered::PointLattice>>(d, (voxels, Kernel::Cubic, segments, separate));
+    compare::<tinted::Tinted<layered::PointSamples>>(d, (voxels, Kernel::Cubic, segments, separate));
+    compare::<tinted::Tinted<rays::Raycast>>(d, (voxels, Kernel::Cubic, separate));
+    compare::<tinted::Tinted<rays::CastSegments>>(d, (voxels, Kernel::Cubic, segments, separate));
+    let iso = Rendering { blend: BlendMode::Iso { refined: true }, ..rendering };
+    compare::<tinted::Tinted<layered::PointLattice>>(d, (voxels, Kernel::Cubic, segments, iso));
+    compare::<tinted::Tinted<rays::CastValues>>(d, (voxels, Kernel::Cubic, iso));
     let depths = Rendering { depths: true, ..rendering };
     compare::<rays::Raycast>(d, (voxels, Kernel::Cubic, depths));
     compare::<rays::CastValues>(d, (voxels, Kernel::Cubic, Rendering { blend: BlendMode::Iso { refined: false }, ..depths }));

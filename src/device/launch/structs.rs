@@ -103,6 +103,20 @@ kernel_struct! {
 }
 
 kernel_struct! {
+    /// Where the colours of labels lie (tint.cl).
+    TintParams {
+        /// Rows of the affine transform from voxels along u, v, a to voxels of the labels along x, y, z.
+        to_voxels: [[f32; 4]; 3],
+        /// Voxels of the labels along x, y, z.
+        dims as [dims_x, dims_y, dims_z]: i32,
+        /// Voxels of the labels for which the outer ones go on beyond their grid.
+        beyond: f32,
+        /// Bytes of a voxel of the labels, 1 or 2.
+        bytes: i32,
+    }
+}
+
+kernel_struct! {
     /// A sweep of rays from a light through the layers of an axis.
     LightSweepParams {
         tiles as [tiles_u, tiles_v]: i32,
@@ -469,6 +483,7 @@ pub(in crate::device) fn typedefs() -> String {
         FieldParams::typedef(),
         ClassificationParams::typedef(),
         LightVolumeParams::typedef(),
+        TintParams::typedef(),
         LightSweepParams::typedef(),
         LightParams::typedef(),
         SegmentParams::typedef(),

@@ -65,7 +65,7 @@ fn temporary_bytes(format: ImageFormat, encoding: &Encoding, depths: Option<&Dep
         ImageFormat::Png => 2 * bytes,
         ImageFormat::Jpeg | ImageFormat::WebP | ImageFormat::Tiff => 3 * bytes,
         ImageFormat::Npy => 16,
-        ImageFormat::Exr => 16 + 2 * (16 + if depths.is_some() { 8 } else { 0 }),
+        ImageFormat::Exr => 16 + 2 * (16 + depths.map_or(0, |depths| if depths.ids().is_some() { 12 } else { 8 })),
     }
 }
 
@@ -189,8 +189,9 @@ fn write_exr(
     let channel = |name: &str, numbers| AnyChannel::new(name, FlatSamples::F32(numbers));
     let color = |(i, name)| channel(name, frame.pixels().iter().map(|pixel| pixel[i]).collect());
     let colors = ["R", "G", "B", "A"].into_iter().enumerate().map(color);
+    let ids = depths.and_then(Depths::ids).map(|ids| AnyChannel::new("id", FlatSamples::U32(ids.to_vec())));
     let depths = depths.into_iter().flat_map(|depths| [("Z", depths.first()), ("mean.Z", depths.mean())]);
-    let channels = colors.chain(depths.map(|(name, numbers)| channel(name, numbers.to_vec()))).collect();
+    let channels = colors.chain(depths.map(|(name, numbers)| channel(name, numbers.to_vec()))).chain(ids).collect();
     let mut image = Image::from_channels((frame.width() as usize, frame.height() as usize), AnyChannels::sort(channels));
     image.layer_data.attributes.horizontal_density = dpi.map(|dpi| dpi.get().into());
     // Texts of OpenEXR have bytes of Latin-1; other characters have no place there.

@@ -3,6 +3,7 @@
 use super::super::classification::{Classification, PreparationKernels, TableSizes};
 use super::super::colors::{UploadedColors, color_settings};
 use super::super::field::{Field, FieldShape, UploadedVolume};
+use super::super::label_colors::{LabelColors, check_tinted};
 use super::super::light::LightVolumes;
 use super::super::scene::{OtherField, Scene, View};
 use super::super::store::Version;
@@ -28,6 +29,8 @@ pub(in crate::renderer) struct Fields {
     others: Vec<ClassifiedField>,
     /// Extinction times colour, if the first field is the extinction of colours.
     colors: Option<Colors>,
+    /// Colours of labels over the first field.
+    label_colors: Option<LabelColors>,
     /// Grid of the first field's own voxels.
     first_grid: Grid,
     resampled: Vec<Resampled>,
@@ -141,6 +144,7 @@ impl Fields {
             first: ClassifiedField::new(volume, transfer),
             others: Vec::new(),
             colors: None,
+            label_colors: None,
             first_grid,
             resampled: Vec::new(),
         }
@@ -149,8 +153,8 @@ impl Fields {
     /// Copies for rehearsals, with empty caches.
     pub fn for_rehearsal(&self, dimmed: Option<bool>) -> Self {
         let others = self.others.iter().map(|other| other.for_rehearsal(dimmed)).collect();
-        let (colors, first_grid) = (self.colors.clone(), self.first_grid.clone());
-        Self { first: self.first.for_rehearsal(dimmed), others, colors, first_grid, resampled: Vec::new() }
+        let (colors, label_colors, first_grid) = (self.colors.clone(), self.label_colors.clone(), self.first_grid.clone());
+        Self { first: self.first.for_rehearsal(dimmed), others, colors, label_colors, first_grid, resampled: Vec::new() }
     }
 
     /// Replaces the field of the renderer's volume.
@@ -182,6 +186,16 @@ impl Fields {
         self.first_grid = volume.description().grid().clone();
         self.first.set(&Channel::new(&volume, &transfer), volume.field.for_renderer());
         self.colors = Some(Colors { fields: colors.colors.clone(), are_labels: colors.are_labels });
+    }
+
+    /// Draws the first field in the colours of labels, or in its own.
+    ///
+    /// # Errors
+    /// As [`LabelColors::grid_over`]; the colours stay then.
+    pub fn set_label_colors(&mut self, colors: Option<&LabelColors>) -> Result<(), Error> {
+        colors.map_or(Ok(()), |colors| colors.grid_over(self.first.field.description()).map(|_| ()))?;
+        self.label_colors = colors.cloned();
+        Ok(())
     }
 
     fn require_one(&self) -> Result<(), Error> {
@@ -294,10 +308,23 @@ impl Fields {
             (crop.lowest, crop.highest) = (place(crop.lowest), place(crop.highest));
         }
         let settings = Settings { clipping, ..settings };
+        if let Some(labels) = &self.label_colors {
+            self.check_label_colors(labels, &settings)?;
+        }
         match &self.colors {
             Some(colors) => color_settings(settings, colors.are_labels),
             None => Ok(settings),
         }
+    }
+
+    fn check_label_colors(&self, labels: &LabelColors, settings: &Settings) -> Result<(), Error> {
+        if self.colors.is_some() || self.visible().count() > 1 {
+            let problem =
+                "are those of one volume of values, and the renderer draws several, or colours: omit one of both".into();
+            return Err(Error::Settings { field: "label_colors", problem });
+        }
+        labels.grid_over(self.first.field.description())?;
+        check_tinted(settings)
     }
 
     /// Whether frames are of several fields or of colours.
@@ -322,7 +349,7 @@ impl Fields {
         let world = self.first.field.world();
         let blend = view.settings.blend;
         let none = !self.all().any(|field| field.shows(blend));
-        let Self { first, others, colors, .. } = self;
+        let Self { first, others, colors, label_colors, .. } = self;
         let all = std::iter::once(first).chain(others).enumerate();
         let mut shown = all.filter(|(n, field)| field.shows(blend) || (none && *n == 0));
         let (_, base) = shown.next().expect("the first field is drawn if no other is");
@@ -336,7 +363,8 @@ impl Fields {
             .collect();
         let view = View { settings: &settings, ..view };
         let scene = Scene::new(view, &base.field, &mut base.classification, kernels, light).with_others(others);
-        work(&mut scene.with_colors(colors.as_ref().map(|colors| &colors.fields)))
+        let scene = scene.with_colors(colors.as_ref().map(|colors| &colors.fields));
+        work(&mut scene.with_label_colors(label_colors.as_ref()))
     }
 
     /// Drops all data derived from fields and transfer functions.

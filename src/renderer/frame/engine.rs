@@ -2,8 +2,9 @@
 
 use super::super::channels::{Channel, Fields};
 use super::super::classification::{Classification, PreparationKernels};
-use super::super::colors::UploadedColors;
+use super::super::colors::{UploadedColors, refuse_pixels};
 use super::super::field::{Field, UploadedVolume};
+use super::super::label_colors::LabelColors;
 use super::super::layered::{PointLayers, SplatLayers};
 #[cfg(test)]
 use super::super::light::Illumination;
@@ -127,11 +128,14 @@ impl Engine {
     }
 
     fn require_context(&self, volume: &UploadedVolume) -> Result<(), Error> {
-        if volume.device.context() == self.device.context() {
+        self.require_own_context(&volume.device, "the uploaded volume")
+    }
+
+    fn require_own_context(&self, device: &Device, what: &'static str) -> Result<(), Error> {
+        if device.context() == self.device.context() {
             return Ok(());
         }
-        let problem = "is on a device of another context than the renderer".into();
-        Err(Error::Memory { what: "the uploaded volume", problem })
+        Err(Error::Memory { what, problem: "is on a device of another context than the renderer".into() })
     }
 
     /// Replaces all fields.
@@ -146,6 +150,12 @@ impl Engine {
         self.require_context(&colors.visibility().0)?;
         self.fields.set_colors(colors);
         Ok(())
+    }
+
+    /// Draws the first field in the colours of labels, or in its own.
+    pub fn set_label_colors(&mut self, colors: Option<&LabelColors>) -> Result<(), Error> {
+        colors.map_or(Ok(()), |colors| self.require_own_context(&colors.device, "the colours of labels"))?;
+        self.fields.set_label_colors(colors)
     }
 
     /// The field of the renderer's volume.
@@ -361,15 +371,16 @@ impl Engine {
     fn draw_screen(&mut self, view: View, plan: &Plan, gathers: RayOutput) -> Result<(), Error> {
         let Self { fields, kernels, light, passes, target, .. } = self;
         fields.with_scene(view, kernels, light, |scene| match *plan {
-            _ if scene.has_colors() => {
-                let problem = "volumes of colours need a view in which all rays have one layer axis: move the eye away, or choose a \
-                               smaller angle of view";
-                Err(Error::Settings { field: "algorithm", problem: problem.into() })
-            }
+            // Depths are those of the extinction.
+            _ if scene.has_colors() && gathers == RayOutput::Colors => Err(refuse_pixels(plan)),
             Plan::Raycast(kernel, step) => passes.rays.cast(scene, kernel, step, gathers, target),
             // Several fields are classified at each sample of a ray, not between them.
             Plan::CastSegments(kernel, step) if scene.channels() > 1 => passes.rays.cast(scene, kernel, step, gathers, target),
-            _ if scene.channels() > 1 => scene.require_one_channel(&plan.to_string()),
+            Plan::CastSegments(kernel, step) => passes.rays.cast_segments(scene, kernel, step, target),
+            Plan::CastValues(kernel, step) if scene.channels() == 1 => {
+                passes.rays.cast_values(scene, kernel, step, gathers, target)
+            }
+            _ if scene.is_mixed() => scene.require_one_channel(&plan.to_string()),
             Plan::Direct(axis, layered) => match layered.classification {
                 settings::Classification::Post(correction) => {
                     passes.splats.draw_pixels(scene, axis, correction, layered.footprints, target)
@@ -378,12 +389,10 @@ impl Engine {
                     passes.points.draw_pixels(scene, axis, (kernel, samples_per_layer), target)
                 }
             },
-            Plan::CastValues(kernel, step) => passes.rays.cast_values(scene, kernel, step, gathers, target),
-            Plan::CastSegments(kernel, step) => passes.rays.cast_segments(scene, kernel, step, target),
             Plan::Slicing(step) => passes.rays.slice(scene, step, target),
             Plan::AxisSheets(axis) => passes.axis_sheets.draw(scene, axis, target),
             Plan::ViewSheets(distance) => passes.view_sheets.draw(scene, distance, target),
-            Plan::Lattice(..) | Plan::Shared(..) => unreachable!("lattices are rendered as layers"),
+            Plan::Lattice(..) | Plan::Shared(..) | Plan::CastValues(..) => unreachable!("drawn as layers, or by rays"),
         })
     }
 

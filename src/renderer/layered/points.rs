@@ -16,6 +16,7 @@ use crate::device::launch::layered::{
     PointDirect, PointDirectArguments, PointLattice, PointLatticeArguments, PointSamples, Segments,
 };
 use crate::device::launch::structs::{ClassificationParams, RayLatticeParams, SampleParams, SegmentParams};
+use crate::device::launch::tinted::TintLauncher;
 use crate::device::{LatticeSchedule, Tuning};
 use crate::error::Error;
 use crate::layers::{Axis, AxisFrame, Density, Kernel, Lattice, Stagger};
@@ -26,8 +27,8 @@ use std::sync::Arc;
 /// Renders point-sampled layers.
 #[derive(Default)]
 pub(in crate::renderer) struct PointLayers {
-    lattice: Launcher<PointLattice>,
-    samples: Launcher<PointSamples>,
+    lattice: TintLauncher<PointLattice>,
+    samples: TintLauncher<PointSamples>,
     direct: Launcher<PointDirect>,
     channels: ChannelLayers,
     colors: ColorLayers,
@@ -124,6 +125,7 @@ impl PointLayers {
         let illumination = scene.illumination()?;
         let [light, sky] = illumination.arguments(&visible.flags);
         let variant = (layout.voxels.kind(), kernel, segments, region.rendering_from(gradients));
+        let tint = scene.tint(frame)?;
         let arguments = PointLatticeArguments {
             voxels: &layout.voxels,
             view: layout.view,
@@ -142,8 +144,8 @@ impl PointLayers {
             active_samples,
         };
         match device.tuning().lattice_schedule {
-            LatticeSchedule::Tiles => self.lattice.launch(device, variant, &arguments),
-            LatticeSchedule::Samples => self.samples.launch(device, variant, &arguments),
+            LatticeSchedule::Tiles => self.lattice.launch(device, variant, arguments, tint),
+            LatticeSchedule::Samples => self.samples.launch(device, variant, arguments, tint),
         }
     }
 

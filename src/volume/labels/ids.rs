@@ -49,6 +49,11 @@ impl Ids<'_> {
         if f64::from(id) == value { Ok(id) } else { Err(Bad { index, value }) }
     }
 
+    /// The id of a voxel, or the background's if it has none.
+    pub fn id(&self, index: usize) -> u32 {
+        self.get(index).unwrap_or(0)
+    }
+
     /// The number of voxels of each id, in one pass. Memory is bounded by the number of ids.
     ///
     /// # Errors
@@ -111,7 +116,7 @@ impl Ids<'_> {
                 // Neighbours mostly have one id.
                 let mut last = (0, T::zeroed());
                 for (i, voxel) in voxels.iter_mut().enumerate() {
-                    let id = self.get(first + block * BLOCK + i).unwrap_or(0);
+                    let id = self.id(first + block * BLOCK + i);
                     if id != last.0 {
                         last = (id, T::nearest(ids.binary_search(&id).unwrap_or(0) as f64));
                     }

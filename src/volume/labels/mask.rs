@@ -32,7 +32,11 @@ impl Volume<'_> {
             }
         });
         if kept.iter().all(|&kept| kept == 0) {
-            let problem = format!("none of its {x}x{y}x{z} voxels lies within a visible label of the mask");
+            let problem = format!(
+                "none of its {x}x{y}x{z} voxels lies within a visible label of the mask {}: check the placement of both, or choose \
+                 other labels",
+                mask.name()
+            );
             return Err(Error::volume(Path::new(self.name()), problem));
         }
         self.with_voxels_where(&kept)
@@ -77,12 +81,6 @@ impl Layer {
 
     /// Whether the voxel nearest to a place, in voxels, has a label that shows.
     fn shows(&self, place: DVec3) -> bool {
-        let [x, y, z] = self.indices.grid().dims();
-        let nearest = place.round();
-        let inside = nearest.cmpge(DVec3::ZERO).all() && nearest.cmplt(DVec3::new(x as f64, y as f64, z as f64)).all();
-        inside && {
-            let [i, j, k] = nearest.to_array().map(|n| n as usize);
-            self.shown[self.indices.value(i + x * (j + y * k)) as usize]
-        }
+        self.indices.grid().nearest_voxel(place).is_some_and(|n| self.shown[self.indices.value(n) as usize])
     }
 }

@@ -4,6 +4,7 @@ mod change;
 mod ids;
 mod mask;
 mod open;
+mod place;
 mod table;
 
 pub use change::{LabelChange, LabelVisibility};

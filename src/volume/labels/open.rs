@@ -106,6 +106,11 @@ impl Labels {
         Ok(!is_builtin && format::labels(path, options)?.is_some())
     }
 
+    /// Name of the file, for messages.
+    pub(in crate::volume) fn name(&self) -> String {
+        self.layers[0].path.display().to_string()
+    }
+
     /// The layers, at least one.
     pub fn layers(&self) -> &[LabelLayer] {
         &self.layers
@@ -188,6 +193,11 @@ impl LabelLayer {
     /// Volume of an id in cubic world units.
     pub fn volume_of(&self, id: u32) -> f64 {
         self.voxels_of(id) as f64 * self.grid.spacing().element_product()
+    }
+
+    /// The id of a voxel by its index.
+    pub(super) fn id(&self, voxel: usize) -> u32 {
+        self.stored.ids(&self.path, self.grid.dims()).id(voxel)
     }
 
     /// Red, green, blue and opacity, 0 to 1, of each of [`ids`](Self::ids). The background and hidden labels have the opacity 0.

@@ -1,0 +1,82 @@
+// Colours of labels over a scan, in programs with TINTED.
+//
+// A voxel of the labels has the index of a colour: red, green and blue times their weight, and the weight, as bytes, so that voxels without
+// a label do not bleed a colour. Colour 0 is that of no label. These four are interpolated linearly, on a grid of their own. Beyond it, the
+// outer voxels go on for a while.
+
+#include "shared/elementary.cl"
+#include "shared/point.cl"
+#include "shared/words.cl"
+
+#ifdef TINTED
+
+// Arguments of a kernel, and the last member of the ShadingSource that it makes of them.
+#define TINT_ARGUMENTS __global const uchar *label_voxels, __global const uchar *label_colors, TintParams tint_params,
+#define TINT_SOURCE , {label_voxels, label_colors, &tint_params}
+
+typedef struct {
+    __global const uchar *voxels, *colors;
+    const TintParams *params;
+} Tint;
+
+// Position along axis n of the labels, in their voxels.
+static inline realv label_position(const TintParams *p, int n, Point point) {
+    const float *row = p->to_voxels + 4 * n;
+    return row[0] * point.u + (row[1] * point.v + (row[2] * point.a + row[3]));
+}
+
+// Lower voxel of a cell along an axis with `dims` voxels, and the position in the cell, 0 ... 1.
+static inline intv label_cell(int dims, realv position, realv *within) {
+    const realv clamped = CLAMP(position, (realv)(0.0f), (realv)(dims - 1));
+    const intv cell = CLAMP_INTV(CONVERT_INTV(clamped), 0, max(dims - 2, 0));
+    *within = clamped - CONVERT_REALV(cell);
+    return cell;
+}
+
+// Mixes a colour with that of the labels at a point: (1 - w) C + c, where c is their colour times the weight w.
+ALWAYS_INLINE void mix_label_color(const Tint *tint, Point point, realv *r, realv *g, realv *b) {
+    const TintParams *p = tint->params;
+    const realv x = label_position(p, 0, point), y = label_position(p, 1, point), z = label_position(p, 2, point);
+    const float before = -p->beyond, behind = p->beyond - 1.0f;
+    const intv inside = x >= before && x <= p->dims_x + behind && y >= before && y <= p->dims_y + behind && z >= before &&
+                        z <= p->dims_z + behind;
+    if (!ANY(inside))
+        return;
+    realv s, t, u;
+    const intv i = label_cell(p->dims_x, x, &s), j = label_cell(p->dims_y, y, &t), k = label_cell(p->dims_z, z, &u);
+    const intv first = (i + p->dims_x * (j + p->dims_y * k)) * p->bytes;
+    // To the next row and plane; an axis with a single voxel has none. Along x, a word has both voxels.
+    const int next_y = p->dims_y > 1 ? p->dims_x * p->bytes : 0, next_z = p->dims_z > 1 ? p->dims_x * p->dims_y * p->bytes : 0;
+    const int bits = 8 * p->bytes, mask = (1 << bits) - 1;
+    intv indices[8], any = 0, uneven = 0;
+#pragma unroll
+    for (int n = 0; n < 4; n++) {
+        const intv word = WORDS_AT(tint->voxels, first + ((n & 1) * next_y + (n >> 1) * next_z));
+        indices[2 * n] = word & mask, indices[2 * n + 1] = (word >> bits) & mask;
+        any |= indices[2 * n] | indices[2 * n + 1];
+        uneven |= (indices[2 * n] ^ indices[0]) | (indices[2 * n + 1] ^ indices[0]);
+    }
+    if (!ANY(inside && any != 0))
+        return;
+    realv color[4] = {(realv)(0.0f), (realv)(0.0f), (realv)(0.0f), (realv)(0.0f)};
+    // Most cells lie within one label.
+    const int corners = ANY(inside && uneven != 0) ? 8 : 1;
+    for (int n = 0; n < corners; n++) {
+        const intv word = WORDS_AT(tint->colors, indices[n] * 4);
+        const realv weight = (n & 1 ? s : 1.0f - s) * (n & 2 ? t : 1.0f - t) * (n & 4 ? u : 1.0f - u);
+        const realv share = corners == 1 ? (realv)(1.0f) : weight;
+#pragma unroll
+        for (int c = 0; c < 4; c++)
+            color[c] += share * CONVERT_REALV((word >> (8 * c)) & 255);
+    }
+    const realv scale = inside ? (realv)(1.0f / 255.0f) : (realv)(0.0f);
+    const realv left = 1.0f - color[3] * scale;
+    *r = left * *r + color[0] * scale;
+    *g = left * *g + color[1] * scale;
+    *b = left * *b + color[2] * scale;
+}
+
+#else
+#define TINT_ARGUMENTS
+#define TINT_SOURCE
+#endif

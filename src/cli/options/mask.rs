@@ -1,0 +1,35 @@
+//! Labels within which a volume shows, as text: `FILE` or `FILE:IDS`.
+
+use crate::Error;
+use crate::cli::parse;
+use crate::volume::{LabelChange, Labels, OpenOptions, Volume};
+use std::path::{Path, PathBuf};
+
+/// Labels within which a volume shows.
+#[derive(Clone)]
+pub(in crate::cli) struct Mask {
+    file: PathBuf,
+    /// Chosen labels; all if none.
+    only: Option<LabelChange>,
+}
+
+impl Mask {
+    /// Parses `FILE` or `FILE:IDS`. Names of files may have colons.
+    pub fn from_text(text: &str) -> Result<Self, String> {
+        let whole = || Ok(Self { file: text.into(), only: None });
+        match text.rsplit_once(':').filter(|(file, _)| Path::new(file).exists() && !Path::new(text).exists()) {
+            Some((file, ids)) => Ok(Self { file: file.into(), only: Some(parse::label(&format!("{ids}:only"))?) }),
+            None => whole(),
+        }
+    }
+
+    /// A copy of a volume that shows only what lies within the labels.
+    ///
+    /// # Errors
+    /// As [`Labels::open`], [`Labels::change`] and [`Volume::masked`].
+    pub fn applied_to(&self, volume: &Volume) -> Result<Volume<'static>, Error> {
+        let mut labels = Labels::open(&self.file, &OpenOptions::default(), None)?;
+        self.only.iter().try_for_each(|change| labels.change(change))?;
+        volume.masked(&labels)
+    }
+}

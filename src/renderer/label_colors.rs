@@ -1,0 +1,239 @@
+//! Colours of labels over a scan: the scan's opacity, the labels' colours.
+
+use super::colors::check_labels;
+use crate::device::launch::structs::TintParams;
+use crate::device::launch::tinted::Tint;
+use crate::device::{Buffer, Device};
+use crate::error::Error;
+use crate::layers::AxisFrame;
+use crate::memory;
+use crate::settings::{Blend, Settings};
+use crate::volume::{Description, Grid, Labels, Volume};
+use glam::{DAffine3, DVec3};
+use rayon::prelude::*;
+use std::collections::BTreeSet;
+use std::path::Path;
+use std::sync::Arc;
+
+/// Largest number of voxels: kernels count bytes in 32 bits, and a voxel has up to two.
+const MOST_VOXELS: usize = 1 << 30;
+/// Largest number of different colours.
+const MOST_COLORS: usize = 1 << 16;
+/// Bytes behind the last voxel that are read with it, as a word.
+const READ_BEHIND: usize = 3;
+/// Voxels per unit of parallel work.
+const BLOCK: usize = 1 << 16;
+/// Distance in voxels below which corners of two grids are one: files round placements.
+const SAME: f64 = 0.1;
+
+/// Colours of labels on a device, which a scan is drawn in: [`Renderer::set_label_colors`](super::Renderer::set_label_colors). One or
+/// two bytes per voxel of the labels, on a grid of their own.
+///
+/// The colour of a scan C becomes (1 − w) C + w L where labels have the colour L and the opacity w, before lighting; its opacity stays. Voxels
+/// without a label and hidden labels have w = 0. Both are interpolated linearly between the voxels of the labels, weighted by w. Labels end one
+/// voxel beyond their grid, unless that is the scan's: then they colour all that shows of it.
+#[derive(Clone)]
+pub struct LabelColors {
+    pub(super) device: Device,
+    name: String,
+    grid: Grid,
+    /// Whether their file states a placement.
+    is_placed: bool,
+    voxels: Arc<Buffer<u8>>,
+    colors: Arc<Buffer<u8>>,
+    /// Bytes of a voxel.
+    bytes: usize,
+}
+
+impl LabelColors {
+    /// Uploads the colours of labels, in layers that may overlap, on one grid: of each layer, voxel n has entry n, a colour and an opacity.
+    /// Where layers overlap, their weights add, at most to 1.
+    ///
+    /// # Errors
+    /// Without layers, for other grids, for voxels that are not unsigned integers or have no entry, for colours and opacities that are not 0
+    /// to 1, for more than 2^30 voxels or 2^16 different colours, and for too little memory.
+    pub fn new(device: &Device, layers: &[(&Volume, &[[f64; 4]])]) -> Result<Self, Error> {
+        let Some((first, _)) = layers.first() else {
+            return Err(Error::Settings { field: "labels", problem: "there are no layers: give at least one".into() });
+        };
+        let (name, grid) = (first.name(), first.grid());
+        layers.iter().try_for_each(|(labels, entries)| check_labels(labels.description(), entries, grid))?;
+        let count = grid.voxel_count();
+        if count > MOST_VOXELS {
+            let problem =
+                format!("it has {count} voxels, and at most {MOST_VOXELS} can colour a scan: crop it or make it coarser");
+            return Err(Error::volume(Path::new(name), problem));
+        }
+        let layers: Vec<Layer> = layers.iter().map(|(labels, entries)| Layer::new(labels, entries)).collect();
+        let colors = colors_of(&layers, count);
+        if colors.len() > MOST_COLORS {
+            let problem =
+                format!("its labels have {} different colours, and at most {MOST_COLORS} are drawn: hide some", colors.len());
+            return Err(Error::volume(Path::new(name), problem));
+        }
+        let bytes = if colors.len() <= 1 << 8 { 1 } else { 2 };
+        let mut voxels: Vec<u8> = memory::zeroed(name, bytes * count + READ_BEHIND)?;
+        voxels[..bytes * count].par_chunks_mut(bytes * BLOCK).enumerate().for_each(|(block, voxels)| {
+            let mut last = (0, 0);
+            for (i, voxel) in voxels.chunks_exact_mut(bytes).enumerate() {
+                let color = color_at(&layers, block * BLOCK + i);
+                if color != last.0 {
+                    last = (color, colors.binary_search(&color).expect("one of all colours"));
+                }
+                voxel.copy_from_slice(&last.1.to_le_bytes()[..bytes]);
+            }
+        });
+        let buffer = |bytes: &[u8]| Ok::<_, Error>(Arc::new(Buffer::from_slice(device, bytes, "the colours of labels")?));
+        Ok(Self {
+            device: device.clone(),
+            name: name.into(),
+            grid: grid.clone(),
+            is_placed: first.contents().states_spacing,
+            voxels: buffer(&voxels)?,
+            colors: buffer(bytemuck::cast_slice(&colors))?,
+            bytes,
+        })
+    }
+
+    /// Uploads the colours of the labels of a file.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new) and [`LabelLayer::indices`](crate::volume::LabelLayer::indices).
+    pub fn from_labels(device: &Device, labels: &Labels) -> Result<Self, Error> {
+        let indices = labels.layers().iter().map(|layer| layer.indices(None)).collect::<Result<Vec<_>, _>>()?;
+        let palettes: Vec<_> = labels.layers().iter().map(|layer| layer.palette()).collect();
+        let layers: Vec<_> = indices.iter().zip(palettes.iter().map(Vec::as_slice)).collect();
+        Self::new(device, &layers)
+    }
+
+    /// The grid of the labels over a scan. Labels whose file states no placement, as NumPy arrays, have that of a scan of their size.
+    ///
+    /// # Errors
+    /// If no voxel of the labels lies in the scan's box, and for labels of another size without a placement.
+    pub(super) fn grid_over(&self, scan: &Description) -> Result<Grid, Error> {
+        let wrong = |problem: String| Error::volume(Path::new(&self.name), problem);
+        let (own, other) = (self.grid.dims(), scan.grid().dims());
+        let size = |[x, y, z]: [usize; 3]| format!("{x}x{y}x{z}");
+        if own == other && (!self.is_placed || self.has_default_placement()) {
+            return Ok(scan.grid().clone());
+        }
+        if !self.is_placed {
+            let problem = format!(
+                "its labels of {} voxels do not fit {} of {} voxels, and it states no spacing and origin: give labels of that size, or \
+                 a file that states both, such as NRRD or NIfTI",
+                size(own),
+                scan.name(),
+                size(other)
+            );
+            return Err(wrong(problem));
+        }
+        let corners =
+            corners(other).map(|corner| self.grid.world_to_voxel(scan.grid().index_to_world().transform_point3(corner)));
+        let lowest = corners.into_iter().reduce(DVec3::min).expect("eight corners");
+        let highest = corners.into_iter().reduce(DVec3::max).expect("eight corners");
+        let last = DVec3::from_array(own.map(|n| n as f64));
+        if lowest.cmpgt(last).any() || highest.cmplt(DVec3::NEG_ONE).any() {
+            let [of_labels, of_scan] = [&self.grid, scan.grid()].map(|grid| grid.centre());
+            let problem = format!(
+                "its labels lie outside {}: their centre is at {of_labels}, and that of the volume at {of_scan}; check the placement of both",
+                scan.name()
+            );
+            return Err(wrong(problem));
+        }
+        Ok(self.grid.clone())
+    }
+
+    /// Whether the placement is that of arrays and files which state none.
+    fn has_default_placement(&self) -> bool {
+        Grid::new(self.grid.dims(), DVec3::ONE).is_ok_and(|default| default.index_to_world() == self.grid.index_to_world())
+    }
+
+    /// Kernel arguments for points of a scan, along the axes of `frame`.
+    ///
+    /// # Errors
+    /// As [`grid_over`](Self::grid_over).
+    pub(super) fn tint(&self, scan: &Description, frame: AxisFrame) -> Result<Tint<'_>, Error> {
+        let grid = self.grid_over(scan)?;
+        let moved: DAffine3 = grid.index_to_world().inverse() * scan.grid().index_to_world();
+        let stays = |corner: DVec3| moved.transform_point3(corner).distance(corner) < SAME;
+        let is_same = grid.dims() == scan.grid().dims() && corners(grid.dims()).into_iter().all(stays);
+        let beyond = if is_same { f32::MAX } else { 1.0 };
+        let columns = [frame.u, frame.v, frame.a].map(|axis| moved.matrix3.col(axis));
+        let row = |n: usize| [columns[0][n], columns[1][n], columns[2][n], moved.translation[n]].map(|c| c as f32);
+        let params = TintParams {
+            to_voxels: [row(0), row(1), row(2)],
+            dims: grid.dims().map(|n| n as i32),
+            beyond,
+            bytes: self.bytes as i32,
+        };
+        Ok(Tint { label_voxels: &self.voxels, label_colors: &self.colors, params })
+    }
+}
+
+/// The outermost voxels of a grid.
+fn corners(dims: [usize; 3]) -> [DVec3; 8] {
+    let last = |n: usize| dims[n] as f64 - 1.0;
+    std::array::from_fn(|n| DVec3::from_array(std::array::from_fn(|i| if n >> i & 1 == 0 { 0.0 } else { last(i) })))
+}
+
+/// A layer of labels.
+struct Layer<'a> {
+    labels: &'a Volume<'a>,
+    /// Red, green and blue times their weight, and the weight, 0 to 1, per label.
+    entries: Vec<[f64; 4]>,
+}
+
+impl<'a> Layer<'a> {
+    fn new(labels: &'a Volume<'a>, entries: &[[f64; 4]]) -> Self {
+        let weighted = |&[r, g, b, weight]: &[f64; 4]| [weight * r, weight * g, weight * b, weight];
+        Self { labels, entries: entries.iter().map(weighted).collect() }
+    }
+
+    fn at(&self, voxel: usize) -> [f64; 4] {
+        self.entries[self.labels.description().rescale().stored(self.labels.value(voxel)) as usize]
+    }
+}
+
+/// Weighted colour of a voxel, and its weight, as bytes of a word, red the lowest.
+fn color_at(layers: &[Layer], voxel: usize) -> u32 {
+    let mut sum = [0.0f64; 4];
+    for layer in layers {
+        (0..4).zip(layer.at(voxel)).for_each(|(c, own)| sum[c] += own);
+    }
+    let bytes = sum.map(|c| (255.0 * c / sum[3].max(1.0)).round() as u8);
+    u32::from_le_bytes(bytes)
+}
+
+/// All colours of `count` voxels, ascending from that of no label, which is 0.
+fn colors_of(layers: &[Layer], count: usize) -> Vec<u32> {
+    let of_block = |block: usize| {
+        let mut found = BTreeSet::new();
+        let mut last = 0;
+        for voxel in block * BLOCK..((block + 1) * BLOCK).min(count) {
+            let color = color_at(layers, voxel);
+            if color != last {
+                found.insert(color);
+                last = color;
+            }
+        }
+        found
+    };
+    let merged = |mut one: BTreeSet<u32>, other: BTreeSet<u32>| {
+        one.extend(other);
+        one
+    };
+    let none = || BTreeSet::from([0]);
+    (0..count.div_ceil(BLOCK)).into_par_iter().map(of_block).reduce(none, merged).into_iter().collect()
+}
+
+/// Rejects settings of frames that have no colours of labels.
+///
+/// # Errors
+/// [`Error::Settings`] for blend modes that reduce values.
+pub(super) fn check_tinted(settings: &Settings) -> Result<(), Error> {
+    if matches!(settings.blend, Blend::Composite | Blend::Iso(_)) {
+        return Ok(());
+    }
+    let problem = "reduces values, which have no colours of labels: omit one of both".into();
+    Err(Error::Settings { field: "blend", problem })
+}
