@@ -190,6 +190,55 @@ fn opacities_come_from_luminance_or_background() {
     }
 }
 
+/// Vectors of one direction: its colour, and Beer-Lambert for the opacity of the norm. Zero vectors and those with a component that is not a
+/// number are transparent.
+#[test]
+fn directions_are_colors() {
+    const TOLERANCE: f32 = 2e-3;
+    /// An invalid component where z is in this range of voxels, and zero vectors in the next.
+    const INVALID: std::ops::Range<usize> = 0..4;
+    const ZERO: std::ops::Range<usize> = 4..8;
+    let device = device();
+    let (vector, norm) = ([-6.0f32, 3.0, -2.0], 7.0);
+    let [x, y, _] = grid().dims();
+    let component = |n: usize, sign: f32| {
+        let value = |index: usize| match index / x / y {
+            z if INVALID.contains(&z) => [vector[0], f32::NAN, vector[2]][n],
+            z if ZERO.contains(&z) => 0.0,
+            _ => sign * vector[n],
+        };
+        Volume::new("flow", grid(), (0..grid().voxel_count()).map(value).collect::<Vec<f32>>()).unwrap()
+    };
+    let components = [0, 1, 2].map(|n| component(n, 1.0));
+    let norms = layersplat::renderer::vector_norms(&components).unwrap();
+    assert_eq!((norms.range(), norms.invalid()), ((0.0, norm), INVALID.len() * x * y));
+    let transfer = TransferFunction::new("norm", vec![(0.0, [1.0; 3])], vec![(0.0, 0.0), (2.0 * norm, 0.2)]).unwrap();
+    let camera =
+        Camera::fit_parallel(grid().centre(), grid().diagonal(), VIEWPORT, Orbit { azimuth: 0.0, elevation: 0.0, roll: 0.0 });
+    let unlit = Settings { shading: None, ..Settings::default() };
+    let draw = |components: &[Volume], transfer: &TransferFunction| {
+        let colors = UploadedColors::from_vectors(&device, components, transfer).unwrap();
+        let frame = Renderer::from_colors(&colors).unwrap().render(&camera, VIEWPORT, &unlit).unwrap().0;
+        frame.pixels()[(VIEWPORT.height / 2 * VIEWPORT.width + VIEWPORT.width / 2) as usize]
+    };
+    let pixel = draw(&components, &transfer);
+    // Layers along z. The half layers at both ends fade, and are as deep as one.
+    let layers = (28 - INVALID.len() - ZERO.len()) as f64;
+    let alpha = (1.0 - 0.9f64.powf(layers)) as f32;
+    assert!((pixel[3] - alpha).abs() <= TOLERANCE, "{} instead of {alpha}", pixel[3]);
+    for (n, exact) in [6.0, 3.0, 2.0].into_iter().enumerate() {
+        assert!((pixel[n] / pixel[3] - exact / 7.0).abs() <= TOLERANCE, "component {n}: {pixel:?}");
+    }
+    // Opposite directions have one colour; another norm has another opacity.
+    let opposite = [0, 1, 2].map(|n| component(n, -1.0));
+    let turned = draw(&opposite, &transfer);
+    assert_eq!(turned, pixel);
+    assert!(draw(&components, &transfer.faded(0.5).unwrap()).map(f64::from)[3] < f64::from(alpha) - 0.1);
+    // What are no vectors is refused.
+    let two = UploadedColors::from_vectors(&device, &components[..2], &transfer);
+    assert!(matches!(two, Err(Error::Settings { field: "colors", .. })));
+}
+
 /// Labels have their colours; a hidden one is not there.
 #[test]
 fn labels_have_their_colors() {
