@@ -166,8 +166,11 @@ mod tests {
 
     /// These kernels render nothing for a frame of one field at full resolution; tests/shadows, tests/slices and tests/embedding check their
     /// results, and tests/channels and tests/colors those of several fields and of colours.
-    const NOT_CHECKED: [&str; 12] = [
+    const NOT_CHECKED: [&str; 15] = [
         "layered/channel_lattice.cl",
+        "layered/channel_slabs.cl",
+        "layered/channel_splat_lattice.cl",
+        "layered/channel_splat_perspective.cl",
         "layered/channels.cl",
         "layered/color_lattice.cl",
         "light/coarse_transmittance.cl",

@@ -78,6 +78,8 @@ fn launchers_match_their_kernels() {
             d,
             (voxels, Kernel::CatmullRom, segments, rendering, layered::Channels::new(2)),
         ),
+        compare_and_idle::<layered::ChannelSplatLattice>(d, (voxels, rendering, layered::Channels::new(2))),
+        compare_and_idle::<layered::ChannelSplatPerspective>(d, (voxels, rendering, layered::Channels::new(2))),
         compare_and_idle::<layered::PointDirect>(d, (voxels, Kernel::Cubic, segments, rendering)),
         compare_and_idle::<layered::SplatLattice>(d, (voxels, rendering)),
         compare_and_idle::<layered::SplatPerspective>(d, (voxels, rendering)),

@@ -348,10 +348,7 @@ impl Engine {
     fn draw_layers(&mut self, view: View, lattice: &Lattice, layered: Layered, range: &LayerRange) -> Result<(), Error> {
         let Self { fields, kernels, light, passes, target, .. } = self;
         fields.with_scene(view, kernels, light, |scene| match layered.classification {
-            settings::Classification::Post(correction) => {
-                scene.require_one_channel("post-classified layers")?;
-                passes.splats.draw_lattice(scene, lattice, correction, range, target)
-            }
+            settings::Classification::Post(correction) => passes.splats.draw_lattice(scene, lattice, correction, range, target),
             settings::Classification::Preintegrated { kernel, samples_per_layer } => {
                 passes.points.draw_lattice(scene, lattice, (kernel, samples_per_layer), layered.evaluation, range, target)
             }
