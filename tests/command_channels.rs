@@ -97,6 +97,7 @@ fn components_are_channels_or_colors() {
     let colors = picture(f, &["rgb.nrrd", "--colors", "direct"]);
     assert!(colors != channels && colors.iter().any(|&c| c > 40));
     assert!(colors != picture(f, &["rgb.nrrd", "--colors", "direct", "--color-opacity", "#0000ff"]));
+    assert!(channels != picture(f, &["rgb.nrrd", "--channels", "all", "--classification", "post"]));
     // The first component may be any.
     assert!(picture(f, &["rgb.nrrd", "--channels", "1"]) != picture(f, &["rgb.nrrd", "--channels", "0"]));
 }
@@ -166,7 +167,7 @@ fn mistakes_are_named() {
         ("rgb.nrrd --with rgb.nrrd,factor=-1", 2, &["factor"]),
         ("rgb.nrrd --with rgb.nrrd,at=sheared.txt", 1, &["sheared.txt", "angle"]),
         ("rgb.nrrd --scene scene.json", 1, &["scene.json", "field 2", "names no file"]),
-        ("rgb.nrrd --channels all --classification post", 2, &["one channel"]),
+        ("rgb.nrrd --channels all --quality paper", 2, &["one channel", "layers on a lattice"]),
         ("rgb.nrrd --channels all --algorithm view-sheets", 2, &["one channel"]),
         ("rgb.nrrd --colors direct --color-opacity alpha", 2, &["fourth component"]),
         ("rgb.nrrd --colors direct --blend maximum", 2, &["blend"]),
