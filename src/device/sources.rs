@@ -63,6 +63,7 @@ kernel_files!(
     "rays/cast_segments.cl",
     "rays/cast_values.cl",
     "rays/channel_raycast.cl",
+    "rays/color_raycast.cl",
     "rays/march.cl",
     "rays/marching.cl",
     "rays/preintegrated_table.cl",

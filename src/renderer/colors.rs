@@ -226,7 +226,7 @@ impl Out {
 /// The settings of a frame of colours. Kernels with negative weights would make negative extinctions: the paper's cubic replaces them.
 ///
 /// # Errors
-/// For algorithms and blend modes that do not draw colours.
+/// For algorithms, kernels and blend modes that do not draw colours.
 pub(super) fn color_settings(settings: Settings, are_labels: bool) -> Result<Settings, Error> {
     let refuse = |field, what: &str| {
         let problem = format!("{what}, which volumes of colours and labels do not have: omit it");
@@ -235,16 +235,20 @@ pub(super) fn color_settings(settings: Settings, are_labels: bool) -> Result<Set
     if settings.blend != Blend::Composite {
         return refuse("blend", "reduces single values");
     }
-    let Algorithm::Layered(layered) = settings.algorithm else {
-        return refuse("algorithm", "classifies single values");
+    let positive = |kernel| if matches!(kernel, Kernel::CatmullRom | Kernel::BSpline) { Kernel::Cubic } else { kernel };
+    let algorithm = match settings.algorithm {
+        Algorithm::Layered(layered) => {
+            let Classification::Preintegrated { kernel, samples_per_layer } = layered.classification else {
+                return refuse("classification", "splats single values");
+            };
+            let classification = Classification::Preintegrated { kernel: positive(kernel), samples_per_layer };
+            Algorithm::Layered(Layered { classification, ..layered })
+        }
+        Algorithm::Raycast { kernel: Kernel::Gaussian, .. } => return refuse("kernel", "reconstructs single values"),
+        Algorithm::Raycast { kernel, step } => Algorithm::Raycast { kernel: positive(kernel), step },
+        _ => return refuse("algorithm", "classifies single values"),
     };
-    let Classification::Preintegrated { kernel, samples_per_layer } = layered.classification else {
-        return refuse("classification", "splats single values");
-    };
-    let kernel = if matches!(kernel, Kernel::CatmullRom | Kernel::BSpline) { Kernel::Cubic } else { kernel };
-    let classification = Classification::Preintegrated { kernel, samples_per_layer };
     let smoothed = are_labels.then_some(GradientEstimator::Gaussian(LABEL_SMOOTHING));
     let gradient = settings.gradient.or(smoothed);
-    let algorithm = Algorithm::Layered(Layered { classification, ..layered });
     Ok(Settings { algorithm, gradient, ..settings })
 }

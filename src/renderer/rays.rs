@@ -8,8 +8,8 @@ use super::scene::Scene;
 use super::screen::screen_params;
 use super::tiles::{Drawn, Target, Tiles, declare_target};
 use crate::device::launch::rays::{
-    CastSegments, CastSegmentsArguments, CastValues, CastValuesArguments, ChannelRaycast, ChannelRaycastArguments, Raycast,
-    RaycastArguments, Slicing, SlicingArguments,
+    CastSegments, CastSegmentsArguments, CastValues, CastValuesArguments, ChannelRaycast, ChannelRaycastArguments, ColorRaycast,
+    ColorRaycastArguments, Raycast, RaycastArguments, Slicing, SlicingArguments,
 };
 use crate::device::launch::structs::{ClassificationParams, MarchParams, SegmentParams};
 use crate::device::launch::{Launcher, PerChannel, Rendering};
@@ -39,6 +39,7 @@ pub(super) struct MarchedRays {
     segments: Launcher<CastSegments>,
     values: Launcher<CastValues>,
     channels: Launcher<ChannelRaycast>,
+    colors: Launcher<ColorRaycast>,
 }
 
 /// Declares the resources of [`MarchedRays::cast`] and [`MarchedRays::cast_values`].
@@ -136,6 +137,29 @@ impl MarchedRays {
         let FieldInputs { layout, gradients, visible, sample, region, .. } = &inputs;
         let illumination = scene.illumination()?;
         let [light, sky] = illumination.arguments(&visible.flags);
+        if scene.has_colors() {
+            let colors = scene.color_layouts(AXIS, kernel)?;
+            let arguments = ColorRaycastArguments {
+                red: &colors[0].voxels,
+                green: &colors[1].voxels,
+                blue: &colors[2].voxels,
+                extinction: &layout.voxels,
+                view: layout.view,
+                gradient_voxels: &gradients.layout.voxels,
+                gradient_view: gradients.layout.view,
+                light,
+                sky,
+                visible: &visible.flags,
+                s,
+                p: params(visible.blocks),
+                sample: *sample,
+                clip: region.for_kernels(AXIS.frame()),
+                frame,
+                active_samples,
+            };
+            let rendering = Rendering { depths, ..region.rendering_from(gradients) };
+            return self.colors.launch(device, (layout.voxels.kind(), kernel, rendering), &arguments);
+        }
         self.raycast.launch(
             device,
             (layout.voxels.kind(), kernel, Rendering { depths, ..region.rendering_from(gradients) }),

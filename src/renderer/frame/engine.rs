@@ -358,14 +358,13 @@ impl Engine {
     fn draw_screen(&mut self, view: View, plan: &Plan, gathers: RayOutput) -> Result<(), Error> {
         let Self { fields, kernels, light, passes, target, .. } = self;
         fields.with_scene(view, kernels, light, |scene| match *plan {
-            _ if scene.has_colors() => {
-                let problem = "volumes of colours need a view in which all rays have one layer axis: move the eye away, or choose a \
-                               smaller angle of view";
-                Err(Error::Settings { field: "algorithm", problem: problem.into() })
-            }
             Plan::Raycast(kernel, step) => passes.rays.cast(scene, kernel, step, gathers, target),
-            // Several fields are classified at each sample of a ray, not between them.
-            Plan::CastSegments(kernel, step) if scene.channels() > 1 => passes.rays.cast(scene, kernel, step, gathers, target),
+            // Several fields, and colours, are classified at each sample of a ray, not between them.
+            Plan::CastSegments(kernel, step) if scene.is_tiled() => passes.rays.cast(scene, kernel, step, gathers, target),
+            _ if scene.has_colors() => {
+                let problem = format!("{plan} show single values: volumes of colours need a lattice or ray casting");
+                Err(Error::Settings { field: "algorithm", problem })
+            }
             _ if scene.channels() > 1 => scene.require_one_channel(&plan.to_string()),
             Plan::Direct(axis, layered) => match layered.classification {
                 settings::Classification::Post(correction) => {
