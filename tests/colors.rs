@@ -8,6 +8,7 @@ use layersplat::renderer::{ColorOpacity, UploadedColors, UploadedVolume};
 use layersplat::settings::{
     Algorithm, Blend, Classification, Clipping, CropBox, Evaluation, GradientOpacity, Layered, Light, Lights, Shading, Shadows,
 };
+use layersplat::transfer::Extinction;
 use layersplat::volume::Grid;
 use layersplat::{
     Camera, Device, Error, Frame, GradientEstimator, Orbit, Projection, Quality, Renderer, Settings, TransferFunction, Viewport,
@@ -198,6 +199,7 @@ fn white_colors_are_cast_like_their_extinction() {
     for (name, settings) in [
         ("lit", base),
         ("clipped", Settings { clipping: Clipping { crop, ..Clipping::default() }, ..base }),
+        ("linear", Settings { extinction: Extinction::Linear, ..base }),
         ("thinned", Settings { gradient_opacity: Some(thinned), ..base }),
     ] {
         let [one, other] = [&mut colors, &mut field].map(|renderer| renderer.render(&camera, size, &settings).unwrap().0);
@@ -209,6 +211,19 @@ fn white_colors_are_cast_like_their_extinction() {
         let unlit = colors.render(&camera, size, &Settings { shading: None, ..settings }).unwrap().0;
         assert!(psnr(&unlit, &one) < 40.0, "{name}: light would be noticed");
     }
+    // In layers, segments of colours are linear, while the table of the field knows the opacities between.
+    let [parallel, ..] = cameras();
+    let classification = Classification::Preintegrated { kernel: Kernel::Cubic, samples_per_layer: 2 };
+    let layered = Layered { classification, adapts_to_opacity: false, ..Layered::default() };
+    let linear = Settings { extinction: Extinction::Linear, shading: None, ..layered.into() };
+    let [one, other] = [&mut colors, &mut field].map(|renderer| renderer.render(&parallel, VIEWPORT, &linear).unwrap().0);
+    println!("linear extinction in layers: {:.1} dB", psnr(&one, &other));
+    assert!(psnr(&one, &other) > 80.0, "{}", psnr(&one, &other));
+    let exponential = Settings { extinction: Extinction::Exponential, ..linear };
+    assert!(
+        psnr(&one, &colors.render(&parallel, VIEWPORT, &exponential).unwrap().0) < 60.0,
+        "another extinction would be noticed"
+    );
 }
 
 /// White colours have the shadows of a field with their extinction.

@@ -3,6 +3,7 @@
 #include "rays/marching.cl"
 #include "shared/field.cl"
 #include "shared/accumulator.cl"
+#include "shared/color_absorption.cl"
 
 #if BLEND != COMPOSITE
 #error "BLEND: volumes of colours are composited"
@@ -29,7 +30,7 @@ ALWAYS_INLINE void accumulate_color(const ColorFields *f, const realv *point, in
     realv color[3];
     for (int i = 0; i < 3; i++)
         color[i] = value_at(f->voxels[i], &f->view, point[0], point[1], point[2], needed) * per_extinction;
-    const realv depth = needed ? extinction * length : (realv)(0.0f);
+    const realv depth = needed ? color_absorption(sample, extinction) * length : (realv)(0.0f);
     const realv opacity = sample->classification.linear ? MIN(depth, (realv)(1.0f)) * share : absorbed(depth * share);
     *active += COUNT_IF(opacity > 0.0f);
     Lighting lighting;

@@ -75,6 +75,7 @@ kernel_files!(
     "shared/blend_modes.cl",
     "shared/channel.cl",
     "shared/clipping.cl",
+    "shared/color_absorption.cl",
     "shared/dimmed_segment.cl",
     "shared/elementary.cl",
     "shared/emission.cl",
