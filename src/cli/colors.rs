@@ -44,7 +44,7 @@ fn color_opacity(text: &str) -> Result<ColorOpacity, String> {
 /// What a picture shows instead of values.
 pub(super) enum Shown {
     Components(Vec<Volume<'static>>, ColorOpacity),
-    Vectors { components: Vec<Volume<'static>>, norms: Volume<'static> },
+    Vectors { components: Vec<Volume<'static>>, norms: Box<Volume<'static>> },
     Labels(Labels, Vec<Volume<'static>>),
 }
 
@@ -80,7 +80,7 @@ impl ColorOptions {
         }
         let others = (1..count).map(|number| options.open_component(number, Some(size)));
         let components = std::iter::once(Ok(first)).chain(others).collect::<Result<Vec<_>, _>>()?;
-        let norms = vector_norms(&components)?;
+        let norms = Box::new(vector_norms(&components)?);
         Ok(Shown::Vectors { components, norms })
     }
 
