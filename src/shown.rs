@@ -12,6 +12,13 @@ use crate::volume::{Label, LabelChange, LabelTable, Labels, Volume, VoxelType};
 pub enum Shown {
     /// Red, green and blue, and possibly alpha.
     Components(Vec<Volume<'static>>, ColorOpacity),
+    /// Vectors and their norms: the direction is the colour, and the norm makes the opacity.
+    Vectors {
+        /// The three components.
+        components: Vec<Volume<'static>>,
+        /// Norms of the vectors.
+        norms: Box<Volume<'static>>,
+    },
     /// Labels, and of each layer the volume of indices ([`LabelLayer::indices`](crate::volume::LabelLayer::indices)).
     Labels(Labels, Vec<Volume<'static>>),
 }
@@ -32,33 +39,33 @@ impl Shown {
 
     /// The volume that stands for all of them, for its grid and name.
     pub fn volume(&self) -> &Volume<'static> {
-        &self.volumes()[0]
-    }
-
-    /// Components, or layers of indices.
-    pub fn volumes(&self) -> &[Volume<'static>] {
         match self {
-            Self::Components(volumes, _) | Self::Labels(_, volumes) => volumes,
+            Self::Components(volumes, _) | Self::Labels(_, volumes) => &volumes[0],
+            Self::Vectors { norms, .. } => norms,
         }
     }
 
     /// What a renderer draws of it.
     pub fn kind(&self) -> FieldKind {
         match self {
-            Self::Components(..) => FieldKind::Colors,
+            Self::Components(..) | Self::Vectors { .. } => FieldKind::Colors,
             Self::Labels(..) => FieldKind::Labels,
         }
     }
 
-    /// Opacities of luminance or of the distance from the background, unless options choose others.
-    pub fn opacities(&self) -> TransferFunction {
+    /// Opacities of luminance or of the distance from the background, unless options choose others; `None` for vectors, whose norms have the
+    /// transfer function of values.
+    pub fn opacities(&self) -> Option<TransferFunction> {
+        if matches!(self, Self::Vectors { .. }) {
+            return None;
+        }
         let full = match self.volume().voxel_type() {
             VoxelType::Uint8 => 255.0,
             VoxelType::Uint16 => 65535.0,
             _ => 1.0,
         };
         let opacities = OPACITIES.map(|(share, opacity)| (share * full, opacity)).to_vec();
-        TransferFunction::new("colors", vec![(0.0, [1.0; 3])], opacities).expect("values that ascend")
+        Some(TransferFunction::new("colors", vec![(0.0, [1.0; 3])], opacities).expect("values that ascend"))
     }
 
     /// The tables of all layers after changes; none for colours.
@@ -67,13 +74,13 @@ impl Shown {
     /// For changes of labels that there are not.
     pub fn tables(&self, changes: &[LabelChange]) -> Result<Vec<LabelTable>, Error> {
         match self {
-            Self::Components(..) => Ok(Vec::new()),
+            Self::Components(..) | Self::Vectors { .. } => Ok(Vec::new()),
             Self::Labels(labels, _) => labels.changed_tables(changes),
         }
     }
 
-    /// Bounds of what shows, as far as voxels tell it. `tables`: those of [`tables`](Self::tables).
-    pub fn framing(&self, tables: &[LabelTable]) -> Framing {
+    /// Bounds of what shows, as far as voxels tell it. `transfer`: opacities of values. `tables`: those of [`tables`](Self::tables).
+    pub fn framing(&self, transfer: &TransferFunction, tables: &[LabelTable]) -> Framing {
         let visible = |volume: &Volume, opacities: Vec<(f64, f64)>| {
             let transfer = TransferFunction::new("visible", vec![(0.0, [1.0; 3])], opacities).expect("values that ascend");
             Framing::visible(volume, &transfer, None)
@@ -84,6 +91,7 @@ impl Shown {
                 visible(&components[3], vec![(0.0, 0.0), (largest.max(f64::MIN_POSITIVE), 1.0)])
             }
             Self::Components(components, _) => Framing::whole(&components[0]),
+            Self::Vectors { norms, .. } => Framing::visible(norms, transfer, None),
             Self::Labels(labels, indices) => {
                 let layers = labels.layers().iter().zip(indices).zip(tables).map(|((layer, indices), table)| {
                     let palette = layer.palette_of(table);
@@ -94,8 +102,13 @@ impl Shown {
         }
     }
 
-    /// Names and colours of the visible labels. `tables`: those of [`tables`](Self::tables).
+    /// Names and colours of the visible labels, or of the axes along which vectors point. `tables`: those of [`tables`](Self::tables).
     pub fn legend(&self, tables: &[LabelTable]) -> Option<Legend> {
+        if let Self::Vectors { .. } = self {
+            let axes = [("x", [1.0, 0.0, 0.0]), ("y", [0.0, 1.0, 0.0]), ("z", [0.0, 0.0, 1.0])];
+            let entries = axes.map(|(name, color)| LegendEntry { name: name.into(), color }).into();
+            return Some(Legend { entries });
+        }
         self.labels().map(|labels| legend_of(labels, tables))
     }
 
@@ -104,26 +117,33 @@ impl Shown {
         if let Self::Labels(labels, _) = self { Some(labels) } else { None }
     }
 
-    /// The voxels on a device: of components, or of the indices of each layer.
+    /// The voxels on a device: of components, or of the indices of each layer; none for vectors, whose colours are made on the host.
     ///
     /// # Errors
     /// Insufficient memory of the device.
     pub fn upload(&self, device: &Device) -> Result<Vec<UploadedVolume>, Error> {
-        self.volumes().iter().map(|volume| UploadedVolume::new(device, volume)).collect()
+        match self {
+            Self::Components(volumes, _) | Self::Labels(_, volumes) => {
+                volumes.iter().map(|volume| UploadedVolume::new(device, volume)).collect()
+            }
+            Self::Vectors { .. } => Ok(Vec::new()),
+        }
     }
 
-    /// The colours of uploaded voxels. `tables`: those of [`tables`](Self::tables).
+    /// The colours of voxels that were [uploaded](Self::upload). `tables`: those of [`tables`](Self::tables).
     ///
     /// # Errors
     /// Insufficient memory of the device, and components that are no colours.
     pub fn colors(
         &self,
+        device: &Device,
         uploaded: &[UploadedVolume],
         transfer: &TransferFunction,
         tables: &[LabelTable],
     ) -> Result<UploadedColors, Error> {
         match self {
             Self::Components(_, opacity) => UploadedColors::from_components(uploaded, *opacity, transfer),
+            Self::Vectors { components, .. } => UploadedColors::from_vectors(device, components, transfer),
             Self::Labels(labels, _) => {
                 let palettes: Vec<_> = labels.layers().iter().zip(tables).map(|(layer, table)| layer.palette_of(table)).collect();
                 let layers: Vec<(&UploadedVolume, &[[f64; 4]])> =

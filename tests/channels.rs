@@ -6,7 +6,7 @@ use layersplat::device::DeviceChoice;
 use layersplat::layers::Kernel;
 use layersplat::reference::Sum;
 use layersplat::renderer::{Channel, UploadedVolume};
-use layersplat::settings::{Algorithm, AmbientOcclusion, Classification, Light, Lights, Shading, Shadows};
+use layersplat::settings::{Algorithm, AmbientOcclusion, Classification, Layered, Light, Lights, Shading, Shadows};
 use layersplat::volume::Grid;
 use layersplat::{Camera, Device, Frame, OpenOptions, Orbit, Quality, Renderer, Settings, TransferFunction, Viewport, Volume};
 
@@ -128,6 +128,19 @@ fn two_fields_on_one_grid_have_the_integral_of_their_sum() {
     check("high, unlit", fields, &unlit(Quality::High.settings()));
     let raycast = Settings { algorithm: Algorithm::Raycast { kernel: Kernel::Cubic, step: 0.25 }, ..Settings::default() };
     check("ray casting", fields, &raycast);
+}
+
+/// Splatted layers, classified per pixel: on one grid, and with a coarse field that is rotated.
+#[test]
+fn splatted_fields_have_the_fidelity_of_each() {
+    let layered = Layered { classification: Quality::High.splatted(), ..Quality::High.layered() };
+    let settings = Settings { algorithm: layered.into(), ..Settings::default() };
+    let fine = Placed::new("builtin:hydrogen@48", [0.9, 0.5, 0.1], 1.0);
+    check("post", [&fine, &Placed::new("builtin:gyroid@48", [0.1, 0.4, 0.9], 0.4)], &settings);
+    let rotation = DMat3::from_axis_angle(DVec3::new(1.0, 2.0, 0.5).normalize(), 0.6);
+    let transform = DAffine3 { matrix3: rotation * 2.5, translation: DVec3::new(10.0, 4.0, 2.0) };
+    let coarse = Placed::new("builtin:gyroid@16", [0.1, 0.4, 0.9], 0.8).at(transform);
+    check("post, rotated", [&fine, &coarse], &settings);
 }
 
 #[test]

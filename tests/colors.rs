@@ -5,10 +5,14 @@ use layersplat::device::DeviceChoice;
 use layersplat::layers::Kernel;
 use layersplat::reference::{Colors, Sum};
 use layersplat::renderer::{ColorOpacity, UploadedColors, UploadedVolume};
-use layersplat::settings::{Algorithm, Blend, Classification, Layered, Light, Lights, Shading, Shadows};
+use layersplat::settings::{
+    Algorithm, Blend, Classification, Clipping, CropBox, Evaluation, GradientOpacity, Layered, Light, Lights, Shading, Shadows,
+};
+use layersplat::transfer::Extinction;
 use layersplat::volume::Grid;
 use layersplat::{
-    Camera, Device, Error, Frame, GradientEstimator, Orbit, Quality, Renderer, Settings, TransferFunction, Viewport, Volume,
+    Camera, Device, Error, Frame, GradientEstimator, Orbit, Projection, Quality, Renderer, Settings, TransferFunction, Viewport,
+    Volume,
 };
 
 const VIEWPORT: Viewport = Viewport { width: 88, height: 80 };
@@ -116,6 +120,112 @@ fn colors_have_the_integral_of_their_fields() {
     assert!(psnr(&drawn, &truth.render(&camera, VIEWPORT).unwrap()) < 30.0);
 }
 
+/// Views that no lattice covers are cast: from within the volume, and at a very wide angle. So is every view on request.
+#[test]
+fn colors_are_seen_from_within_and_at_wide_angles() {
+    /// PSNR in dB over RGBA: unlit, and lit. The light of a ridge of the extinction turns between two steps, of 1/8 of a spacing or 1/4.
+    const LEAST: [f64; 2] = [60.0, 34.0];
+    /// Lit, in steps of 1/20: the light converges, too.
+    const LEAST_OF_FINE: f64 = 50.0;
+    let size = Viewport { width: 48, height: 40 };
+    let components = components();
+    let emission = emission(&components);
+    let transfer = opacity_of_extinction(&emission);
+    let colors = UploadedColors::new(&device(), &components, ColorOpacity::Alpha, &unused()).unwrap();
+    let mut renderer = Renderer::from_colors(&colors).unwrap();
+    let orbit = |azimuth| Orbit { azimuth, elevation: 20.0, roll: 0.0 };
+    let seen = |distance, azimuth, field_of_view| {
+        Camera::orbit(grid().centre(), distance, orbit(azimuth), Projection::Perspective { field_of_view })
+    };
+    let fine = Settings { algorithm: Algorithm::Raycast { kernel: Kernel::Cubic, step: 0.05 }, ..Settings::default() };
+    let cast = Settings { algorithm: Algorithm::Raycast { kernel: Kernel::CatmullRom, step: 0.25 }, ..Settings::default() };
+    let [parallel, ..] = cameras();
+    let cases = [
+        ("from within", seen(4.0, 30.0, 90.0), Settings::default()),
+        ("from within, backwards", seen(9.0, 200.0, 60.0), Settings::default()),
+        ("from within, backwards, in fine steps", seen(9.0, 200.0, 60.0), fine),
+        ("wide", seen(20.0, 70.0, 150.0), Settings::default()),
+        ("cast", parallel, cast),
+    ];
+    for (name, camera, settings) in cases {
+        for shading in [None, settings.shading] {
+            let settings = Settings { shading, ..settings };
+            let truth = Colors::new(emission.each_ref(), &transfer, Kernel::Cubic, GradientEstimator::for_kernel(Kernel::Cubic));
+            let truth = truth.with_shading(shading).render(&camera, size).unwrap();
+            let drawn = renderer.render(&camera, size, &settings).unwrap().0;
+            let fidelity = psnr(&drawn, &truth);
+            println!("{name}, lit {}: {fidelity:.1} dB", shading.is_some());
+            let least = if settings.algorithm == fine.algorithm { LEAST_OF_FINE } else { LEAST[usize::from(shading.is_some())] };
+            assert!(fidelity >= least, "{name}, lit {}: {fidelity}", shading.is_some());
+            assert!(truth.pixels().iter().any(|pixel| pixel[3] > 0.3), "{name}: something is seen");
+            assert!(renderer.render(&camera, size, &Settings { culling: false, ..settings }).unwrap().0 == drawn, "{name}");
+            // Swapped components would be noticed.
+            let swapped = Colors::new(
+                [1, 0, 2, 3].map(|n: usize| &emission[n]),
+                &transfer,
+                Kernel::Cubic,
+                GradientEstimator::for_kernel(Kernel::Cubic),
+            );
+            let swapped = swapped.with_shading(shading).render(&camera, size).unwrap();
+            assert!(psnr(&drawn, &swapped) < fidelity - 6.0, "{name}");
+        }
+    }
+}
+
+/// White colours are cast like a field with their extinction, lit, with depths, clipped, and with gradient opacity.
+#[test]
+fn white_colors_are_cast_like_their_extinction() {
+    /// The field has a table of 4096 entries.
+    const TOLERANCE: f32 = 2e-5;
+    let size = Viewport { width: 48, height: 40 };
+    let white = |name| bytes(name, |_| 1.0);
+    let components = vec![white("red"), white("green"), white("blue"), components().remove(3)];
+    let extinction = &emission(&components)[3];
+    let (_, largest) = extinction.range();
+    let opacities = (0..=4096).map(|n| largest * f64::from(n) / 4096.0).map(|tau| (tau, -(-tau).exp_m1())).collect();
+    let transfer = TransferFunction::new("extinction", vec![(0.0, [1.0; 3])], opacities).unwrap();
+    let mut colors =
+        Renderer::from_colors(&UploadedColors::new(&device(), &components, ColorOpacity::Alpha, &unused()).unwrap()).unwrap();
+    let mut field = Renderer::new(&device(), extinction, &transfer).unwrap();
+    let camera = Camera::orbit(
+        grid().centre(),
+        9.0,
+        Orbit { azimuth: 200.0, elevation: 20.0, roll: 0.0 },
+        Projection::Perspective { field_of_view: 60.0 },
+    );
+    let base = Settings { algorithm: Algorithm::Raycast { kernel: Kernel::Cubic, step: 0.25 }, ..Settings::default() };
+    let crop = Some(CropBox { lowest: DVec3::new(2.0, 3.5, 1.0), highest: DVec3::new(20.0, 15.0, 21.3) });
+    let thinned = GradientOpacity::new(&[(0.0, 0.3), (0.05, 1.0)]).unwrap();
+    for (name, settings) in [
+        ("lit", base),
+        ("clipped", Settings { clipping: Clipping { crop, ..Clipping::default() }, ..base }),
+        ("linear", Settings { extinction: Extinction::Linear, ..base }),
+        ("thinned", Settings { gradient_opacity: Some(thinned), ..base }),
+    ] {
+        let [one, other] = [&mut colors, &mut field].map(|renderer| renderer.render(&camera, size, &settings).unwrap().0);
+        let pairs = one.pixels().iter().zip(other.pixels());
+        let largest = pairs.flat_map(|(a, b)| (0..4).map(|c| (a[c] - b[c]).abs())).fold(0.0, f32::max);
+        println!("{name}: {largest:.1e} apart");
+        assert!(largest <= TOLERANCE, "{name}: {largest}");
+        assert!(one.pixels().iter().any(|pixel| pixel[3] > 0.3), "{name}: something is seen");
+        let unlit = colors.render(&camera, size, &Settings { shading: None, ..settings }).unwrap().0;
+        assert!(psnr(&unlit, &one) < 40.0, "{name}: light would be noticed");
+    }
+    // In layers, segments of colours are linear, while the table of the field knows the opacities between.
+    let [parallel, ..] = cameras();
+    let classification = Classification::Preintegrated { kernel: Kernel::Cubic, samples_per_layer: 2 };
+    let layered = Layered { classification, adapts_to_opacity: false, ..Layered::default() };
+    let linear = Settings { extinction: Extinction::Linear, shading: None, ..layered.into() };
+    let [one, other] = [&mut colors, &mut field].map(|renderer| renderer.render(&parallel, VIEWPORT, &linear).unwrap().0);
+    println!("linear extinction in layers: {:.1} dB", psnr(&one, &other));
+    assert!(psnr(&one, &other) > 80.0, "{}", psnr(&one, &other));
+    let exponential = Settings { extinction: Extinction::Exponential, ..linear };
+    assert!(
+        psnr(&one, &colors.render(&parallel, VIEWPORT, &exponential).unwrap().0) < 60.0,
+        "another extinction would be noticed"
+    );
+}
+
 /// White colours have the shadows of a field with their extinction.
 #[test]
 fn colors_cast_shadows() {
@@ -190,6 +300,55 @@ fn opacities_come_from_luminance_or_background() {
     }
 }
 
+/// Vectors of one direction: its colour, and Beer-Lambert for the opacity of the norm. Zero vectors and those with a component that is not a
+/// number are transparent.
+#[test]
+fn directions_are_colors() {
+    const TOLERANCE: f32 = 2e-3;
+    /// An invalid component where z is in this range of voxels, and zero vectors in the next.
+    const INVALID: std::ops::Range<usize> = 0..4;
+    const ZERO: std::ops::Range<usize> = 4..8;
+    let device = device();
+    let (vector, norm) = ([-6.0f32, 3.0, -2.0], 7.0);
+    let [x, y, _] = grid().dims();
+    let component = |n: usize, sign: f32| {
+        let value = |index: usize| match index / x / y {
+            z if INVALID.contains(&z) => [vector[0], f32::NAN, vector[2]][n],
+            z if ZERO.contains(&z) => 0.0,
+            _ => sign * vector[n],
+        };
+        Volume::new("flow", grid(), (0..grid().voxel_count()).map(value).collect::<Vec<f32>>()).unwrap()
+    };
+    let components = [0, 1, 2].map(|n| component(n, 1.0));
+    let norms = layersplat::renderer::vector_norms(&components).unwrap();
+    assert_eq!((norms.range(), norms.invalid()), ((0.0, norm), INVALID.len() * x * y));
+    let transfer = TransferFunction::new("norm", vec![(0.0, [1.0; 3])], vec![(0.0, 0.0), (2.0 * norm, 0.2)]).unwrap();
+    let camera =
+        Camera::fit_parallel(grid().centre(), grid().diagonal(), VIEWPORT, Orbit { azimuth: 0.0, elevation: 0.0, roll: 0.0 });
+    let unlit = Settings { shading: None, ..Settings::default() };
+    let draw = |components: &[Volume], transfer: &TransferFunction| {
+        let colors = UploadedColors::from_vectors(&device, components, transfer).unwrap();
+        let frame = Renderer::from_colors(&colors).unwrap().render(&camera, VIEWPORT, &unlit).unwrap().0;
+        frame.pixels()[(VIEWPORT.height / 2 * VIEWPORT.width + VIEWPORT.width / 2) as usize]
+    };
+    let pixel = draw(&components, &transfer);
+    // Layers along z. The half layers at both ends fade, and are as deep as one.
+    let layers = (28 - INVALID.len() - ZERO.len()) as f64;
+    let alpha = (1.0 - 0.9f64.powf(layers)) as f32;
+    assert!((pixel[3] - alpha).abs() <= TOLERANCE, "{} instead of {alpha}", pixel[3]);
+    for (n, exact) in [6.0, 3.0, 2.0].into_iter().enumerate() {
+        assert!((pixel[n] / pixel[3] - exact / 7.0).abs() <= TOLERANCE, "component {n}: {pixel:?}");
+    }
+    // Opposite directions have one colour; another norm has another opacity.
+    let opposite = [0, 1, 2].map(|n| component(n, -1.0));
+    let turned = draw(&opposite, &transfer);
+    assert_eq!(turned, pixel);
+    assert!(draw(&components, &transfer.faded(0.5).unwrap()).map(f64::from)[3] < f64::from(alpha) - 0.1);
+    // What are no vectors is refused.
+    let two = UploadedColors::from_vectors(&device, &components[..2], &transfer);
+    assert!(matches!(two, Err(Error::Settings { field: "colors", .. })));
+}
+
 /// Labels have their colours; a hidden one is not there.
 #[test]
 fn labels_have_their_colors() {
@@ -242,7 +401,10 @@ fn what_colors_do_not_have_is_refused() {
     let mut renderer = Renderer::from_colors(&new(&components, ColorOpacity::Alpha).unwrap()).unwrap();
     for settings in [
         Settings { blend: Blend::Maximum, ..Settings::default() },
-        Settings { algorithm: Algorithm::Raycast { kernel: Kernel::Cubic, step: 0.5 }, ..Settings::default() },
+        Settings { algorithm: Algorithm::Raycast { kernel: Kernel::Gaussian, step: 0.5 }, ..Settings::default() },
+        Settings { algorithm: Algorithm::Slicing { step: 0.5 }, ..Settings::default() },
+        Quality::Paper.settings(),
+        Layered { evaluation: Evaluation::Direct, ..Layered::default() }.into(),
     ] {
         assert!(matches!(renderer.render(&cameras()[0], VIEWPORT, &settings), Err(Error::Settings { .. })));
     }

@@ -52,6 +52,48 @@ fn options_and_scenes_draw_the_same() {
     assert!(moved != picture(f, &[&first[..], &["--with", "builtin:gyroid@16"]].concat()));
 }
 
+/// Each line of `--cameras` shows all fields, as a command of its own does.
+#[test]
+fn many_views_show_all_fields() {
+    const VIEWS: &str = r#"{"output": "v0.png", "azimuth": 10}
+        {"output": "v1.png", "azimuth": 100, "elevation": 30}"#;
+    let folder = tempfile::tempdir().unwrap();
+    let f = folder.path();
+    let both =
+        ["builtin:hydrogen@16", "--with", "builtin:gyroid@16,color=#00aaff,opacity=p50:0,p99:0.3,factor=2", "--fit", "volume"];
+    std::fs::write(f.join("views.ndjson"), VIEWS).unwrap();
+    let arguments = [&["render"], &both[..], &SIZE, &["--device-unchecked", "--cameras", "views.ndjson"]].concat();
+    let output = layersplat(f, &arguments);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let views = [&["--azimuth", "10", "--elevation", "0"][..], &["--azimuth", "100", "--elevation", "30"]];
+    for (n, view) in views.into_iter().enumerate() {
+        let of_many = image::open(f.join(format!("v{n}.png"))).unwrap().into_rgb8().into_raw();
+        assert!(of_many == picture(f, &[&both[..], view].concat()), "view {n}");
+        assert!(of_many != picture(f, &[&both[..1], &both[3..], view].concat()), "view {n} shows one field");
+    }
+}
+
+/// Vectors along x, where the file has any, with one that is not a number.
+#[test]
+fn directions_of_vectors_are_colors() {
+    let folder = tempfile::tempdir().unwrap();
+    let f = folder.path();
+    let header = "NRRD0004\ntype: float\ndimension: 4\nsizes: 3 8 8 8\nkinds: vector domain domain domain\nendian: little\nencoding: raw\n\n";
+    let vector = |n: usize| [if n == 200 { f32::NAN } else { -2.0 }, 0.0, 0.0];
+    let bytes: Vec<u8> = (0..512).flat_map(vector).flat_map(f32::to_le_bytes).collect();
+    std::fs::write(f.join("flow.nrrd"), [header.as_bytes(), &bytes].concat()).unwrap();
+    let shown = picture(f, &["flow.nrrd", "--colors", "direction", "--opacity", "0:0,2:0.3", "--shading", "off"]);
+    assert!(shown.chunks_exact(3).all(|pixel| pixel[1] == 0 && pixel[2] == 0) && shown.iter().any(|&c| c > 100));
+    let thin = picture(f, &["flow.nrrd", "--colors", "direction", "--opacity", "0:0,2:0.03", "--shading", "off"]);
+    let sum = |pixels: &[u8]| pixels.iter().map(|&c| u64::from(c)).sum::<u64>();
+    assert!(sum(&thin) < sum(&shown) / 2, "opacities are those of the norm");
+    picture(f, &["flow.nrrd", "--colors", "direction", "--legend"]);
+    components(f);
+    refused(f, &["render", "rgb.nrrd", "--colors", "direction", "--color-opacity", "white"], 2, &["color_opacity", "direction"]);
+    std::fs::write(f.join("block_4x4x4_uint8.raw"), [7; 64]).unwrap();
+    refused(f, &["render", "block_4x4x4_uint8.raw", "--colors", "direction"], 2, &["direction needs 3 components"]);
+}
+
 #[test]
 fn components_are_channels_or_colors() {
     let folder = tempfile::tempdir().unwrap();
@@ -62,6 +104,7 @@ fn components_are_channels_or_colors() {
     let colors = picture(f, &["rgb.nrrd", "--colors", "direct"]);
     assert!(colors != channels && colors.iter().any(|&c| c > 40));
     assert!(colors != picture(f, &["rgb.nrrd", "--colors", "direct", "--color-opacity", "#0000ff"]));
+    assert!(channels != picture(f, &["rgb.nrrd", "--channels", "all", "--classification", "post"]));
     // The first component may be any.
     assert!(picture(f, &["rgb.nrrd", "--channels", "1"]) != picture(f, &["rgb.nrrd", "--channels", "0"]));
 }
@@ -320,7 +363,7 @@ fn mistakes_are_named() {
         ("rgb.nrrd --with rgb.nrrd,factor=-1", 2, &["factor"]),
         ("rgb.nrrd --with rgb.nrrd,at=sheared.txt", 1, &["sheared.txt", "angle"]),
         ("rgb.nrrd --scene scene.json", 1, &["scene.json", "field 2", "names no file"]),
-        ("rgb.nrrd --channels all --classification post", 2, &["one channel"]),
+        ("rgb.nrrd --channels all --quality paper", 2, &["one channel", "layers on a lattice"]),
         ("rgb.nrrd --channels all --algorithm view-sheets", 2, &["one channel"]),
         ("rgb.nrrd --colors direct --color-opacity alpha", 2, &["fourth component"]),
         ("rgb.nrrd --colors direct --blend maximum", 2, &["blend"]),

@@ -76,6 +76,45 @@ fn info_tells_channels_times_and_resolutions() {
 }
 
 #[test]
+#[cfg(all(feature = "tiff", feature = "zarr"))]
+fn info_tells_names_colours_and_windows_of_channels() {
+    let folder = tempfile::tempdir().unwrap();
+    let f = folder.path();
+    let files = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/formats/files/channels");
+    let of = |name: &str| files.join(name).display().to_string();
+    let text = described(f, &of("imagej.tif"));
+    let lines: Vec<&str> = text.lines().skip_while(|line| !line.starts_with("channels")).take(4).collect();
+    let expected = [
+        "channels  3; this is 0 (--channel)",
+        "        0 #0000ff DAPI, window 1 to 200.5",
+        "        1 #00ff00 -, window 0 to 255",
+        "        2 #ff0066 Texas Red",
+    ];
+    assert_eq!(lines, expected);
+    let found = &json(f, &["info", &of("omero_04.zarr")])["channel_descriptions"];
+    let first = serde_json::json!({"channel": 0, "name": "DAPI", "color": [0.0, 0.0, 1.0], "color_is_declared": true,
+        "window": [10.0, 90.5], "active": true});
+    assert_eq!(found[0], first);
+    assert_eq!(
+        (&found[1]["name"], &found[1]["color_is_declared"], &found[1]["active"]),
+        (&"EGFP".into(), &false.into(), &false.into())
+    );
+    // A single channel has nothing to be told from.
+    assert_eq!(json(f, &["info", "builtin:cube@4"])["channel_descriptions"], serde_json::json!([]));
+    // From standard input, too, where the voxels stand in the way of a second look.
+    let file = std::fs::File::open(files.join("imagej.tif")).unwrap();
+    let output = std::process::Command::new(env!("CARGO_BIN_EXE_layersplat")).args(["info", "-"]).stdin(file).output().unwrap();
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert!(text.contains(expected[3]), "{text}");
+    // Malformed descriptions are said, and the values described all the same.
+    let attributes = r#"{"multiscales": [{"axes": ["c", "z", "y", "x"], "datasets": [{"path": "s0"}]}], "omero": {"channels": [{"color": "red"}]}}"#;
+    let source = files.join("omero_04.zarr");
+    std::process::Command::new("cp").args(["-r", source.to_str().unwrap(), "bad.zarr"]).current_dir(f).status().unwrap();
+    std::fs::write(f.join("bad.zarr/.zattrs"), attributes).unwrap();
+    assert!(warnings(f, "bad.zarr").contains("color \"red\""));
+}
+
+#[test]
 fn one_voxel_without_a_value_changes_no_range() {
     let folder = tempfile::tempdir().unwrap();
     let f = folder.path();

@@ -6,6 +6,7 @@
 // the extinction.
 
 #include "layered/point_tile.cl"
+#include "shared/color_absorption.cl"
 
 #if BLEND != COMPOSITE
 #error "BLEND: volumes of colours are composited"
@@ -32,6 +33,15 @@ static inline void colors_between(const Layer *front, const Layer *back, int n, 
         color[i] = lerp(front[i].at.field[n], back[i].at.field[n], t);
 }
 
+// With linear extinction, absorption is of the opacity: scales the four values to it.
+static inline void scale_to_absorption(const SampleParams *p, realv *color) {
+    if (!p->classification.linear)
+        return;
+    const realv scale = color_absorption(p, color[3]) * reciprocal(color[3] > 0.0f ? color[3] : (realv)(1.0f));
+    for (int i = 0; i < 4; i++)
+        color[i] *= scale;
+}
+
 // The segment between two of these. `ends`: weights of the front and back values; `length` in unit distances.
 static inline Segment color_segment(const realv *front, const realv *back, float2 ends, realv length) {
     const float even = 0.5f * (1.0f - ends.x - ends.y), weight_front = even + ends.x, weight_back = even + ends.y;
@@ -54,6 +64,8 @@ static inline void composite_colors(const SampleParams *p, const Layer *front, c
     realv from[4], to[4];
     colors_between(front, back, n, SEGMENT_PARAMETER(part, (realv)(0.0f)), from);
     colors_between(front, back, n, SEGMENT_PARAMETER(part, (realv)(1.0f)), to);
+    scale_to_absorption(p, from);
+    scale_to_absorption(p, to);
     const Segment whole = color_segment(from, to, ends, length);
     const Accumulator before = *a;
     composite_segment(p, &whole, part, opacity_of_depth(p, whole.depth), lit_front, lit_back, a, active);

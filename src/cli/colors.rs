@@ -3,7 +3,7 @@
 use super::options::{LabelOptions, VolumeOptions};
 use super::parse;
 use crate::error::Error;
-use crate::renderer::ColorOpacity;
+use crate::renderer::{ColorOpacity, vector_norms};
 use crate::shown::Shown;
 use crate::viewport::Viewport;
 use clap::{Args, ValueEnum};
@@ -12,7 +12,7 @@ use clap::{Args, ValueEnum};
 #[derive(Args)]
 #[command(next_help_heading = "Channels")]
 pub(super) struct ColorOptions {
-    /// Use the first three or four components of the file as red, green, blue and opacity
+    /// Draw components of the file as colours: direct, as red, green, blue and possibly opacity; direction, as vectors whose direction is the colour and whose norm, by the transfer function, the opacity
     #[arg(long, value_name = "HOW", conflicts_with_all = ["channels", "channel", "with", "scene", "labels", "label", "label_colors"])]
     colors: Option<Colors>,
     /// Opacity of colours: alpha, luminance (then by --opacity), or a colour that is transparent, as white [default: alpha if there is one, else luminance]
@@ -23,6 +23,7 @@ pub(super) struct ColorOptions {
 #[derive(Clone, Copy, ValueEnum)]
 enum Colors {
     Direct,
+    Direction,
 }
 
 /// Parses `alpha`, `luminance` or a colour.
@@ -45,10 +46,35 @@ impl ColorOptions {
 
     /// Opens the components of the volume's file, or its labels; `None` if its values are shown.
     pub fn open(&self, options: &VolumeOptions, labels: &LabelOptions, size: Viewport) -> Result<Option<Shown>, Error> {
-        if self.colors.is_none() {
+        let Some(colors) = self.colors else {
             let Some(labels) = options.labels(labels, size)? else { return Ok(None) };
             return Shown::from_labels(labels).map(Some);
+        };
+        match colors {
+            Colors::Direct => self.open_colors(options, size),
+            Colors::Direction => self.open_vectors(options, size),
         }
+        .map(Some)
+    }
+
+    fn open_vectors(&self, options: &VolumeOptions, size: Viewport) -> Result<Shown, Error> {
+        if self.color_opacity.is_some() {
+            let problem = "direction takes opacities of the norm by the transfer function: omit it".into();
+            return Err(Error::Settings { field: "color_opacity", problem });
+        }
+        let first = options.open_component(0, Some(size))?;
+        let count = first.contents().channels;
+        if count != 3 {
+            let problem = format!("direction needs 3 components, and {} has {count}: omit it", first.name());
+            return Err(Error::Settings { field: "colors", problem });
+        }
+        let others = (1..count).map(|number| options.open_component(number, Some(size)));
+        let components = std::iter::once(Ok(first)).chain(others).collect::<Result<Vec<_>, _>>()?;
+        let norms = Box::new(vector_norms(&components)?);
+        Ok(Shown::Vectors { components, norms })
+    }
+
+    fn open_colors(&self, options: &VolumeOptions, size: Viewport) -> Result<Shown, Error> {
         let first = options.open_component(0, Some(size))?;
         let count = first.contents().channels;
         if count < 3 {
@@ -63,6 +89,6 @@ impl ColorOptions {
         let others = (1..used).map(|number| options.open_component(number, Some(size)));
         let components = std::iter::once(Ok(first)).chain(others).collect::<Result<Vec<_>, _>>()?;
         let default = if used == 4 { ColorOpacity::Alpha } else { ColorOpacity::Luminance };
-        Ok(Some(Shown::Components(components, self.color_opacity.unwrap_or(default))))
+        Ok(Shown::Components(components, self.color_opacity.unwrap_or(default)))
     }
 }

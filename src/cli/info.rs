@@ -1,8 +1,8 @@
 //! `layersplat info`.
 
 use super::labels::{self, LabelReport};
-use super::numbers::shortened;
-use super::options::{LabelOptions, TransferOptions, VolumeOptions};
+use super::numbers::{hex_color, shortened};
+use super::options::{Described, LabelOptions, TransferOptions, VolumeOptions};
 use super::orientation::{self, UpReport};
 use super::scene::{describe, open_transfer};
 use super::transfer::TransferReport;
@@ -10,7 +10,7 @@ use crate::error::Error;
 use crate::framing::Orientation;
 use crate::settings::Blend;
 use crate::transfer::TransferFunction;
-use crate::volume::{Contents, FrameSpacing, Grid, Statistics, Volume};
+use crate::volume::{ChannelDescription, Contents, FrameSpacing, Grid, Statistics, Volume};
 use glam::DVec3;
 use serde::Serialize;
 use std::process::ExitCode;
@@ -36,6 +36,8 @@ struct Info {
     /// Components of each voxel in the file, and which one is described here.
     channels: usize,
     channel: usize,
+    /// What the file states about its components, if there are several.
+    channel_descriptions: Vec<ChannelReport>,
     /// Whether the magnitude of all components is described.
     magnitude: bool,
     /// Volumes of a sequence, usually times, and which one is described here.
@@ -69,8 +71,47 @@ struct Info {
     labels: Option<Vec<LabelReport>>,
 }
 
+/// A component of the file.
+#[derive(Serialize)]
+struct ChannelReport {
+    channel: usize,
+    name: Option<String>,
+    /// Of its brightest value, in pictures of several: declared by the file, of a fluorophore's name, or another that is free.
+    color: [f64; 3],
+    /// Whether the file declares the colour.
+    color_is_declared: bool,
+    /// Data values that are shown black and in full colour.
+    window: Option<[f64; 2]>,
+    active: bool,
+}
+
+impl ChannelReport {
+    fn all(channels: &[ChannelDescription]) -> Vec<Self> {
+        let report = |(channel, (found, color)): (usize, (&ChannelDescription, [f64; 3]))| Self {
+            channel,
+            name: found.name.clone(),
+            color,
+            color_is_declared: found.color.is_some(),
+            window: found.window.map(|(from, to)| [from, to]),
+            active: found.active,
+        };
+        channels.iter().zip(ChannelDescription::colors(channels)).enumerate().map(report).collect()
+    }
+
+    fn line(&self) -> String {
+        let window = self.window.map_or(String::new(), |[from, to]| format!(", window {} to {}", shortened(from), shortened(to)));
+        let hidden = if self.active { "" } else { ", hidden at first" };
+        format!("  {:>7} {} {}{window}{hidden}", self.channel, hex_color(self.color), self.name.as_deref().unwrap_or("-"))
+    }
+}
+
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
-    let (volume, labels) = arguments.volume.open_labelled(&arguments.labels)?;
+    let Described { volume, labels, channels } = arguments.volume.open_described(&arguments.labels)?;
+    // Malformed descriptions keep nobody from the values.
+    let channels = channels.unwrap_or_else(|error| {
+        eprintln!("layersplat: {error}");
+        Vec::new()
+    });
     let transfer = open_transfer(&arguments.transfer, &volume, Blend::Composite)?;
     let effective_splats = arguments.transfer.transfer.is_some().then(|| transfer.effective_splats(&volume));
     let statistics = volume.statistics();
@@ -81,6 +122,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         voxel_type: volume.voxel_type().to_string(),
         channels: contents.channels,
         channel: contents.channel,
+        channel_descriptions: ChannelReport::all(&channels),
         magnitude: contents.magnitude,
         frames: contents.frames,
         frame: contents.frame,
@@ -117,6 +159,7 @@ fn text(info: &Info, transfer: &TransferFunction, statistics: &Statistics, volum
         format!("type      {}", info.voxel_type),
     ];
     lines.extend(several(volume.contents()));
+    lines.extend(info.channel_descriptions.iter().map(ChannelReport::line));
     lines.extend([
         format!("spacing   {}{assumed}", position(info.spacing)),
         format!("origin    {}", position(info.origin)),

@@ -1,6 +1,6 @@
 //! The list of labels of `layersplat info`.
 
-use super::numbers::shortened;
+use super::numbers::{hex_color, shortened};
 use crate::volume::{Label, LabelLayer, Labels};
 use serde::Serialize;
 
@@ -39,12 +39,12 @@ impl LabelReport {
     }
 
     fn line(&self, with_layer: bool) -> String {
-        let color: String = self.color.iter().map(|c| format!("{:02x}", (c * 255.0).round() as u8)).collect();
+        let color = hex_color(self.color);
         let layer = if with_layer { format!("{:>5} ", self.layer) } else { String::new() };
         let hidden = if self.visible { "" } else { " (hidden)" };
         let (voxels, volume, opacity) = (self.voxels, shortened(self.volume), shortened(self.opacity));
         let name = self.name.as_deref().unwrap_or("-");
-        format!("{layer}{:>10} {voxels:>12} {volume:>14} #{color} {opacity:>7} {name}{hidden}", self.id)
+        format!("{layer}{:>10} {voxels:>12} {volume:>14} {color} {opacity:>7} {name}{hidden}", self.id)
     }
 }
 

@@ -154,13 +154,12 @@ impl Scene {
         }
         let transfer = match surface_color {
             Some(color) => TransferFunction::new("surface", vec![(0.0, color)], vec![(0.0, 1.0)])?,
-            None if shown.is_some() && options.transfer.transfer.is_none() => {
-                let opacities = shown.as_ref().map(Shown::opacities).expect("colours or labels");
-                adjusted(&options.transfer, values, opacities)?
-            }
-            None => match fields.first_transfer(values, settings.blend)?.filter(|_| !options.transfer.is_given()) {
-                Some(transfer) => adjusted(&options.transfer, values, transfer)?,
-                None => open_transfer(&options.transfer, values, settings.blend)?,
+            None => match shown.as_ref().filter(|_| options.transfer.transfer.is_none()).and_then(Shown::opacities) {
+                Some(opacities) => adjusted(&options.transfer, values, opacities)?,
+                None => match fields.first_transfer(values, settings.blend)?.filter(|_| !options.transfer.is_given()) {
+                    Some(transfer) => adjusted(&options.transfer, values, transfer)?,
+                    None => open_transfer(&options.transfer, values, settings.blend)?,
+                },
             },
         };
         let look = fields.first_look(&volume);
@@ -253,7 +252,7 @@ impl Scene {
     /// Bounds of the visible part of the volume, or of another step.
     fn framing_of(&self, volume: &Volume) -> Framing {
         let framing = match &self.shown {
-            Some(shown) => shown.framing(&self.labels),
+            Some(shown) => shown.framing(&self.transfer, &self.labels),
             None => self.visible_part(volume, &self.transfer, None),
         };
         let framing = match self.settings.clipping.crop {

@@ -77,7 +77,7 @@ impl Viewer {
 fn whole_renderer(scene: &Scene) -> Result<Option<Renderer>, Error> {
     let Scene { device, volume, transfer, .. } = scene;
     let mut renderer = match &scene.shown {
-        Some(shown) => Renderer::from_colors(&shown.colors(&shown.upload(device)?, transfer, &scene.labels)?)?,
+        Some(shown) => Renderer::from_colors(&shown.colors(device, &shown.upload(device)?, transfer, &scene.labels)?)?,
         None if scene.has_channels() => channel_renderer(scene)?,
         None if scene.label_colors.is_some() => Renderer::new(device, volume, transfer)?,
         None => return Ok(None),

@@ -17,7 +17,11 @@ use crate::viewport::Viewport;
 use crate::volume::Volume;
 use glam::{DVec2, DVec3};
 
-/// Layered renderer in `f64`: exact footprints, without lattice, table, culling and early ray termination.
+/// Opacity above which a sample counts as opaque: its optical depth is finite.
+const MOST_OPAQUE: f64 = 1.0 - f64::EPSILON;
+
+/// Layered renderer in `f64`: exact footprints, without lattice, table, culling and early ray termination. Of splatted layers, also of several
+/// fields on one grid: τ = Σ τ_c, and C = Σ τ_c C_c / τ.
 pub struct Layered<'a> {
     pub(super) field: Field,
     pub(super) volume: &'a Volume<'a>,
@@ -26,6 +30,10 @@ pub struct Layered<'a> {
     pub(super) classification: Classification,
     region: Region,
     shadow_rays: Option<ShadowRays<'a>>,
+    /// Of the extinction.
+    factor: f64,
+    /// Fields that are drawn together with this one.
+    others: Vec<Layered<'a>>,
     /// Whether pre-integrated segments are subdivided, with attenuation between the parts. The kernels approximate this for opaque transfer
     /// functions of several hues. Default: false.
     pub in_parts: bool,
@@ -55,7 +63,34 @@ impl<'a> Layered<'a> {
         let field = Field::new(volume, transfer, settings.blend, kernel).with_gradient(settings.gradient_estimator());
         let region = Region::new(volume, transfer, settings.blend, &settings.clipping, f64::from(kernel.radius()));
         let shadow_rays = ShadowRays::new(volume, transfer, settings);
-        Self { field, volume, transfer, settings, classification, region, shadow_rays, in_parts: false }
+        Self {
+            field,
+            volume,
+            transfer,
+            settings,
+            classification,
+            region,
+            shadow_rays,
+            factor: 1.0,
+            others: Vec::new(),
+            in_parts: false,
+        }
+    }
+
+    /// Multiplies the extinction by a factor.
+    pub fn with_factor(self, factor: f64) -> Self {
+        Self { factor, ..self }
+    }
+
+    /// Adds the splatted layers of another field on the same grid, with its factor.
+    pub fn with_field(mut self, other: Self) -> Self {
+        self.others.push(other);
+        self
+    }
+
+    /// All fields.
+    fn fields(&self) -> impl Iterator<Item = &Self> {
+        std::iter::once(self).chain(&self.others)
     }
 
     /// Renders the picture of a camera. All rays use the layer axis `axis`; with `None`, each ray uses its own.
@@ -107,44 +142,62 @@ impl<'a> Layered<'a> {
                 let part = crossing.part_of(k as f64 + step as f64 * start, k as f64 + step as f64 * end);
                 start = end;
                 let Some(part) = part else { continue };
-                let [before, own, after] = *sums
-                    .get_or_insert_with(|| [k - step, k, k + step].map(|j| self.splat_sum(crossing, j, crossing.at(j as f64))));
-                let value = slab.before * before + slab.own * own + slab.after * after;
+                let sums = sums.get_or_insert_with(|| {
+                    let of_field =
+                        |field: &Self| [k - step, k, k + step].map(|j| field.splat_sum(crossing, j, crossing.at(j as f64)));
+                    self.fields().map(of_field).collect::<Vec<_>>()
+                });
+                let value = |[before, own, after]: &[f64; 3]| slab.before * before + slab.own * own + slab.after * after;
+                let of_fields: Vec<f64> = sums.iter().map(value).collect();
                 if self.settings.blend == Blend::Composite {
-                    self.composite_sample(crossing, k, value, slab.share, part, to_eye, &mut gathered);
+                    self.composite_sample(crossing, k, &of_fields, slab.share, part, to_eye, &mut gathered);
                 } else {
-                    values.add_sample(value, slab.share, part);
+                    values.add_sample(of_fields[0], slab.share, part);
                 }
             }
         }
         if self.settings.blend == Blend::Composite { gathered.rgba() } else { values.rgba(self.transfer, &self.field) }
     }
 
-    /// Composites a part of a sample of layer k; `share` is its thickness relative to a whole sample.
+    /// Composites a part of a sample of layer k, in which the fields have these values; `share` is its thickness relative to a whole sample.
     #[expect(clippy::too_many_arguments, reason = "all are properties of a sample")]
     fn composite_sample(
         &self,
         crossing: &Crossing,
         k: i64,
-        value: f64,
+        values: &[f64],
         share: f64,
         part: Part,
         to_eye: DVec3,
         gathered: &mut Gathered,
     ) {
-        if self.transfer.opacity(value) == 0.0 {
-            return;
-        }
-        let (dt, share) = (self.sample_length(crossing), share * part.length());
-        let opacity = match self.settings.extinction {
-            Extinction::Exponential => -(-self.transfer.extinction(value) * dt * share).exp_m1(),
-            Extinction::Linear => (self.transfer.opacity(value) * dt).min(1.0) * share,
-        };
-        let (color, gradient) = (self.transfer.color(value), || self.gradient(crossing, k));
+        let share = share * part.length();
         // All samples of a layer are lit at its plane.
         let point = crossing.axis.frame().global(crossing.at(k as f64).extend(k as f64));
-        let (color, opacity) = self.look(point).at(self.volume, gradient, to_eye, color, opacity);
-        gathered.add(faded(crossing.fade, point, color), opacity);
+        let (mut depth, mut sum) = (0.0, [0.0; 3]);
+        for (field, &value) in self.fields().zip(values).filter(|(field, value)| field.transfer.opacity(**value) > 0.0) {
+            let dt = field.sample_length(crossing) * field.factor;
+            let opacity = match self.settings.extinction {
+                Extinction::Exponential => -(-field.transfer.extinction(value) * dt * share).exp_m1(),
+                Extinction::Linear => (field.transfer.opacity(value) * dt).min(1.0) * share,
+            };
+            let (color, gradient) = (field.transfer.color(value), || field.gradient(crossing, k));
+            let (color, opacity) = self.look(point).at(field.volume, gradient, to_eye, color, opacity);
+            let own = match self.settings.extinction {
+                Extinction::Exponential => -(-opacity.min(MOST_OPAQUE)).ln_1p(),
+                Extinction::Linear => opacity,
+            };
+            let color = faded(crossing.fade, point, color);
+            (0..3).for_each(|c| sum[c] += own * color[c]);
+            depth += own;
+        }
+        if depth > 0.0 {
+            let opacity = match self.settings.extinction {
+                Extinction::Exponential => -(-depth).exp_m1(),
+                Extinction::Linear => depth.min(share),
+            };
+            gathered.add(sum.map(|c| c / depth), opacity);
+        }
     }
 
     /// Length of a sample in unit distances.

@@ -2,7 +2,6 @@
 
 use super::check_whole;
 use super::field::{Field, Placement, UploadedVolume, value_range};
-use super::plan::Plan;
 use crate::device::launch::colors::{ColorVoxels, ColorVoxelsArguments, LabelVoxels, LabelVoxelsArguments};
 use crate::device::launch::structs::{ColorVoxelParams, Float4};
 use crate::device::launch::{Floats, Launcher, VoxelBuffer};
@@ -250,41 +249,29 @@ impl Out {
 }
 
 /// The settings of a frame of colours. Kernels with negative weights would make negative extinctions: the paper's cubic replaces them.
-/// Ray casting finds depths; [`refuse_pixels`] says that it draws no pictures.
 ///
 /// # Errors
-/// For algorithms and blend modes that do not draw colours.
+/// For algorithms, kernels and blend modes that do not draw colours.
 pub(super) fn color_settings(settings: Settings, are_labels: bool) -> Result<Settings, Error> {
     if settings.blend != Blend::Composite {
         return Err(refused("blend", "reduces single values"));
     }
-    let without_negative = |kernel| if matches!(kernel, Kernel::CatmullRom | Kernel::BSpline) { Kernel::Cubic } else { kernel };
+    let positive = |kernel| if matches!(kernel, Kernel::CatmullRom | Kernel::BSpline) { Kernel::Cubic } else { kernel };
     let algorithm = match settings.algorithm {
         Algorithm::Layered(layered) => {
             let Classification::Preintegrated { kernel, samples_per_layer } = layered.classification else {
                 return Err(refused("classification", "splats single values"));
             };
-            let classification = Classification::Preintegrated { kernel: without_negative(kernel), samples_per_layer };
+            let classification = Classification::Preintegrated { kernel: positive(kernel), samples_per_layer };
             Algorithm::Layered(Layered { classification, ..layered })
         }
-        Algorithm::Raycast { kernel, step } => Algorithm::Raycast { kernel: without_negative(kernel), step },
-        _ => return Err(refused("algorithm", CLASSIFIES)),
+        Algorithm::Raycast { kernel: Kernel::Gaussian, .. } => return Err(refused("kernel", "reconstructs single values")),
+        Algorithm::Raycast { kernel, step } => Algorithm::Raycast { kernel: positive(kernel), step },
+        _ => return Err(refused("algorithm", "classifies single values")),
     };
     let smoothed = are_labels.then_some(GradientEstimator::Gaussian(LABEL_SMOOTHING));
     Ok(Settings { algorithm, gradient: settings.gradient.or(smoothed), ..settings })
 }
-
-/// Why colours are not drawn per pixel of the screen, by any plan.
-pub(super) fn refuse_pixels(plan: &Plan) -> Error {
-    if matches!(plan, Plan::Raycast(..)) {
-        return refused("algorithm", CLASSIFIES);
-    }
-    let problem = "volumes of colours need a view in which all rays have one layer axis: move the eye away, or choose a smaller angle \
-                   of view";
-    Error::Settings { field: "algorithm", problem: problem.into() }
-}
-
-const CLASSIFIES: &str = "classifies single values";
 
 fn refused(field: &'static str, what: &str) -> Error {
     let problem = format!("{what}, which volumes of colours and labels do not have: omit it");

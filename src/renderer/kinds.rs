@@ -2,16 +2,16 @@
 
 use super::colors::color_settings;
 use crate::error::Error;
-use crate::settings::{Algorithm, Blend, Classification, Layered, Settings};
+use crate::settings::{Algorithm, Blend, Classification, Evaluation, Layered, Settings};
 
 /// What a renderer draws.
 ///
 /// ```
 /// use layersplat::renderer::FieldKind;
-/// use layersplat::{Settings, settings::Shadows};
+/// use layersplat::{Settings, settings::Blend};
 ///
-/// let shadowed = Settings { shadows: Some(Shadows::default()), ..Settings::default() };
-/// assert!(FieldKind::One.check(&shadowed).is_ok() && FieldKind::Colors.check(&shadowed).is_err());
+/// let maximum = Settings { blend: Blend::Maximum, ..Settings::default() };
+/// assert!(FieldKind::One.check(&maximum).is_ok() && FieldKind::Colors.check(&maximum).is_err());
 /// assert!(FieldKind::Several.check(&Settings::default()).is_ok());
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -59,12 +59,12 @@ fn refuse(problem: &str) -> Result<(), Error> {
 
 /// What the passes of several fields refuse.
 fn check_several(settings: &Settings) -> Result<(), Error> {
-    if settings.sweeps_light() {
-        return refuse("shadows and ambient occlusion show one channel: show one alone");
-    }
     match settings.algorithm {
-        Algorithm::Layered(Layered { classification: Classification::Post(_), .. }) => {
-            refuse("post-classified layers show one channel: show one alone, or choose pre-integrated layers or ray casting")
+        Algorithm::Layered(Layered { evaluation: Evaluation::Direct, .. }) => {
+            refuse("layers per pixel show one channel: show one alone, or choose layers on a lattice or ray casting")
+        }
+        Algorithm::Layered(Layered { classification: Classification::Post(_), .. }) if settings.blend != Blend::Composite => {
+            refuse("splatted layers of this blend mode show one channel: choose pre-integrated layers")
         }
         Algorithm::Layered(_) => Ok(()),
         Algorithm::Raycast { .. } if settings.blend == Blend::Composite => Ok(()),
@@ -79,7 +79,7 @@ mod tests {
     use super::*;
     use crate::camera::{Camera, Orbit};
     use crate::device::{Device, DeviceChoice};
-    use crate::layers::Kernel;
+    use crate::layers::{Correction, Kernel};
     use crate::settings::{AmbientOcclusion, Quality, Shadows};
     use crate::transfer::TransferFunction;
     use crate::viewport::Viewport;
@@ -98,6 +98,7 @@ mod tests {
         let camera = Camera::fit_parallel(renderer.grid().centre(), renderer.grid().diagonal(), size, Orbit::default());
         let default = Settings::default();
         let rays = Algorithm::Raycast { kernel: Kernel::Linear, step: 0.5 };
+        let post = Layered { classification: Classification::Post(Correction::SubLayers(2)), ..Layered::default() };
         let all = [
             default,
             Quality::Draft.settings(),
@@ -106,6 +107,8 @@ mod tests {
             Settings { ambient_occlusion: Some(AmbientOcclusion::default()), ..default },
             Settings { blend: Blend::Maximum, ..default },
             Settings { blend: Blend::Iso(60.0), ..default },
+            Settings::from(post),
+            Settings { blend: Blend::Maximum, ..Settings::from(post) },
             Settings::from(rays),
             Settings { blend: Blend::Average, ..Settings::from(rays) },
             Settings::from(Algorithm::Slicing { step: 0.5 }),

@@ -6,6 +6,7 @@ mod classification;
 mod colors;
 mod depth_cue;
 mod depths;
+mod directions;
 #[cfg(feature = "mpi")]
 mod distributed_report;
 mod enqueued;
@@ -50,6 +51,7 @@ pub use channels::Channel;
 pub use colors::{ColorOpacity, UploadedColors};
 #[cfg(any(feature = "cli", feature = "page"))]
 pub(crate) use depths::depth_settings;
+pub use directions::vector_norms;
 #[cfg(feature = "mpi")]
 pub use distributed_report::{Composed, DistributedReport, Exchanged, RankMeasured, RankReport};
 pub use field::{DeviceVoxels, UploadedVolume};

@@ -8,8 +8,8 @@ use super::scene::Scene;
 use super::screen::screen_params;
 use super::tiles::{Drawn, Target, Tiles, declare_target};
 use crate::device::launch::rays::{
-    CastSegments, CastSegmentsArguments, CastValues, CastValuesArguments, ChannelRaycast, ChannelRaycastArguments, Raycast,
-    RaycastArguments, Slicing, SlicingArguments,
+    CastSegments, CastSegmentsArguments, CastValues, CastValuesArguments, ChannelRaycast, ChannelRaycastArguments, ColorRaycast,
+    ColorRaycastArguments, Raycast, RaycastArguments, Slicing, SlicingArguments,
 };
 use crate::device::launch::structs::{ClassificationParams, MarchParams, SegmentParams};
 use crate::device::launch::tinted::TintLauncher;
@@ -40,6 +40,7 @@ pub(super) struct MarchedRays {
     segments: TintLauncher<CastSegments>,
     values: TintLauncher<CastValues>,
     channels: Launcher<ChannelRaycast>,
+    colors: Launcher<ColorRaycast>,
 }
 
 /// Declares the resources of [`MarchedRays::cast`] and [`MarchedRays::cast_values`].
@@ -137,6 +138,29 @@ impl MarchedRays {
         let FieldInputs { layout, gradients, visible, sample, region, .. } = &inputs;
         let illumination = scene.illumination()?;
         let [light, sky] = illumination.arguments(&visible.flags);
+        if scene.has_colors() {
+            let colors = scene.color_layouts(AXIS, kernel)?;
+            let arguments = ColorRaycastArguments {
+                red: &colors[0].voxels,
+                green: &colors[1].voxels,
+                blue: &colors[2].voxels,
+                extinction: &layout.voxels,
+                view: layout.view,
+                gradient_voxels: &gradients.layout.voxels,
+                gradient_view: gradients.layout.view,
+                light,
+                sky,
+                visible: &visible.flags,
+                s,
+                p: params(visible.blocks),
+                sample: *sample,
+                clip: region.for_kernels(AXIS.frame()),
+                frame,
+                active_samples,
+            };
+            let rendering = Rendering { depths, ..region.rendering_from(gradients) };
+            return self.colors.launch(device, (layout.voxels.kind(), kernel, rendering), &arguments);
+        }
         // Depths have no colours.
         let tint = if depths { None } else { scene.tint(AXIS.frame())? };
         self.raycast.launch(

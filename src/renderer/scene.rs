@@ -125,7 +125,7 @@ impl<'a> Scene<'a> {
         if self.others.is_empty() {
             return Ok(());
         }
-        let problem = format!("{what} show one channel: show one alone, or choose pre-integrated layers or ray casting");
+        let problem = format!("{what} show one channel: show one alone, or choose layers on a lattice or ray casting");
         Err(Error::Settings { field: "channels", problem })
     }
 

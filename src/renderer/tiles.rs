@@ -7,7 +7,6 @@ use crate::device::{Buffer, Device, LatticeSchedule, Tuning};
 use crate::error::Error;
 use crate::layers::{Lattice, Phases};
 use crate::memory;
-use crate::settings::Classification;
 use crate::viewport::Viewport;
 use std::sync::Arc;
 
@@ -28,15 +27,6 @@ impl Tiles {
         Self { size, numbers: [0, 1].map(|i| samples[i].div_ceil(size[i])), counts: 1 }
     }
 
-    /// Tiles of a lattice with either classification.
-    pub fn for_lattice(lattice: &Lattice, classification: Classification, tuning: &Tuning) -> Self {
-        match (classification, lattice.phases, tuning.lattice_schedule) {
-            (Classification::Preintegrated { .. }, ..) => Self::for_points(lattice, tuning),
-            (Classification::Post(_), Some(phases), LatticeSchedule::Tiles) => Self::for_phases(phases, tuning),
-            (Classification::Post(_), ..) => Self::for_splats(lattice, tuning),
-        }
-    }
-
     /// Tiles of a lattice with point-sampled layers.
     pub fn for_points(lattice: &Lattice, tuning: &Tuning) -> Self {
         Self::for_rays(lattice, tuning.point_tile_rows, tuning)
@@ -50,6 +40,11 @@ impl Tiles {
     /// Tiles of a lattice with splatted layers that is not rendered in phases.
     pub fn for_splats(lattice: &Lattice, tuning: &Tuning) -> Self {
         Self::for_rays(lattice, tuning.tile_rows, tuning)
+    }
+
+    /// The same for kernels that have a work-item per tile on every device.
+    pub fn for_tiled_splats(lattice: &Lattice, tuning: &Tuning) -> Self {
+        Self::new(lattice.size, [tuning.vector_width, tuning.tile_rows])
     }
 
     fn for_rays(lattice: &Lattice, rows: u32, tuning: &Tuning) -> Self {

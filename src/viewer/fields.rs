@@ -184,7 +184,7 @@ impl Scene {
         };
         let transfer = &now.transfers[0];
         let key = match shown {
-            Shown::Components(..) => ColorKey::Opacities(transfer.opacities().to_vec()),
+            Shown::Components(..) | Shown::Vectors { .. } => ColorKey::Opacities(transfer.opacities().to_vec()),
             Shown::Labels(..) => ColorKey::Labels(now.look.labels.clone()),
         };
         let mut made = made.0.lock().unwrap_or_else(PoisonError::into_inner);
@@ -192,7 +192,7 @@ impl Scene {
         if let Some(colors) = made.iter().find(|(known, _)| *known == key).and_then(|(_, colors)| colors.upgrade()) {
             return Ok(colors);
         }
-        let colors = Arc::new(shown.colors(uploaded, transfer, &self.tables(now.look)?)?);
+        let colors = Arc::new(shown.colors(&self.opening.device, uploaded, transfer, &self.tables(now.look)?)?);
         made.push((key, Arc::downgrade(&colors)));
         Ok(colors)
     }
@@ -232,7 +232,7 @@ impl Scene {
     pub(super) fn framing_of_fields(&self, settings: &Settings, now: Now) -> Result<Option<Framing>, Error> {
         let fields = match &self.opening.drawn {
             Drawn::One => return Ok(None),
-            Drawn::Shown(shown) => return Ok(Some(shown.framing(&self.tables(now.look)?))),
+            Drawn::Shown(shown) => return Ok(Some(shown.framing(&now.transfers[0], &self.tables(now.look)?))),
             Drawn::Several(fields) => fields,
         };
         let shown = now.look.channels_of(fields.len())?;

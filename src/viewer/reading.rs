@@ -133,7 +133,7 @@ impl Seen<'_> {
                 let shown = now.look.channels_of(fields.len())?.iter().enumerate();
                 is_iso || shown.filter(|(_, shown)| shown.visible).any(|(n, _)| opacity(n, values[n]) > 0.0)
             }
-            Drawn::Shown(Shown::Components(components, _)) => {
+            Drawn::Shown(Shown::Components(components, _) | Shown::Vectors { components, .. }) => {
                 values = components.iter().map(|component| value_at(component, voxel, kernel)).collect();
                 true
             }

@@ -222,9 +222,13 @@ impl<'a> Volume<'a> {
 
     /// Value of voxel `index`, x fastest. Invalid voxels and voxels of other processes have the background value.
     pub fn value(&self, index: usize) -> f64 {
-        let Some(index) = self.index_in_held(index) else { return self.background() };
-        let stored = self.voxels.number(index);
-        if is_valid(stored) { self.description.rescale.value(stored) } else { self.background() }
+        self.valid(index).unwrap_or_else(|| self.background())
+    }
+
+    /// Value of voxel `index`, x fastest, unless it is invalid or of another process.
+    pub(crate) fn valid(&self, index: usize) -> Option<f64> {
+        let stored = self.voxels.number(self.index_in_held(index)?);
+        is_valid(stored).then(|| self.description.rescale.value(stored))
     }
 
     /// Passes `at` a fast version of [`value`](Self::value), for access to many voxels.

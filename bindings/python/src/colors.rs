@@ -7,7 +7,7 @@ use crate::errors::{Result, unknown};
 use crate::transfer::{TransferFunction, checked_color};
 use crate::volume::Volume;
 use layersplat::framing::Framing as OurFraming;
-use layersplat::renderer::{ColorOpacity, UploadedColors};
+use layersplat::renderer::{ColorOpacity, UploadedColors, vector_norms};
 use layersplat::volume::VoxelType;
 use layersplat::{Device, Error, TransferFunction as Transfer, Volume as OurVolume};
 use pyo3::Borrowed;
@@ -23,7 +23,9 @@ const OPACITY: f64 = 0.3;
 /// the largest number of their type; floats are 0 … 1. spacing: one number or (z, y, x), in world units. opacity: alpha, the fourth
 /// component, per smallest spacing; luminance; or a background colour (red, green, blue), 0 … 1, from which colours differ. By default
 /// alpha if there is one, else luminance. transfer: its opacities apply to luminance and to the difference from the background, in units
-/// of the components; by default they rise from 0 to 0.3.
+/// of the components; by default they rise from 0 to 0.3. direction: whether data are vectors, an array (z, y, x, 3) of the components x, y
+/// and z of any type. Their colours are (|x|, |y|, |z|) / norm, and their opacity that of transfer at the norm, automatic by default. Vectors
+/// that are 0 or have a component that is not a number are transparent.
 ///
 /// Extinction and extinction times colour are interpolated, so transparent voxels do not bleed their colour. Colours are drawn in
 /// point-sampled layers with the blend mode composite.
@@ -36,6 +38,8 @@ pub struct Drawn {
     components: Arc<[OurVolume<'static>]>,
     opacity: ColorOpacity,
     transfer: Transfer,
+    /// Of vectors, which are drawn in the colours of their directions.
+    norms: Option<Arc<OurVolume<'static>>>,
 }
 
 impl Drawn {
@@ -44,10 +48,16 @@ impl Drawn {
     /// # Errors
     /// If memory is insufficient.
     pub fn on(&self, device: &Device) -> std::result::Result<UploadedColors, Error> {
-        UploadedColors::new(device, &self.components, self.opacity, &self.transfer)
+        match self.norms {
+            Some(_) => UploadedColors::from_vectors(device, &self.components, &self.transfer),
+            None => UploadedColors::new(device, &self.components, self.opacity, &self.transfer),
+        }
     }
 
     fn framing(&self) -> OurFraming {
+        if let Some(norms) = &self.norms {
+            return OurFraming::visible(norms, &self.transfer, None);
+        }
         let whole = OurFraming::whole(&self.components[0]);
         let (ColorOpacity::Alpha, Some(alpha)) = (self.opacity, self.components.get(3)) else { return whole };
         opacities(alpha.range().1, 1.0).map_or(whole, |visible| OurFraming::visible(alpha, &visible, None))
@@ -94,20 +104,39 @@ impl Colors {
     pub fn drawn(&self) -> &Drawn {
         &self.0
     }
+
+    /// Vectors in the colours of their directions.
+    fn of_vectors(data: &Bound<PyAny>, spacing: Option<&Bound<PyAny>>, transfer: Option<Transfer>) -> Result<Self> {
+        let fields = data.py().import("layersplat._fields")?;
+        let made: Vec<Bound<Volume>> = fields.call_method1("vectors", (data, spacing))?.extract()?;
+        let components: Arc<[_]> = made.iter().map(|volume| volume.get().ours().clone()).collect();
+        let norms = vector_norms(&components)?;
+        let transfer = transfer.unwrap_or_else(|| Transfer::automatic(&norms));
+        // Not read: the norm makes the opacity.
+        let opacity = ColorOpacity::Alpha;
+        Ok(Self(Drawn { components, opacity, transfer, norms: Some(Arc::new(norms)) }))
+    }
 }
 
 #[pymethods]
 impl Colors {
     #[new]
-    #[pyo3(signature = (data, spacing = None, *, opacity = None, transfer = None))]
+    #[pyo3(signature = (data, spacing = None, *, opacity = None, transfer = None, direction = false))]
     fn new(
         data: &Bound<PyAny>,
         spacing: Option<&Bound<PyAny>>,
         opacity: Option<Argument<Opacity>>,
         transfer: Option<Argument<Bound<TransferFunction>>>,
+        direction: bool,
     ) -> Result<Self> {
         extract!(opacity, transfer);
         let py = data.py();
+        if direction {
+            if opacity.is_some() {
+                return Err(crate::errors::conflict("opacity", "with direction, opacities are those of transfer at the norm"));
+            }
+            return Self::of_vectors(data, spacing, transfer.map(|transfer| transfer.get().ours().clone()));
+        }
         let made: Vec<Bound<Volume>> = py.import("layersplat._fields")?.call_method1("components", (data, spacing))?.extract()?;
         let components: Arc<[_]> = made.iter().map(|volume| volume.get().ours().clone()).collect();
         let opacity = match opacity {
@@ -127,7 +156,7 @@ impl Colors {
             Some(transfer) => transfer.get().ours().clone(),
             None => opacities(full, OPACITY)?,
         };
-        Ok(Self(Drawn { components, opacity, transfer }))
+        Ok(Self(Drawn { components, opacity, transfer, norms: None }))
     }
 
     /// The framing of voxels whose alpha is above 0, otherwise of all voxels.

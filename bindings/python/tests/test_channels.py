@@ -149,6 +149,23 @@ def test_colors_are_drawn_as_they_are(arrays):
     assert Colors(rgba).shape == (16, 18, 20, 4)
 
 
+def test_directions_of_vectors_are_colors(arrays):
+    along_x = np.zeros(arrays[0].shape + (3,), np.float32)
+    along_x[..., 0] = -arrays[0]
+    along_x[4, 4, 4, 1] = np.nan
+    picture = layersplat.render(along_x, colors="direction", shade=False, **VIEW)
+    assert picture[..., 0].max() > 40 and picture[..., 1:3].max() <= ROUNDING
+    along_z = layersplat.render(along_x[..., [1, 2, 0]], colors="direction", shade=False, **VIEW)
+    assert along_z[..., 2].max() > 40 and along_z[..., :2].max() <= ROUNDING
+    thin = layersplat.TransferFunction([(0, (1, 1, 1))], [(0, 0), (float(arrays[0].max()), 0.01)])
+    faint = layersplat.render(Colors(along_x, direction=True, transfer=thin), shade=False, **VIEW)
+    assert 0 < faint[..., 0].max() < picture[..., 0].max()
+    with pytest.raises(layersplat.InvalidValue, match="3, x, y and z"):
+        Colors(along_x[..., :2], direction=True)
+    with pytest.raises(layersplat.InvalidValue, match="norm"):
+        Colors(along_x, direction=True, opacity="alpha")
+
+
 @pytest.mark.parametrize("ids", [(1, 2), (7, 300), (70_000, 4_000_000_000)])
 def test_labels_have_the_colours_of_a_table(arrays, ids):
     voxels = np.zeros(arrays[0].shape, np.uint32)

@@ -13,7 +13,7 @@ pub(super) use labels::LabelOptions;
 pub(super) use light::{LightOptions, Reach};
 pub(super) use mask::Mask;
 pub(super) use quality::QualityOptions;
-pub(super) use volume::{ChannelChoice, FileOptions, LevelChoice, VolumeOptions};
+pub(super) use volume::{ChannelChoice, Described, FileOptions, LevelChoice, VolumeOptions};
 
 use super::{names, parse};
 use crate::camera::Up;

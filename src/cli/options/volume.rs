@@ -75,6 +75,15 @@ pub(in crate::cli) enum ChannelChoice {
     Magnitude,
 }
 
+/// A volume with what its file states about it.
+pub(in crate::cli) struct Described {
+    pub volume: Volume<'static>,
+    /// Its labels, if the options or the file say that its voxels are some.
+    pub labels: Option<Labels>,
+    /// Its components, if there are several.
+    pub channels: Result<Vec<ChannelDescription>, crate::Error>,
+}
+
 #[derive(Clone, Copy, ValueEnum)]
 enum EndianName {
     Little,
@@ -151,21 +160,22 @@ impl VolumeOptions {
         self.with_background(Volume::open(&self.volume, &options)?)
     }
 
-    /// Opens the volume, and its labels if the options or the file say that its voxels are some.
-    pub fn open_labelled(&self, label_options: &LabelOptions) -> Result<(Volume<'static>, Option<Labels>), crate::Error> {
+    /// Opens the volume with what its file states about it.
+    pub fn open_described(&self, label_options: &LabelOptions) -> Result<Described, crate::Error> {
         let options = OpenOptions { alone: self.alone, ..self.file.raw(None)? };
-        let (volume, labels) = standard::open_input(&self.volume, |path| {
+        let (volume, labels, channels) = standard::open_input(&self.volume, |path| {
             let volume = Volume::open(path, &options)?;
             // What was chosen by default, so that warnings do not come twice.
             let contents = volume.contents();
             let frame = options.frame.or((contents.frames > 1).then_some(contents.frame));
             let level = options.level.or((contents.levels.len() > 1).then_some(Level::Number(contents.level)));
+            let channels = if contents.channels > 1 { ChannelDescription::of_file(path, &options) } else { Ok(Vec::new()) };
             let labels = label_options.open(path, &OpenOptions { frame, level, ..options.clone() })?;
-            Ok((volume, labels))
+            Ok((volume, labels, channels))
         })?;
         // Those that colour the volume are listed, too.
         let labels = labels.map_or_else(|| label_options.label_colors(), |labels| Ok(Some(labels)))?;
-        Ok((self.with_background(volume)?, labels))
+        Ok(Described { volume: self.with_background(volume)?, labels, channels })
     }
 
     /// Opens the volume and `more` of them as a sequence in time; otherwise as [`open`](Self::open).

@@ -1,8 +1,11 @@
-//! Kernels of layered volume splatting: point-sampled layers, splatted ones in `splats.rs`, and several fields in `channels.rs`.
+//! Kernels of layered volume splatting: point-sampled layers, splatted ones in `splats.rs`, and several fields in `channels.rs` and
+//! `channel_splats.rs`.
 
+mod channel_splats;
 mod channels;
 mod splats;
 
+pub(crate) use channel_splats::*;
 pub(crate) use channels::*;
 pub(crate) use splats::*;
 

@@ -107,6 +107,46 @@ impl Launch for ChannelRaycast {
     }
 }
 
+kernel! {
+    /// [`Raycast`] for extinction times colour and extinction, four fields of floats.
+    ColorRaycast = "rays/color_raycast.cl", color_raycast, "raycast";
+    ColorRaycastArguments<'a> {
+        red: &'a VoxelBuffer,
+        green: &'a VoxelBuffer,
+        blue: &'a VoxelBuffer,
+        extinction: &'a VoxelBuffer,
+        /// Of all four.
+        view: VolumeView,
+        /// As for [`Raycast`], of the extinction.
+        gradient_voxels: &'a VoxelBuffer,
+        gradient_view: VolumeView,
+        light: &'a Buffer<u8>,
+        sky: &'a Buffer<u8>,
+        /// Of the extinction.
+        visible: &'a Buffer<u8>,
+        s: ScreenParams,
+        p: MarchParams,
+        sample: SampleParams,
+        clip: Clipping,
+        frame: &'a Buffer<Float4>,
+        /// One count per tile.
+        active_samples: &'a Buffer<u32>,
+    }
+}
+
+impl Launch for ColorRaycast {
+    type Variant = (VoxelKind, Kernel, Rendering);
+    const ITEMS: Items = Items::Tiles;
+
+    fn defines(tuning: &Tuning, (voxels, kernel, rendering): Self::Variant) -> String {
+        march_defines(tuning, voxels, rendering).with_kernel(kernel).0
+    }
+
+    fn items(a: &ColorRaycastArguments, _: &Tuning) -> usize {
+        tiles(a.s.tiles)
+    }
+}
+
 fn march_defines(tuning: &Tuning, voxels: VoxelKind, rendering: Rendering) -> Defines {
     let defines = Defines::new(tuning.vector_width).with_voxels(voxels);
     defines.with_rendering(rendering).with("TILE_ROWS", tuning.screen_tile_rows)

@@ -69,6 +69,7 @@ fn launchers_match_their_kernels() {
     compare::<rays::Raycast>(d, (voxels, Kernel::Cubic, depths));
     compare::<rays::CastValues>(d, (voxels, Kernel::Cubic, Rendering { blend: BlendMode::Iso { refined: false }, ..depths }));
     compare::<rays::ChannelRaycast>(d, (voxels, Kernel::Gaussian, depths, layered::Channels::new(8)));
+    compare::<rays::ColorRaycast>(d, (voxels, Kernel::Linear, depths));
     let compared = [
         compare_and_idle::<volume::Transpose>(d, voxels),
         compare_and_idle::<volume::PrefilterRows>(d, (voxels, volume::Outside::Mirrored)),
@@ -85,6 +86,8 @@ fn launchers_match_their_kernels() {
             d,
             (voxels, Kernel::CatmullRom, segments, rendering, layered::Channels::new(2)),
         ),
+        compare_and_idle::<layered::ChannelSplatLattice>(d, (voxels, rendering, layered::Channels::new(2))),
+        compare_and_idle::<layered::ChannelSplatPerspective>(d, (voxels, rendering, layered::Channels::new(2))),
         compare_and_idle::<layered::PointDirect>(d, (voxels, Kernel::Cubic, segments, rendering)),
         compare_and_idle::<layered::SplatLattice>(d, (voxels, rendering)),
         compare_and_idle::<layered::SplatPerspective>(d, (voxels, rendering)),
@@ -95,6 +98,7 @@ fn launchers_match_their_kernels() {
         compare_and_idle::<layered::OpacityTable>(d, ()),
         compare_and_idle::<rays::Raycast>(d, (voxels, Kernel::Gaussian, rendering)),
         compare_and_idle::<colors::ColorLattice>(d, (voxels, Kernel::Cubic, segments, separate)),
+        compare_and_idle::<rays::ColorRaycast>(d, (voxels, Kernel::Cubic, separate)),
         compare_and_idle::<colors::ColorVoxels>(d, voxels),
         compare_and_idle::<colors::LabelVoxels>(d, voxels),
         compare_and_idle::<rays::ChannelRaycast>(d, (voxels, Kernel::Cubic, separate, layered::Channels::new(2))),

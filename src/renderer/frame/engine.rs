@@ -2,7 +2,7 @@
 
 use super::super::channels::{Channel, Fields};
 use super::super::classification::{Classification, PreparationKernels};
-use super::super::colors::{UploadedColors, refuse_pixels};
+use super::super::colors::UploadedColors;
 use super::super::field::{Field, UploadedVolume};
 use super::super::label_colors::LabelColors;
 use super::super::layered::{PointLayers, SplatLayers};
@@ -358,10 +358,7 @@ impl Engine {
     fn draw_layers(&mut self, view: View, lattice: &Lattice, layered: Layered, range: &LayerRange) -> Result<(), Error> {
         let Self { fields, kernels, light, passes, target, .. } = self;
         fields.with_scene(view, kernels, light, |scene| match layered.classification {
-            settings::Classification::Post(correction) => {
-                scene.require_one_channel("post-classified layers")?;
-                passes.splats.draw_lattice(scene, lattice, correction, range, target)
-            }
+            settings::Classification::Post(correction) => passes.splats.draw_lattice(scene, lattice, correction, range, target),
             settings::Classification::Preintegrated { kernel, samples_per_layer } => {
                 passes.points.draw_lattice(scene, lattice, (kernel, samples_per_layer), layered.evaluation, range, target)
             }
@@ -371,12 +368,14 @@ impl Engine {
     fn draw_screen(&mut self, view: View, plan: &Plan, gathers: RayOutput) -> Result<(), Error> {
         let Self { fields, kernels, light, passes, target, .. } = self;
         fields.with_scene(view, kernels, light, |scene| match *plan {
-            // Depths are those of the extinction.
-            _ if scene.has_colors() && gathers == RayOutput::Colors => Err(refuse_pixels(plan)),
             Plan::Raycast(kernel, step) => passes.rays.cast(scene, kernel, step, gathers, target),
-            // Several fields are classified at each sample of a ray, not between them.
-            Plan::CastSegments(kernel, step) if scene.channels() > 1 => passes.rays.cast(scene, kernel, step, gathers, target),
+            // Several fields, and colours, are classified at each sample of a ray, not between them.
+            Plan::CastSegments(kernel, step) if scene.is_tiled() => passes.rays.cast(scene, kernel, step, gathers, target),
             Plan::CastSegments(kernel, step) => passes.rays.cast_segments(scene, kernel, step, target),
+            _ if scene.has_colors() => {
+                let problem = format!("{plan} show single values: volumes of colours need a lattice or ray casting");
+                Err(Error::Settings { field: "algorithm", problem })
+            }
             Plan::CastValues(kernel, step) if scene.channels() == 1 => {
                 passes.rays.cast_values(scene, kernel, step, gathers, target)
             }

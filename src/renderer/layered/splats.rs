@@ -1,5 +1,6 @@
 //! Splatted layers, post-classified: the algorithm of the paper.
 
+use super::super::channels::{FieldInputs, declare_channels};
 use super::super::classification::Table;
 use super::super::frame::{Declaring, Resources, Slot};
 use super::super::range::LayerRange;
@@ -7,22 +8,24 @@ use super::super::region::Region;
 use super::super::sampling::Steps;
 use super::super::scene::Scene;
 use super::super::tiles::{Drawn, Target, Tiles, declare_target};
+use super::channel_splats::ChannelSplats;
 use super::footprint_set::FootprintSet;
 use super::pixels::{direct_params, layer_axes};
 use super::points::lattice_params;
-use crate::device::LatticeSchedule;
 use crate::device::launch::Launcher;
 use crate::device::launch::layered::{
     self as kernels, FootprintsArguments, OpacityTable, OpacityTableArguments, SplatDirect, SplatDirectArguments, SplatLattice,
     SplatLatticeArguments, SplatPerspective, SplatPerspectiveArguments, SplatSamples, SplatSamplesArguments,
 };
 use crate::device::launch::structs::{
-    ClassificationParams, Float4, LayerOffset, SampleParams, SegmentParams, SplatLatticeParams,
+    ClassificationParams, Float4, LayerOffset, RayLatticeParams, SampleParams, SegmentParams, SplatLatticeParams,
 };
+use crate::device::{Buffer, Device, LatticeSchedule, Tuning};
 use crate::error::Error;
 use crate::layers::{Axis, AxisFrame, Correction, Kernel, Lattice, LayerSlabs, Phases, SubSlab, quadrature_nodes};
-use crate::settings::{Classification, Footprints};
+use crate::settings::Footprints;
 use crate::transfer::Extinction;
+use std::sync::Arc;
 
 /// Renders splatted layers.
 #[derive(Default)]
@@ -34,6 +37,7 @@ pub(in crate::renderer) struct SplatLayers {
     footprints: Launcher<kernels::Footprints>,
     opacity_table: Launcher<OpacityTable>,
     footprint_set: FootprintSet,
+    channels: ChannelSplats,
 }
 
 const OFFSETS: [Slot<LayerOffset>; 2] = [Slot::new("the lattice offsets along u"), Slot::new("the lattice offsets along v")];
@@ -49,12 +53,15 @@ pub(in crate::renderer) fn declare_lattice(
     correction: Correction,
     resources: &mut Resources,
 ) {
-    let schedule = declaring.tuning.lattice_schedule;
-    let tiles = Tiles::for_lattice(lattice, Classification::Post(correction), declaring.tuning);
-    declare_target(lattice.samples(), tiles, resources);
-    declaring.visibility(lattice.frame.layer_axis(), Kernel::Cubic, resources);
-    declaring.gradients(lattice.frame.layer_axis(), Kernel::Cubic, resources);
-    declaring.table(Kernel::Cubic, resources);
+    let schedule = schedule(declaring.is_tiled, declaring.tuning);
+    declare_target(lattice.samples(), tiles(declaring.is_tiled, lattice, declaring.tuning), resources);
+    declare_channels(declaring, resources);
+    let axis = lattice.frame.layer_axis();
+    declaring.for_each_channel(|declaring| {
+        declaring.visibility(axis, Kernel::Cubic, resources);
+        declaring.gradients(axis, Kernel::Cubic, resources);
+        declaring.table(Kernel::Cubic, resources);
+    });
     resources.host(&SUB_SLABS, slab_count(correction));
     match (schedule, lattice.phases) {
         (LatticeSchedule::Samples, _) => {}
@@ -66,6 +73,20 @@ pub(in crate::renderer) fn declare_lattice(
             resources.frame(&OPACITY_TABLE, declaring.tables.entries(Kernel::Cubic));
             OFFSETS.iter().zip([m_u, m_v]).for_each(|(slot, m)| resources.host(slot, layers * m));
         }
+    }
+}
+
+/// Schedule of kernels. `is_tiled`: of several fields, which have a work-item per tile on every device.
+fn schedule(is_tiled: bool, tuning: &Tuning) -> LatticeSchedule {
+    if is_tiled { LatticeSchedule::Tiles } else { tuning.lattice_schedule }
+}
+
+/// Tiles of a lattice.
+fn tiles(is_tiled: bool, lattice: &Lattice, tuning: &Tuning) -> Tiles {
+    match (schedule(is_tiled, tuning), lattice.phases) {
+        (LatticeSchedule::Tiles, Some(phases)) => Tiles::for_phases(phases, tuning),
+        (LatticeSchedule::Tiles, None) => Tiles::for_tiled_splats(lattice, tuning),
+        (LatticeSchedule::Samples, _) => Tiles::for_splats(lattice, tuning),
     }
 }
 
@@ -98,58 +119,73 @@ impl SplatLayers {
         range: &LayerRange,
         target: &mut Target,
     ) -> Result<(), Error> {
-        match (scene.device.tuning().lattice_schedule, lattice.phases) {
-            (LatticeSchedule::Tiles, Some(phases)) => self.draw_phases(scene, lattice, phases, correction, range, target),
-            _ => self.draw_rays(scene, lattice, correction, range, target),
+        let tuning = scene.device.tuning();
+        let tiles = tiles(scene.is_tiled(), lattice, tuning);
+        let drawn = target.prepare(tiles);
+        if lattice.samples() == 0 {
+            return Ok(());
         }
+        let phases = match schedule(scene.is_tiled(), tuning) {
+            LatticeSchedule::Tiles => lattice.phases.map(|phases| self.phase_weights(scene.device, lattice, phases, target)),
+            LatticeSchedule::Samples => None,
+        };
+        let phases = phases.transpose()?;
+        let slabs = slab_table(&LayerSlabs::new(correction));
+        let slabs = target.arena.fill(scene.device, &SUB_SLABS, &slabs)?;
+        let layers = SplattedLayers { lattice, correction, range, tiles, slabs, drawn };
+        match phases {
+            Some(phases) if scene.channels() > 1 => self.channels.draw_phases(scene, &layers, &phases),
+            Some(phases) => self.draw_phases(scene, &layers, &phases, target),
+            None if scene.channels() > 1 => {
+                let nodes = nodes(scene.device, target)?;
+                self.channels.draw_rays(scene, &layers, &nodes)
+            }
+            None => self.draw_rays(scene, &layers, target),
+        }
+    }
+
+    /// Computes the footprint weights of a lattice in phases.
+    fn phase_weights(
+        &mut self,
+        device: &Device,
+        lattice: &Lattice,
+        phases: Phases,
+        target: &mut Target,
+    ) -> Result<PhaseWeights, Error> {
+        let per_voxel = phases.samples_per_voxel.map(|m| m as i32);
+        let shear = lattice.shear().map(|s| s as f32);
+        let offsets = [0, 1].map(|i| -> Vec<LayerOffset> {
+            let offset = |o: &crate::layers::LayerOffset| LayerOffset { base: o.base, fraction: o.fraction };
+            lattice.offsets(phases, i).iter().map(offset).collect()
+        });
+        let offsets_u = target.arena.fill(device, &OFFSETS[0], &offsets[0])?;
+        let offsets_v = target.arena.fill(device, &OFFSETS[1], &offsets[1])?;
+        let weights = target.arena.get(&WEIGHTS);
+        let arguments = FootprintsArguments {
+            offsets_u: &offsets_u,
+            offsets_v: &offsets_v,
+            shear_u: shear[0],
+            shear_v: shear[1],
+            per_voxel_u: per_voxel[0],
+            per_voxel_v: per_voxel[1],
+            layers: lattice.dims[2] as i32 + 2,
+            weights: &weights,
+        };
+        self.footprints.launch(device, (), &arguments)?;
+        Ok(PhaseWeights { phases, offsets: [offsets_u, offsets_v], weights })
     }
 
     fn draw_phases(
         &mut self,
         scene: &mut Scene,
-        lattice: &Lattice,
-        phases: Phases,
-        correction: Correction,
-        range: &LayerRange,
+        layers: &SplattedLayers,
+        phases: &PhaseWeights,
         target: &mut Target,
     ) -> Result<(), Error> {
         let Scene { device, settings, .. } = *scene;
-        let (frame, axis) = (lattice.frame, lattice.frame.layer_axis());
-        let tiles = Tiles::for_phases(phases, device.tuning());
-        let Drawn { samples, active_samples, .. } = &target.prepare(tiles);
-        if lattice.samples() == 0 {
-            return Ok(());
-        }
-        let per_voxel = phases.samples_per_voxel.map(|m| m as i32);
-        let shear = lattice.shear().map(|s| s as f32);
-        let layers = lattice.dims[2] + 2;
-        let offsets = [0, 1].map(|i| -> Vec<LayerOffset> {
-            let offset = |o: &crate::layers::LayerOffset| LayerOffset { base: o.base, fraction: o.fraction };
-            lattice.offsets(phases, i).iter().map(offset).collect()
-        });
-        let offsets_u = &target.arena.fill(device, &OFFSETS[0], &offsets[0])?;
-        let offsets_v = &target.arena.fill(device, &OFFSETS[1], &offsets[1])?;
-        let weights = &target.arena.get(&WEIGHTS);
-        self.footprints.launch(
-            device,
-            (),
-            &FootprintsArguments {
-                offsets_u,
-                offsets_v,
-                shear_u: shear[0],
-                shear_v: shear[1],
-                per_voxel_u: per_voxel[0],
-                per_voxel_v: per_voxel[1],
-                layers: layers as i32,
-                weights,
-            },
-        )?;
-        let base = scene.table(Kernel::Cubic)?;
-        let slabs = LayerSlabs::new(correction);
-        let steps = scene.steps(correction.samples_per_layer());
-        let sample = splat_params(scene, &base, steps, frame, &slabs);
-        let region = Region::new(scene, Kernel::Cubic, 1);
-        let slabs = &target.arena.fill(device, &SUB_SLABS, &slab_table(&slabs))?;
+        let lattice = layers.lattice;
+        let SplatInputs { field: inputs, table: base, steps } = SplatInputs::new(scene, layers)?;
+        let FieldInputs { layout, gradients, visible, sample, region, .. } = &inputs;
         let opacity_table = target.arena.get(&OPACITY_TABLE);
         let table = if region.rendering.clipped {
             &base.entries
@@ -157,7 +193,7 @@ impl SplatLayers {
             let table = &opacity_table;
             let arguments = OpacityTableArguments {
                 base: &base.entries,
-                dt: steps.sample_length(frame, lattice.shear()) as f32,
+                dt: steps.sample_length(lattice.frame, lattice.shear()) as f32,
                 linear: i32::from(settings.extinction == Extinction::Linear),
                 count: base.entries.len() as i32,
                 entries: table,
@@ -165,14 +201,12 @@ impl SplatLayers {
             self.opacity_table.launch(device, (), &arguments)?;
             table
         };
-        let visible = scene.visible_blocks(axis, Kernel::Cubic)?;
-        let layout = scene.layout(axis)?;
-        let gradients = scene.gradient_voxels(axis, Kernel::Cubic, &layout)?;
         let illumination = scene.illumination()?;
         let [light, sky] = illumination.arguments(&visible.flags);
+        let [offsets_u, offsets_v] = &phases.offsets;
         self.lattice.launch(
             device,
-            (layout.voxels.kind(), region.rendering_from(&gradients)),
+            (layout.voxels.kind(), region.rendering_from(gradients)),
             &SplatLatticeArguments {
                 voxels: &layout.voxels,
                 view: layout.view,
@@ -182,66 +216,35 @@ impl SplatLayers {
                 sky,
                 offsets_u,
                 offsets_v,
-                weights,
+                weights: &phases.weights,
                 visible: &visible.flags,
                 table,
-                slabs,
-                p: SplatLatticeParams {
-                    per_voxel,
-                    columns: phases.columns.map(|c| c as i32),
-                    tiles: tiles.for_kernels(),
-                    blocks: visible.blocks,
-                    layer_step: lattice.layer_step,
-                    culling: i32::from(settings.culling),
-                    layers: range.layers(lattice),
-                    continues: i32::from(range.continues),
-                    raw: i32::from(range.raw),
-                    shear,
-                },
-                sample,
+                slabs: &layers.slabs,
+                p: layers.phase_params(phases.phases, visible.blocks, settings.culling),
+                sample: *sample,
                 clip: region.for_kernels(lattice.frame),
-                lattice: samples,
-                active_samples,
+                lattice: &layers.drawn.samples,
+                active_samples: &layers.drawn.active_samples,
             },
         )
     }
 
-    fn draw_rays(
-        &mut self,
-        scene: &mut Scene,
-        lattice: &Lattice,
-        correction: Correction,
-        range: &LayerRange,
-        target: &mut Target,
-    ) -> Result<(), Error> {
+    fn draw_rays(&mut self, scene: &mut Scene, layers: &SplattedLayers, target: &mut Target) -> Result<(), Error> {
         let Scene { device, settings, .. } = *scene;
-        let axis = lattice.frame.layer_axis();
-        let tiles = Tiles::for_splats(lattice, device.tuning());
-        let Drawn { samples, active_samples, .. } = &target.prepare(tiles);
-        if lattice.samples() == 0 {
-            return Ok(());
-        }
-        let table = scene.table(Kernel::Cubic)?;
-        let slabs = LayerSlabs::new(correction);
-        let steps = scene.steps(correction.samples_per_layer());
-        let sample = splat_params(scene, &table, steps, lattice.frame, &slabs);
-        let region = Region::new(scene, Kernel::Cubic, 1);
-        let slabs = &target.arena.fill(device, &SUB_SLABS, &slab_table(&slabs))?;
-        let visible = scene.visible_blocks(axis, Kernel::Cubic)?;
-        let layout = scene.layout(axis)?;
-        let gradients = scene.gradient_voxels(axis, Kernel::Cubic, &layout)?;
+        let SplatInputs { field: inputs, table, .. } = SplatInputs::new(scene, layers)?;
+        let FieldInputs { layout, gradients, visible, sample, region, .. } = &inputs;
         let (voxels, view) = (&layout.voxels, layout.view);
         let (gradient_voxels, gradient_view) = (&gradients.layout.voxels, gradients.layout.view);
         let illumination = scene.illumination()?;
         let [light, sky] = illumination.arguments(&visible.flags);
-        let p = lattice_params(lattice, range, tiles, visible.blocks, settings.culling);
-        let variant = (voxels.kind(), region.rendering_from(&gradients));
-        let (visible, table, clip) = (&visible.flags, &table.entries, region.for_kernels(lattice.frame));
+        let p = layers.ray_params(visible.blocks, settings.culling);
+        let variant = (voxels.kind(), region.rendering_from(gradients));
+        let (visible, table, clip) = (&visible.flags, &table.entries, region.for_kernels(layers.lattice.frame));
+        let (slabs, sample) = (&*layers.slabs, *sample);
+        let (lattice, active_samples) = (&*layers.drawn.samples, &*layers.drawn.active_samples);
         match device.tuning().lattice_schedule {
             LatticeSchedule::Tiles => {
-                let nodes = quadrature_nodes().map(|n| [n.z as f32, n.weight as f32]);
-                let nodes = &target.arena.fill(device, &NODES, &nodes)?;
-                let lattice = samples;
+                let nodes = &nodes(device, target)?;
                 let arguments = SplatPerspectiveArguments {
                     voxels,
                     view,
@@ -262,7 +265,6 @@ impl SplatLayers {
                 self.perspective.launch(device, variant, &arguments)
             }
             LatticeSchedule::Samples => {
-                let lattice = samples;
                 let arguments = SplatSamplesArguments {
                     voxels,
                     view,
@@ -341,6 +343,77 @@ impl SplatLayers {
             },
         )
     }
+}
+
+/// A lattice of splatted layers, and the buffers that all of its kernels use.
+pub(super) struct SplattedLayers<'a> {
+    pub lattice: &'a Lattice,
+    pub correction: Correction,
+    range: &'a LayerRange,
+    tiles: Tiles,
+    pub slabs: Arc<Buffer<Float4>>,
+    pub drawn: Drawn,
+}
+
+/// The footprint weights of a lattice in phases.
+pub(super) struct PhaseWeights {
+    pub phases: Phases,
+    pub offsets: [Arc<Buffer<LayerOffset>>; 2],
+    pub weights: Arc<Buffer<f32>>,
+}
+
+impl SplattedLayers<'_> {
+    /// Kernel argument of a lattice in phases, for min-max blocks in these numbers.
+    pub fn phase_params(&self, phases: Phases, blocks: [i32; 2], culling: bool) -> SplatLatticeParams {
+        let Self { lattice, range, .. } = *self;
+        SplatLatticeParams {
+            per_voxel: phases.samples_per_voxel.map(|m| m as i32),
+            columns: phases.columns.map(|c| c as i32),
+            tiles: self.tiles.for_kernels(),
+            blocks,
+            layer_step: lattice.layer_step,
+            culling: i32::from(culling),
+            layers: range.layers(lattice),
+            continues: i32::from(range.continues),
+            raw: i32::from(range.raw),
+            shear: lattice.shear().map(|s| s as f32),
+        }
+    }
+
+    /// Kernel argument of a lattice of rays.
+    pub fn ray_params(&self, blocks: [i32; 2], culling: bool) -> RayLatticeParams {
+        lattice_params(self.lattice, self.range, self.tiles, blocks, culling)
+    }
+}
+
+/// What layers of a field are splatted from and classified by.
+pub(super) struct SplatInputs {
+    pub field: FieldInputs,
+    /// (r, g, b, τ) per value.
+    pub table: Arc<Table>,
+    steps: Steps,
+}
+
+impl SplatInputs {
+    pub fn new(scene: &mut Scene, layers: &SplattedLayers) -> Result<Self, Error> {
+        let (frame, samples) = (layers.lattice.frame, layers.correction.samples_per_layer());
+        let axis = frame.layer_axis();
+        let table = scene.table(Kernel::Cubic)?;
+        let steps = scene.steps(samples);
+        let sample = splat_params(scene, &table, steps, frame, &LayerSlabs::new(layers.correction));
+        let region = Region::new(scene, Kernel::Cubic, 1);
+        let visible = scene.visible_blocks(axis, Kernel::Cubic)?;
+        let layout = scene.layout(axis)?;
+        let gradients = scene.gradient_voxels(axis, Kernel::Cubic, &layout)?;
+        let length = steps.shortest() * f64::from(samples);
+        Ok(Self { field: FieldInputs { layout, gradients, visible, sample, region, length }, table, steps })
+    }
+}
+
+/// The quadrature nodes of footprints along rays.
+fn nodes(device: &Device, target: &mut Target) -> Result<Arc<Buffer<[f32; 2]>>, Error> {
+    let nodes = quadrature_nodes().map(|n| [n.z as f32, n.weight as f32]);
+    target.arena.fill(device, &NODES, &nodes)
 }
 
 /// Number of sub-slabs that the kernels read.

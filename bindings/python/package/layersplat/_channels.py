@@ -111,8 +111,8 @@ def fields_of(
     data: Any, spacing: Any, options: Dict[str, Any], channel_axis: Optional[int], colors: Optional[str], labels: Any, blend: Any
 ) -> Optional[Fields]:
     """What :func:`render` draws; None for one scalar volume. options: those of channels that are lists."""
-    if colors is not None and colors != "direct":
-        raise InvalidValue(f"colors is {colors!r}: expected direct, or leave it out")
+    if colors not in (None, "direct", "direction"):
+        raise InvalidValue(f"colors is {colors!r}: expected direct or direction, or leave it out")
     if sum([channel_axis is not None, colors is not None, labels is not None]) > 1:
         raise InvalidValue("give one of channel_axis, colors and labels")
     is_made = isinstance(data, (Colors, Labels))
@@ -120,7 +120,9 @@ def fields_of(
         _refuse(options, "colours and labels have their own")
         if is_made:
             return data
-        return Colors(data, spacing) if labels is None else Labels(data, None if labels is True else labels, spacing)
+        if labels is not None:
+            return Labels(data, None if labels is True else labels, spacing)
+        return Colors(data, spacing, direction=colors == "direction")
     if channel_axis is None and not are_channels(data):
         _refuse({name: value for name, value in options.items() if name not in ("clim", "cmap", "opacity")}, "there is one volume")
         return None

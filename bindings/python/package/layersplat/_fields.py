@@ -20,15 +20,7 @@ KEYS = ("name", "color", "opacity", "visible")
 
 def components(data, spacing):
     """The components of colours, the channels of an xarray or the last axis of an array, as volumes (z, y, x)."""
-    axis = _images.channel_dimension(data)
-    if axis is not None:
-        arrays = [data.isel({axis: n}) for n in range(data.sizes[axis])]
-    else:
-        with accepting("data", data, "an array (z, y, x, 3) or (z, y, x, 4) of red, green, blue and possibly alpha"):
-            array = np.asanyarray(data)
-        if array.ndim != 4:
-            raise InvalidValue(f"the colours have {array.ndim} axes: give four, z, y, x, component")
-        arrays = [array[..., n] for n in range(array.shape[3])]
+    arrays = _components(data, "an array (z, y, x, 3) or (z, y, x, 4) of red, green, blue and possibly alpha", "colours")
     if len(arrays) not in (3, 4):
         raise InvalidValue(f"the colours have {len(arrays)} components: give 3, red, green, blue, or 4 with alpha")
     kind, size = arrays[0].dtype.kind, arrays[0].dtype.itemsize
@@ -38,6 +30,26 @@ def components(data, spacing):
         raise InvalidValue(f"colours cannot be of type {arrays[0].dtype}: give uint8, uint16, or floats from 0 to 1")
     names = ("red", "green", "blue", "alpha")
     return [Volume(one, spacing, name=name) for one, name in zip(arrays, names)]
+
+
+def vectors(data, spacing):
+    """The components x, y and z of vectors, the channels of an xarray or the last axis of an array, as volumes (z, y, x)."""
+    arrays = _components(data, "an array (z, y, x, 3) of vectors", "vectors")
+    if len(arrays) != 3:
+        raise InvalidValue(f"the vectors have {len(arrays)} components: give 3, x, y and z")
+    return [Volume(one, spacing, name="vectors") for one in arrays]
+
+
+def _components(data, expected, what):
+    """The channels of an xarray or the last axis of an array."""
+    axis = _images.channel_dimension(data)
+    if axis is not None:
+        return [data.isel({axis: n}) for n in range(data.sizes[axis])]
+    with accepting("data", data, expected):
+        array = np.asanyarray(data)
+    if array.ndim != 4:
+        raise InvalidValue(f"the {what} have {array.ndim} axes: give four, z, y, x, component")
+    return [array[..., n] for n in range(array.shape[3])]
 
 
 def indices(data, spacing):

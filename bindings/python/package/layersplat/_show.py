@@ -252,7 +252,7 @@ def render(
 
     Several volumes are drawn together: a list of them, or of Channels; an array of four axes with channel_axis; or an xarray with a dimension
     ``c`` or ``channel``. cmap, clim, opacity, color, factor, visible and names are lists then, see :func:`channels`. colors: ``direct`` for an array (z, y, x, 3) or
-    (z, y, x, 4) of colours, see Colors. labels: True for an array of ids, or their table, see Labels. data may also be a Colors or a Labels.
+    (z, y, x, 4) of colours, ``direction`` for (z, y, x, 3) of vectors, see Colors. labels: True for an array of ids, or their table, see Labels. data may also be a Colors or a Labels.
     """
     options = {"clim": clim, "cmap": cmap, "opacity": opacity, "color": color, "factor": factor, "visible": visible, "names": names}
     fields = fields_of(data, spacing, options, channel_axis, colors, labels, blend)

@@ -12,7 +12,7 @@ fn splats(defines: Defines, voxels: VoxelKind, rendering: Rendering) -> Defines 
     defines.with_voxels(voxels).with_kernel(Kernel::Cubic).with_rendering(rendering)
 }
 
-fn splat_defines(tuning: &Tuning, voxels: VoxelKind, rendering: Rendering) -> Defines {
+pub(super) fn splat_defines(tuning: &Tuning, voxels: VoxelKind, rendering: Rendering) -> Defines {
     splats(Defines::new(tuning.vector_width), voxels, rendering).with("TILE_ROWS", tuning.tile_rows)
 }
 

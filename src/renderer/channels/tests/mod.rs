@@ -6,7 +6,7 @@ use super::*;
 use crate::camera::{Camera, Orbit};
 use crate::device::{Device, DeviceChoice};
 use crate::image::Frame;
-use crate::layers::Kernel;
+use crate::layers::{Correction, Kernel};
 use crate::renderer::Renderer;
 use crate::settings::{Algorithm, Classification, Clipping, CropBox, Layered, Quality};
 use crate::transfer::Extinction;
@@ -44,13 +44,19 @@ fn scene(device: &Device) -> (Volume<'static>, [Channel; 2]) {
     (one.0, channels)
 }
 
-fn kernels() -> [Settings; 4] {
+fn kernels() -> [Settings; 6] {
     let layered = |kernel, samples_per_layer| {
         let classification = Classification::Preintegrated { kernel, samples_per_layer };
         Settings { algorithm: Algorithm::Layered(Layered { classification, ..Layered::default() }), ..Settings::default() }
     };
     let raycast = Settings { algorithm: Algorithm::Raycast { kernel: Kernel::Cubic, step: 0.5 }, ..Settings::default() };
-    [layered(Kernel::CatmullRom, 1), layered(Kernel::Cubic, 2), Quality::High.settings(), raycast]
+    let post = |correction| {
+        let classification = Classification::Post(correction);
+        Settings { algorithm: Algorithm::Layered(Layered { classification, ..Layered::default() }), ..Settings::default() }
+    };
+    let splatted = [post(Correction::Constant), post(Correction::SubLayers(2))];
+    let [one, several] = splatted;
+    [layered(Kernel::CatmullRom, 1), layered(Kernel::Cubic, 2), Quality::High.settings(), raycast, one, several]
 }
 
 fn pictures(renderer: &mut Renderer, cameras: &[Camera], settings: &Settings) -> Vec<Frame> {
