@@ -97,12 +97,12 @@ fn what_several_fields_do_not_have_is_said_with_the_first_message() {
     let viewer = Viewer::start(&TWO);
     let mut page = viewer.page();
     let unavailable = page.hello["unavailable"].clone();
-    for name in ["shadows", "slices"] {
+    for name in ["paper", "slices"] {
         assert!(unavailable[name].as_str().is_some_and(|sentence| sentence.contains("one channel")), "{name}: {unavailable}");
     }
-    assert!(unavailable["maximum"].is_null() && unavailable["curve"].is_null());
+    assert!(["shadows", "maximum", "curve"].iter().all(|&name| unavailable[name].is_null()), "{unavailable}");
     // A look with it is refused, and the picture stays.
-    page.send(&json!({ "type": "look", "look": with(&page.hello["look"], &[("/shadows", json!(true))]) }));
+    page.send(&json!({ "type": "look", "look": with(&page.hello["look"], &[("/quality", json!("paper"))]) }));
     page.send(&page.view(1, 0.0, true));
     page.text("problem");
     assert!(page.picture().pixels().pixels().any(|p| p.0[0] > 60));

@@ -5,7 +5,7 @@ import { copyFile, mkdtemp, rm } from "node:fs/promises";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before } from "node:test";
-import { answered, isDifferent, isSame, pages, pagesOf, section, set, state } from "./shared.js";
+import { answered, isDifferent, isSame, pages, pagesOf, set, state } from "./shared.js";
 import { launch, measured, refined, serveIn } from "./viewer.js";
 
 const LABELS = new URL("../../formats/files/labels/layers.seg.nrrd", import.meta.url).pathname;
@@ -65,9 +65,8 @@ two("the curve is that of the chosen channel", async (page, first) => {
 });
 
 two("what several fields do not have is disabled, with a reason", async (page) => {
-  await section(page, "Light");
-  assert.ok(await page.locator("#shadows").isDisabled());
-  assert.match(await page.locator("label:has(#shadows)").getAttribute("title"), /one channel/);
+  assert.ok(await page.locator("#quality option[value=paper]").isDisabled());
+  assert.match(await page.locator("#quality option[value=paper]").getAttribute("title"), /one channel/);
   await page.locator("#picture").focus();
   await page.keyboard.press("v");
   assert.ok(await page.locator("#slices").isHidden());
