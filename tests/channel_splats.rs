@@ -15,6 +15,8 @@ use layersplat::{Camera, Error, GradientEstimator, Renderer, Settings, TransferF
 const QUADRATURE_TOLERANCE: f64 = 1.5e-2;
 /// Of the lattice samples of both fields, in dB below the worse of the fields alone.
 const SLACK: f64 = 1.0;
+/// In dB. Several fields are splatted in tiles, with eight quadrature nodes, also on devices that splat one field with exact footprints.
+const OF_TILES: f64 = 75.0;
 
 /// A volume and its transfer function and factor.
 struct Field {
@@ -76,7 +78,7 @@ fn check(what: &str, camera: &Camera, tolerance: f64, fields: [&Field; 2], setti
     let both = apart(&fields, &factors, camera, size, settings);
     println!("{what}: {:.1} and {:.1} alone, {:.1} dB together, off by {:.1e}", one.1, other.1, both.1, both.0);
     assert!(both.0 <= tolerance, "{what}: {}", both.0);
-    assert!(both.1 >= one.1.min(other.1) - SLACK, "{what}: {}, {}, {}", one.1, other.1, both.1);
+    assert!(both.1 >= (one.1.min(other.1) - SLACK).min(OF_TILES), "{what}: {}, {}, {}", one.1, other.1, both.1);
     // A factor that is off by a tenth would be noticed.
     let wrong = apart(&fields, &[factors[0], 1.1 * factors[1]], camera, size, settings);
     assert!(wrong.0 > 2.0 * both.0 && wrong.1 < both.1 - 6.0, "{what}: {wrong:?} against {both:?}");

@@ -21,18 +21,16 @@ const ANOTHER_ENTRY_SHARE: f64 = 6e-3;
 /// Pixels aligned with samples compared with one ray per pixel: rounding of positions, amplified by a steep ramp.
 const OF_ONE_RAY: f64 = 2e-4;
 
-/// All vector widths of the kernels, and the GPU tuning.
+/// All vector widths of the kernels, and the tuning of the other kind of device.
 fn devices() -> Vec<(String, Device)> {
     let device = device();
     let own = *device.tuning();
     let with = |name: String, tuning| (name, device.with_tuning(tuning).unwrap());
     let widths = [16, 8, 4, 1].map(|width| with(format!("vectors of {width}"), Tuning { vector_width: width, ..own }));
-    let gpu = Tuning::new(DeviceKind::Gpu, "", 1);
-    assert!(
-        gpu.vector_width != own.vector_width || gpu.tile_group != own.tile_group,
-        "the device's own tuning shows nothing new"
-    );
-    widths.into_iter().chain([with("a graphics processor's tuning".into(), gpu)]).collect()
+    let [cpu, gpu] = [DeviceKind::Cpu, DeviceKind::Gpu].map(|kind| Tuning::new(kind, "", 1));
+    let other = if own.lattice_schedule == gpu.lattice_schedule { cpu } else { gpu };
+    assert!(other.lattice_schedule != own.lattice_schedule, "the device's own tuning shows nothing new");
+    widths.into_iter().chain([with("the tuning of the other kind of device".into(), other)]).collect()
 }
 
 /// All algorithms with blend modes, and the sheets.

@@ -116,12 +116,18 @@ impl<'a> Scene<'a> {
         1 + self.others.len()
     }
 
+    /// Rejects the colours of labels, which `what` does not draw.
+    pub fn require_own_colors(&self, what: &str) -> Result<(), Error> {
+        if self.label_colors.is_none() {
+            return Ok(());
+        }
+        let problem = format!("{what} are drawn without: omit them, or choose pre-integrated layers or ray casting");
+        Err(Error::Settings { field: "label_colors", problem })
+    }
+
     /// Rejects several fields and the colours of labels, which `what` does not draw.
     pub fn require_one_channel(&self, what: &str) -> Result<(), Error> {
-        if self.label_colors.is_some() {
-            let problem = format!("{what} are drawn without: omit them, or choose pre-integrated layers or ray casting");
-            return Err(Error::Settings { field: "label_colors", problem });
-        }
+        self.require_own_colors(what)?;
         if self.others.is_empty() {
             return Ok(());
         }
