@@ -19,7 +19,7 @@ const OPTIONS: [(&str, &str); 70] = [
     ("classification", "--classification post|preintegrated"),
     ("clipping", "--clip X,Y,Z,NX,NY,NZ"),
     ("color_opacity", "--color-opacity alpha|luminance|COLOR"),
-    ("colors", "--colors direct"),
+    ("colors", "--colors direct|direction"),
     ("correction", "--correction none|constant|sublayers"),
     ("density", "--lattice auto|direct|N"),
     ("depth_cue", "--depth-cue STRENGTH"),

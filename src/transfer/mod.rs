@@ -176,6 +176,14 @@ impl TransferFunction {
         interpolate(&self.colors, value, |a, b, t| std::array::from_fn(|i| a[i] + (b[i] - a[i]) * t))
     }
 
+    /// Colour at the value of the largest opacity; of several such values, in their middle.
+    pub fn most_opaque_color(&self) -> [f64; 3] {
+        let largest = self.opacities.iter().map(|p| p.1).fold(0.0, f64::max);
+        let mut values = self.opacities.iter().filter(|p| p.1 >= largest).map(|p| p.0);
+        let first = values.next().expect("there is a control point");
+        self.color((first + values.next_back().unwrap_or(first)) / 2.0)
+    }
+
     /// Extinction τ = −ln(1−α) per unit distance: 0 … ∞.
     pub fn extinction(&self, value: f64) -> f64 {
         -(-self.opacity(value)).ln_1p()
@@ -241,6 +249,13 @@ mod tests {
             assert_abs_diff_eq!(t.opacity(value), opacity, epsilon = 1e-15);
         }
         assert_eq!(t.color(5.0), [0.5, 0.25, 0.0]);
+    }
+
+    #[test]
+    fn the_most_opaque_color_is_in_the_middle_of_its_values() {
+        assert_eq!(ramp().most_opaque_color(), ramp().color(6.0));
+        let wide = ramp().with_opacities(vec![(0.0, 0.1), (3.0, 0.4), (7.0, 0.4), (9.0, 0.2)]).unwrap();
+        assert_eq!(wide.most_opaque_color(), ramp().color(5.0));
     }
 
     #[test]

@@ -192,10 +192,11 @@ impl Fields {
         self.first_spec.look(volume)
     }
 
-    /// Name and colour of each field.
-    pub fn entries(&self, first: &Volume) -> Vec<LegendEntry> {
-        let volumes = std::iter::once(first).chain(&self.opened);
-        self.specs().zip(volumes).map(|(spec, volume)| spec.legend_entry(volume)).collect()
+    /// Name and colour of each field. `first`, `transfer`: the first one, and the transfer function with which it is drawn.
+    pub fn entries(&self, first: &Volume, transfer: &TransferFunction) -> Result<Vec<LegendEntry>, Error> {
+        let other = |(spec, volume): (&FieldSpec, &Volume)| Ok(spec.legend_entry(volume, spec.named_transfer(volume)?.as_ref()));
+        let first = Ok(self.first_spec.legend_entry(first, Some(transfer)));
+        std::iter::once(first).chain(self.others.iter().zip(&self.opened).map(other)).collect()
     }
 
     /// Name and colour of each visible field, if several are drawn. `entries`: those of all fields.

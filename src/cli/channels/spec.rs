@@ -69,13 +69,21 @@ impl FieldSpec {
         !self.hidden
     }
 
-    /// Its line in a legend.
-    pub fn legend_entry(&self, volume: &Volume) -> LegendEntry {
+    /// Its line in a legend. `drawn`: its transfer function, unless that has the colour of the channel.
+    pub fn legend_entry(&self, volume: &Volume, drawn: Option<&TransferFunction>) -> LegendEntry {
         let name = self.name.clone().unwrap_or_else(|| {
             let name = volume.name();
             name.strip_prefix("builtin:").unwrap_or(name).to_owned()
         });
-        LegendEntry { name, color: self.color.unwrap_or(self.channel_color) }
+        LegendEntry {
+            name,
+            color: self.color.or_else(|| drawn.map(TransferFunction::most_opaque_color)).unwrap_or(self.channel_color),
+        }
+    }
+
+    /// The transfer function that it names.
+    pub fn named_transfer(&self, volume: &Volume) -> Result<Option<TransferFunction>, Error> {
+        self.transfer.as_deref().map(|source| TransferFunction::open(source, volume)).transpose()
     }
 
     /// Sets a key to a value as text.
@@ -147,8 +155,8 @@ impl FieldSpec {
     /// The transfer function.
     pub fn transfer(&self, volume: &Volume, blend: Blend) -> Result<TransferFunction, Error> {
         let color = self.color.unwrap_or(self.channel_color);
-        let mut transfer = match &self.transfer {
-            Some(source) => TransferFunction::open(source, volume)?,
+        let mut transfer = match self.named_transfer(volume)? {
+            Some(named) => named,
             None if blend.gathers_values() => TransferFunction::channel_ramp(volume, color),
             None => TransferFunction::channel(volume, color),
         };
