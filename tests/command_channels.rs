@@ -338,7 +338,7 @@ fn labels_color_a_scan() {
         ("--label-colors ids.nrrd --label 9:hide", 2, &["no label has the id 9", "3 to 7"]),
         ("--label-colors ids.nrrd --labels=nothing.txt", 1, &["nothing.txt"]),
         ("--label-colors ids.nrrd --blend maximum", 2, &["blend", "colours of labels"]),
-        ("--label-colors ids.nrrd --classification post", 2, &["--label-colors", "post-classified layers"]),
+        ("--label-colors ids.nrrd --classification post", 2, &["--label-colors", "splatted layers"]),
         ("--label-colors ids.nrrd --algorithm view-sheets", 2, &["--label-colors", "ray casting"]),
         ("--label-colors ids.nrrd --with builtin:cube@8", 2, &["--label-colors", "one volume"]),
         ("--label-colors ids.nrrd --memory 3k", 2, &["--memory", "set at least"]),
