@@ -623,9 +623,9 @@ class Colors:
     intensities up to the largest number of their type; floats are 0 … 1. spacing: one number or (z, y, x), in world units. opacity:
     alpha, the fourth component, per smallest spacing; luminance; or a background colour (red, green, blue), 0 … 1, from which colours
     differ. By default alpha if there is one, else luminance. transfer: its opacities apply to luminance and to the difference from the
-    background, in units of the components; by default they rise from 0 to 0.3. direction: whether data are vectors, an array
-    (z, y, x, 3) of the components x, y and z of any type. Their colours are (|x|, |y|, |z|) / norm, and their opacity that of transfer
-    at the norm, automatic by default. Vectors that are 0 or have a component that is not a number are transparent.
+    background, in units of the components; by default they rise from 0 to 0.3. direction: whether data are vectors, an array (z, y, x,
+    3) of the components x, y and z of any type. Their colours are (|x|, |y|, |z|) / norm, and their opacity that of transfer at the
+    norm, automatic by default. Vectors that are 0 or have a component that is not a number are transparent.
 
     Extinction and extinction times colour are interpolated, so transparent voxels do not bleed their colour. Colours are drawn in
     point-sampled layers with the blend mode composite.
