@@ -4,7 +4,7 @@ use super::options::{LabelOptions, VolumeOptions};
 use super::parse;
 use crate::error::Error;
 use crate::renderer::{ColorOpacity, vector_norms};
-use crate::shown::Shown;
+use crate::shown::{IndexedLabels, Shown};
 use crate::viewport::Viewport;
 use clap::{Args, ValueEnum};
 
@@ -48,7 +48,7 @@ impl ColorOptions {
     pub fn open(&self, options: &VolumeOptions, labels: &LabelOptions, size: Viewport) -> Result<Option<Shown>, Error> {
         let Some(colors) = self.colors else {
             let Some(labels) = options.labels(labels, size)? else { return Ok(None) };
-            return Shown::from_labels(labels).map(Some);
+            return Ok(Some(Shown::Labels(IndexedLabels::new(labels)?)));
         };
         match colors {
             Colors::Direct => self.open_colors(options, size),

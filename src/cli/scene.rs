@@ -164,7 +164,7 @@ impl Scene {
         };
         let look = fields.first_look(&volume);
         let labels = shown.as_ref().map_or_else(|| Ok(Vec::new()), |shown| shown.tables(&[]))?;
-        let label_colors = options.labels.label_colors()?;
+        let label_colors = options.labels.label_colors()?.map(|labels| labels.over(volume.description())).transpose()?;
         let entries = fields.entries(&volume, &transfer)?;
         let legend = fields.legend(&entries).or_else(|| shown.as_ref().and_then(|shown| shown.legend(&labels)));
         let legend = match &label_colors {

@@ -8,7 +8,7 @@ use crate::error::Error;
 use crate::layers::AxisFrame;
 use crate::memory;
 use crate::settings::{Blend, Settings};
-use crate::volume::{Description, Grid, Labels, Volume};
+use crate::volume::{Description, Grid, Labels, Volume, grid_over};
 use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
 use std::collections::BTreeSet;
@@ -111,41 +111,7 @@ impl LabelColors {
     /// # Errors
     /// If no voxel of the labels lies in the scan's box, and for labels of another size without a placement.
     pub(super) fn grid_over(&self, scan: &Description) -> Result<Grid, Error> {
-        let wrong = |problem: String| Error::volume(Path::new(&self.name), problem);
-        let (own, other) = (self.grid.dims(), scan.grid().dims());
-        let size = |[x, y, z]: [usize; 3]| format!("{x}x{y}x{z}");
-        if own == other && (!self.is_placed || self.has_default_placement()) {
-            return Ok(scan.grid().clone());
-        }
-        if !self.is_placed {
-            let problem = format!(
-                "its labels of {} voxels do not fit {} of {} voxels, and it states no spacing and origin: give labels of that size, or \
-                 a file that states both, such as NRRD or NIfTI",
-                size(own),
-                scan.name(),
-                size(other)
-            );
-            return Err(wrong(problem));
-        }
-        let corners =
-            corners(other).map(|corner| self.grid.world_to_voxel(scan.grid().index_to_world().transform_point3(corner)));
-        let lowest = corners.into_iter().reduce(DVec3::min).expect("eight corners");
-        let highest = corners.into_iter().reduce(DVec3::max).expect("eight corners");
-        let last = DVec3::from_array(own.map(|n| n as f64));
-        if lowest.cmpgt(last).any() || highest.cmplt(DVec3::NEG_ONE).any() {
-            let [of_labels, of_scan] = [&self.grid, scan.grid()].map(|grid| grid.centre());
-            let problem = format!(
-                "its labels lie outside {}: their centre is at {of_labels}, and that of the volume at {of_scan}; check the placement of both",
-                scan.name()
-            );
-            return Err(wrong(problem));
-        }
-        Ok(self.grid.clone())
-    }
-
-    /// Whether the placement is that of arrays and files which state none.
-    fn has_default_placement(&self) -> bool {
-        Grid::new(self.grid.dims(), DVec3::ONE).is_ok_and(|default| default.index_to_world() == self.grid.index_to_world())
+        grid_over(&self.name, (&self.grid, self.is_placed), scan)
     }
 
     /// Kernel arguments for points of a scan, along the axes of `frame`.
@@ -156,7 +122,7 @@ impl LabelColors {
         let grid = self.grid_over(scan)?;
         let moved: DAffine3 = grid.index_to_world().inverse() * scan.grid().index_to_world();
         let stays = |corner: DVec3| moved.transform_point3(corner).distance(corner) < SAME;
-        let is_same = grid.dims() == scan.grid().dims() && corners(grid.dims()).into_iter().all(stays);
+        let is_same = grid.dims() == scan.grid().dims() && grid.corner_voxels().into_iter().all(stays);
         let beyond = if is_same { f32::MAX } else { 1.0 };
         let columns = [frame.u, frame.v, frame.a].map(|axis| moved.matrix3.col(axis));
         let row = |n: usize| [columns[0][n], columns[1][n], columns[2][n], moved.translation[n]].map(|c| c as f32);
@@ -168,12 +134,6 @@ impl LabelColors {
         };
         Ok(Tint { label_voxels: &self.voxels, label_colors: &self.colors, params })
     }
-}
-
-/// The outermost voxels of a grid.
-fn corners(dims: [usize; 3]) -> [DVec3; 8] {
-    let last = |n: usize| dims[n] as f64 - 1.0;
-    std::array::from_fn(|n| DVec3::from_array(std::array::from_fn(|i| if n >> i & 1 == 0 { 0.0 } else { last(i) })))
 }
 
 /// A layer of labels.

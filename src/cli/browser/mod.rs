@@ -120,10 +120,6 @@ impl Ending {
 
 /// The first view: that of `render` with the same options.
 fn opening_of(options: &SceneOptions, mut scene: Scene, sequence: Option<Sequence>) -> Result<Opening, Error> {
-    if scene.label_colors.is_some() {
-        let problem = "pages show a volume in its own colours: omit it, or use render or rotate".into();
-        return Err(Error::Settings { field: "label_colors", problem });
-    }
     let orientation = orientation::announced(&options.camera, &scene);
     let cameras = Cameras::new(&options.camera, &scene, Fit::Visible, orientation);
     let orbit = cameras.angles().or_all_of(OBLIQUE);
@@ -131,7 +127,7 @@ fn opening_of(options: &SceneOptions, mut scene: Scene, sequence: Option<Sequenc
     let given = &options.camera;
     let camera_is_given = given.parallel_scale.is_some() || given.distance.is_some() || given.center.is_some();
     let mut look = look(options, &scene);
-    let (drawn, channels) = fields::drawn_of(&mut scene);
+    let (drawn, channels) = fields::drawn_of(&mut scene)?;
     look.channels = channels;
     drawn.kind().check(&scene.settings)?;
     let Scene { volume, transfer, device, time_limit, overview, .. } = scene;

@@ -9,6 +9,7 @@ mod table;
 
 pub use change::{LabelChange, LabelVisibility};
 pub use open::{LabelLayer, Labels};
+pub(crate) use place::grid_over;
 pub(in crate::volume) use table::Declared;
 #[cfg(feature = "zarr")]
 pub(in crate::volume) use table::image_label;
