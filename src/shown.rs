@@ -77,7 +77,6 @@ impl IndexedLabels {
 }
 
 impl Shown {
-
     /// The volume that stands for all of them, for its grid and name.
     pub fn volume(&self) -> &Volume<'static> {
         match self {

@@ -222,12 +222,7 @@ impl Scene {
             .collect()
     }
 
-    fn colors(
-        &self,
-        uploaded: &[UploadedVolume],
-        made: &Last<UploadedColors>,
-        now: Now,
-    ) -> Result<Arc<UploadedColors>, Error> {
+    fn colors(&self, uploaded: &[UploadedVolume], made: &Last<UploadedColors>, now: Now) -> Result<Arc<UploadedColors>, Error> {
         let Drawn::Shown(shown) = &self.opening.drawn else {
             unreachable!("colours are made of what is shown instead of values")
         };
