@@ -6,7 +6,7 @@ use crate::error::Error;
 use crate::framing::Framing;
 use crate::renderer::{ColorOpacity, FieldKind, LabelColors, UploadedColors, UploadedVolume};
 use crate::transfer::TransferFunction;
-use crate::volume::{Label, LabelChange, LabelLayer, LabelTable, Labels, Volume, VoxelType};
+use crate::volume::{Description, Label, LabelChange, LabelLayer, LabelTable, Labels, Volume, VoxelType};
 
 /// What a picture shows instead of values.
 pub enum Shown {
@@ -23,7 +23,8 @@ pub enum Shown {
     Labels(IndexedLabels),
 }
 
-/// Labels, and of each layer the volume of indices ([`LabelLayer::indices`](crate::volume::LabelLayer::indices)).
+/// Labels, and of each layer the volume of indices ([`LabelLayer::indices`](crate::volume::LabelLayer::indices)). Clones share the voxels.
+#[derive(Clone)]
 pub struct IndexedLabels {
     labels: Labels,
     indices: Vec<Volume<'static>>,
@@ -48,9 +49,28 @@ impl IndexedLabels {
         &self.labels
     }
 
+    /// The labels after further changes.
+    ///
+    /// # Errors
+    /// As [`Labels::change`].
+    pub fn changed(mut self, changes: &[LabelChange]) -> Result<Self, Error> {
+        changes.iter().try_for_each(|change| self.labels.change(change))?;
+        Ok(self)
+    }
+
+    /// The labels where they colour a scan.
+    ///
+    /// # Errors
+    /// As [`Labels::over`].
+    pub fn over(self, scan: &Description) -> Result<Self, Error> {
+        let labels = self.labels.over(scan)?;
+        let placed = |(layer, indices): (&LabelLayer, Volume<'static>)| indices.with_grid(layer.grid().clone());
+        let indices = labels.layers().iter().zip(self.indices).map(placed).collect::<Result<_, _>>()?;
+        Ok(Self { labels, indices })
+    }
+
     /// The layers with the volumes of their indices.
-    #[cfg(any(feature = "viewer", feature = "page"))]
-    pub(crate) fn layers(&self) -> impl Iterator<Item = (&LabelLayer, &Volume<'static>)> {
+    pub fn layers(&self) -> impl Iterator<Item = (&LabelLayer, &Volume<'static>)> {
         self.labels.layers().iter().zip(&self.indices)
     }
 
@@ -64,11 +84,13 @@ impl IndexedLabels {
         LabelColors::new(device, &layers)
     }
 
-    fn palettes(&self, tables: &[LabelTable]) -> Vec<Vec<[f64; 4]>> {
+    /// Colours and opacities of the indices of each layer.
+    pub fn palettes(&self, tables: &[LabelTable]) -> Vec<Vec<[f64; 4]>> {
         self.labels.layers().iter().zip(tables).map(|(layer, table)| layer.palette_of(table)).collect()
     }
 
-    fn framing(&self, tables: &[LabelTable]) -> Framing {
+    /// Bounds of the voxels of visible labels.
+    pub fn framing(&self, tables: &[LabelTable]) -> Framing {
         let layers = self.indices.iter().zip(self.palettes(tables)).map(|(indices, palette)| {
             visible(indices, palette.iter().enumerate().map(|(n, entry)| (n as f64, entry[3])).collect())
         });

@@ -131,6 +131,15 @@ impl Labels {
         Ok(Self { layers: vec![layer] })
     }
 
+    /// The labels with other names and looks, in all layers. Ids without an entry get a [default colour](LabelTable::default_color).
+    pub fn with_table(mut self, table: &LabelTable) -> Self {
+        for layer in &mut self.layers {
+            layer.table = table.clone();
+            layer.table.complete(layer.ids.iter().copied());
+        }
+        self
+    }
+
     /// Whether a file states that its voxels are ids of labels: `.seg.nrrd` files, OME-Zarr's `image-label`, and NIfTI's label intent.
     ///
     /// # Errors
