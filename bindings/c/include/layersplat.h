@@ -1307,7 +1307,7 @@ void layersplat_label_colors_free(struct layersplat_label_colors *colors);
 /**
  * Draws the volume of a renderer in the colours of labels, effective from the next frame; null: in its own again. Its opacities stay. The
  * colour C of the volume becomes (1 - w) C + w L where a label has the colour L and the opacity w, before lighting. Labels of the volume's size
- * at unit spacing and the origin lie where the volume does; those outside the volume return LAYERSPLAT_STATUS_INVALID_ARGUMENT or _FILE.
+ * at unit spacing and the origin lie where the volume does; those outside the volume return LAYERSPLAT_STATUS_FILE.
  * Pre-integrated layers and cast rays have them, with LAYERSPLAT_BLEND_COMPOSITE and _ISO; other frames, slices, and frames of several
  * channels or of colours return LAYERSPLAT_STATUS_INVALID_ARGUMENT. Renderers that stream their volume return
  * LAYERSPLAT_STATUS_NEEDS_WHOLE_VOLUME.
