@@ -12,6 +12,7 @@ use crate::volume::{Description, Grid, Labels, Volume, grid_over};
 use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
 use std::collections::BTreeSet;
+use std::ops::Range;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -74,14 +75,14 @@ impl LabelColors {
         let bytes = if colors.len() <= 1 << 8 { 1 } else { 2 };
         let mut voxels: Vec<u8> = memory::zeroed(name, bytes * count + READ_BEHIND)?;
         voxels[..bytes * count].par_chunks_mut(bytes * BLOCK).enumerate().for_each(|(block, voxels)| {
+            let (first, count) = (block * BLOCK, voxels.len() / bytes);
             let mut last = (0, 0);
-            for (i, voxel) in voxels.chunks_exact_mut(bytes).enumerate() {
-                let color = color_at(&layers, block * BLOCK + i);
+            for_each_color(&layers, first..first + count, |n, color| {
                 if color != last.0 {
                     last = (color, colors.binary_search(&color).expect("one of all colours"));
                 }
-                voxel.copy_from_slice(&last.1.to_le_bytes()[..bytes]);
-            }
+                voxels[bytes * n..bytes * (n + 1)].copy_from_slice(&last.1.to_le_bytes()[..bytes]);
+            });
         });
         let buffer = |bytes: &[u8]| Ok::<_, Error>(Arc::new(Buffer::from_slice(device, bytes, "the colours of labels")?));
         Ok(Self {
@@ -149,33 +150,41 @@ impl<'a> Layer<'a> {
         Self { labels, entries: entries.iter().map(weighted).collect() }
     }
 
-    fn at(&self, voxel: usize) -> [f64; 4] {
-        self.entries[self.labels.description().rescale().stored(self.labels.value(voxel)) as usize]
+    /// Positions of the entries of some voxels.
+    fn entries_at(&self, voxels: Range<usize>) -> Vec<u16> {
+        let rescale = self.labels.description().rescale();
+        self.labels.look(|value| voxels.map(|voxel| rescale.stored(value(voxel)) as u16).collect())
     }
 }
 
-/// Weighted colour of a voxel, and its weight, as bytes of a word, red the lowest.
-fn color_at(layers: &[Layer], voxel: usize) -> u32 {
-    let mut sum = [0.0f64; 4];
-    for layer in layers {
-        (0..4).zip(layer.at(voxel)).for_each(|(c, own)| sum[c] += own);
+/// Passes on the weighted colour and the weight of each voxel, as bytes of a word, red the lowest.
+fn for_each_color(layers: &[Layer], voxels: Range<usize>, mut take: impl FnMut(usize, u32)) {
+    let count = voxels.len();
+    let entries: Vec<Vec<u16>> = layers.iter().map(|layer| layer.entries_at(voxels.clone())).collect();
+    let mut color = 0;
+    for n in 0..count {
+        // Neighbours mostly have the same labels.
+        if n == 0 || entries.iter().any(|own| own[n] != own[n - 1]) {
+            let mut sum = [0.0f64; 4];
+            for (layer, own) in layers.iter().zip(&entries) {
+                (0..4).zip(layer.entries[usize::from(own[n])]).for_each(|(c, own)| sum[c] += own);
+            }
+            color = u32::from_le_bytes(sum.map(|c| (255.0 * c / sum[3].max(1.0)).round() as u8));
+        }
+        take(n, color);
     }
-    let bytes = sum.map(|c| (255.0 * c / sum[3].max(1.0)).round() as u8);
-    u32::from_le_bytes(bytes)
 }
 
 /// All colours of `count` voxels, ascending from that of no label, which is 0.
 fn colors_of(layers: &[Layer], count: usize) -> Vec<u32> {
     let of_block = |block: usize| {
-        let mut found = BTreeSet::new();
-        let mut last = 0;
-        for voxel in block * BLOCK..((block + 1) * BLOCK).min(count) {
-            let color = color_at(layers, voxel);
+        let (mut found, mut last) = (BTreeSet::new(), 0);
+        for_each_color(layers, block * BLOCK..((block + 1) * BLOCK).min(count), |_, color| {
             if color != last {
                 found.insert(color);
                 last = color;
             }
-        }
+        });
         found
     };
     let merged = |mut one: BTreeSet<u32>, other: BTreeSet<u32>| {
