@@ -39,7 +39,6 @@ fn color_opacity(text: &str) -> Result<ColorOpacity, String> {
 
 impl ColorOptions {
     /// Whether components are used as colours.
-    #[cfg(feature = "viewer")]
     pub fn are_given(&self) -> bool {
         self.colors.is_some()
     }

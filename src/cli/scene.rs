@@ -139,7 +139,9 @@ impl Scene {
             Some(sequence) => sequence.step(0)?,
         };
         let mut fields = options.channels.open(&options.volume, &volume, options.camera.size)?;
-        let volume = options.labels.masked(fields.first.take().unwrap_or(volume))?;
+        let volume = fields.first.take().unwrap_or(volume);
+        // Steps of a sequence are masked when they are read.
+        let volume = if sequence.is_some() { volume } else { options.labels.masked(volume)? };
         let overview = sequence.map(Sequence::overview).transpose()?;
         let values = overview.as_ref().unwrap_or(&volume);
         let first_pass = opened_at.elapsed();

@@ -48,9 +48,9 @@ impl Arguments {
             let problem = "a sequence is shown by one process only: start layersplat without mpirun";
             return if is_several { Err(Error::volume(&volume.volume, problem)) } else { Ok(None) };
         }
-        let is_one = !channels.are_given() && !colors.are_given() && !labels.is_given() && !labels.mask();
+        let is_one = !channels.are_given() && !colors.are_given() && !labels.is_given();
         if is_several && !is_one {
-            let problem = "several fields, colours, labels and masks are shown at one moment: name one volume";
+            let problem = "several fields, colours and labels are shown at one moment: name one volume";
             return Err(Error::Settings { field: "channels", problem: problem.into() });
         }
         if !is_several && (!is_one || volume.has_frame() || standard::is_input(&volume.volume)) {
@@ -59,7 +59,11 @@ impl Arguments {
         if !is_several && volume.declares_labels(camera.size) {
             return Ok(None);
         }
-        Ok(Some(volume.sequence(&self.more, Some(camera.size), bounds.memory)?).filter(|sequence| sequence.len() > 1))
+        let sequence = volume.sequence(&self.more, Some(camera.size), bounds.memory)?;
+        if sequence.len() == 1 {
+            return Ok(None);
+        }
+        labels.masked_steps(sequence).map(Some)
     }
 
     /// Opens the volume, or the first step of a sequence.

@@ -8,6 +8,7 @@ mod place;
 mod table;
 
 pub use change::{LabelChange, LabelVisibility};
+pub(in crate::volume) use mask::Mask;
 pub use open::{LabelLayer, Labels};
 pub(crate) use place::grid_over;
 pub(in crate::volume) use table::Declared;
