@@ -200,7 +200,8 @@ fn the_order_of_fields_does_not_matter() {
     /// Sums of three floats, of which some are fused with products.
     const ROUNDING: f64 = 1e-6;
     let [one, two] = fields([11, 9, 10]);
-    let third = Field { volume: random_volume([11, 9, 10], DVec3::new(1.0, 0.7, 1.3), 5), transfer: two.transfer.clone(), factor: 0.4 };
+    let third =
+        Field { volume: random_volume([11, 9, 10], DVec3::new(1.0, 0.7, 1.3), 5), transfer: two.transfer.clone(), factor: 0.4 };
     let size = viewport(24, 20);
     let base = post(Correction::SubLayers(2));
     let maximum = Settings { blend: Blend::Maximum, shading: None, ..base };
@@ -213,7 +214,10 @@ fn the_order_of_fields_does_not_matter() {
             for order in [[&two, &third, &one], [&third, &two, &one]] {
                 assert_close("another order", &draw(&order), &first, ROUNDING);
             }
-            assert!(compare(&draw(&[&one, &two]), &first).max_difference > 100.0 * ROUNDING, "a field that is left out is noticed");
+            assert!(
+                compare(&draw(&[&one, &two]), &first).max_difference > 100.0 * ROUNDING,
+                "a field that is left out is noticed"
+            );
         }
     }
 }

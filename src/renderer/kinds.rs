@@ -87,7 +87,9 @@ fn check_several(settings: &Settings) -> Result<(), Error> {
         Algorithm::Layered(Layered { evaluation: Evaluation::Direct, .. }) => {
             refuse("layers per pixel show one channel: show one alone, or choose layers on a lattice or ray casting")
         }
-        Algorithm::Layered(Layered { classification: Classification::Post(_), .. }) if matches!(settings.blend, Blend::Iso(_)) => {
+        Algorithm::Layered(Layered { classification: Classification::Post(_), .. })
+            if matches!(settings.blend, Blend::Iso(_)) =>
+        {
             refuse("splatted layers have no surfaces: choose pre-integrated layers")
         }
         Algorithm::Layered(_) => Ok(()),
