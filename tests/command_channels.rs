@@ -350,6 +350,9 @@ fn labels_color_a_scan() {
     for (more, code, words) in cases {
         let arguments: Vec<&str> = ["render"].into_iter().chain(scan).chain(more.split(' ')).chain(SIZE).collect();
         refused(f, &arguments, code, words);
+        // A page begins with none of them, either.
+        #[cfg(feature = "viewer")]
+        refused(f, &["view", "--no-browser"].into_iter().chain(arguments[1..].iter().copied()).collect::<Vec<_>>(), code, words);
     }
 }
 
@@ -360,7 +363,9 @@ fn mistakes_are_named() {
     components(f);
     std::fs::write(f.join("scene.json"), r#"[{"file": "rgb.nrrd"}, {"color": "grey"}]"#).unwrap();
     std::fs::write(f.join("sheared.txt"), "1 0.5 0 0\n0 1 0 0\n0 0 1 0\n").unwrap();
-    let cases: [(&str, i32, &[&str]); 12] = [
+    let cases: [(&str, i32, &[&str]); 14] = [
+        ("rgb.nrrd --channels all --classification post --lattice direct", 2, &["layers per pixel", "one channel", "lattice"]),
+        ("rgb.nrrd --channels all --classification post --blend iso --iso 9", 2, &["iso", "pre-integrated"]),
         ("rgb.nrrd --channels 0,3", 2, &["channel", "0 to 2"]),
         ("rgb.nrrd --channels 0,0", 2, &["channel 0 occurs twice"]),
         ("rgb.nrrd --with nothing.nrrd", 1, &["nothing.nrrd"]),
