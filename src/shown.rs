@@ -200,7 +200,7 @@ impl Shown {
                 let palettes = all.palettes(tables);
                 let layers: Vec<(&UploadedVolume, &[[f64; 4]])> =
                     uploaded.iter().zip(palettes.iter().map(Vec::as_slice)).collect();
-                UploadedColors::from_labels(&layers)
+                UploadedColors::from_labels(&layers, all.labels.surfaces())
             }
         }
     }

@@ -9,7 +9,7 @@ use layersplat::settings::{
     Algorithm, Blend, Classification, Clipping, CropBox, Evaluation, GradientOpacity, Layered, Light, Lights, Shading, Shadows,
 };
 use layersplat::transfer::Extinction;
-use layersplat::volume::Grid;
+use layersplat::volume::{Grid, LabelSurfaces};
 use layersplat::{
     Camera, Device, Error, Frame, GradientEstimator, Orbit, Projection, Quality, Renderer, Settings, TransferFunction, Viewport,
     Volume,
@@ -364,7 +364,8 @@ fn labels_have_their_colors() {
     });
     let uploaded = UploadedVolume::new(&device, &labels).unwrap();
     let draw = |entries: &[[f64; 4]]| {
-        let mut renderer = Renderer::from_colors(&UploadedColors::from_labels(&[(&uploaded, entries)]).unwrap()).unwrap();
+        let mut renderer =
+            Renderer::from_colors(&UploadedColors::from_labels(&[(&uploaded, entries)], LabelSurfaces::Smooth).unwrap()).unwrap();
         renderer.render(&cameras()[0], VIEWPORT, &Settings { shading: None, ..Settings::default() }).unwrap().0
     };
     let centre = (VIEWPORT.height / 2 * VIEWPORT.width + VIEWPORT.width / 2) as usize;
@@ -375,14 +376,14 @@ fn labels_have_their_colors() {
     // Layers that overlap: extinctions add, so that of two equal ones each may have half of it.
     let colors: [[f64; 4]; 3] = [[0.0; 4], [0.9, 0.1, 0.0, 0.0], [0.0, 0.2, 1.0, 0.75]];
     let half = colors.map(|[r, g, b, opacity]| [r, g, b, 1.0 - (1.0 - opacity).sqrt()]);
-    let layers = UploadedColors::from_labels(&[(&uploaded, &half), (&uploaded, &half)]).unwrap();
+    let layers = UploadedColors::from_labels(&[(&uploaded, &half), (&uploaded, &half)], LabelSurfaces::Smooth).unwrap();
     let unlit = Settings { shading: None, ..Settings::default() };
     let both = Renderer::from_colors(&layers).unwrap().render(&cameras()[0], VIEWPORT, &unlit).unwrap().0;
     let expected = draw(&colors);
     let pairs = both.pixels().iter().zip(expected.pixels());
     assert!(pairs.flat_map(|(a, b)| (0..4).map(|c| (a[c] - b[c]).abs())).fold(0.0, f32::max) < 1e-5);
     // Ids beyond the table.
-    let error = UploadedColors::from_labels(&[(&uploaded, &[[0.0; 4]; 2])]).err().unwrap();
+    let error = UploadedColors::from_labels(&[(&uploaded, &[[0.0; 4]; 2])], LabelSurfaces::Smooth).err().unwrap();
     assert!(error.to_string().contains("label 2 has no colour"), "{error}");
 }
 

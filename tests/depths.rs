@@ -8,7 +8,7 @@ use layersplat::image::Depths;
 use layersplat::layers::Kernel;
 use layersplat::renderer::{UploadedColors, UploadedVolume};
 use layersplat::settings::{Algorithm, Blend, Clipping, CropBox, GradientOpacity};
-use layersplat::volume::Voxels;
+use layersplat::volume::{LabelSurfaces, Voxels};
 use layersplat::{Camera, Error, Projection, Quality, Renderer, Settings, TransferFunction, Viewport, Volume};
 
 /// Opacity is taken to grow linearly within half a spacing: an error of up to 5e-3 spacings in fog of a fifth per spacing.
@@ -111,7 +111,7 @@ fn labels_are_met_where_their_closed_form_says() {
     let ids = (0..N * N * N).map(|i| u8::from((FIRST..25).contains(&(i / N / N)))).collect();
     let volume = volume([N; 3], DVec3::ONE, Voxels::Uint8(ids));
     let labels = UploadedVolume::new(&device(), &volume).unwrap();
-    let colors = UploadedColors::from_labels(&[(&labels, &[[0.0; 4], [0.9, 0.2, 0.1, ALPHA]])]).unwrap();
+    let colors = UploadedColors::from_labels(&[(&labels, &[[0.0; 4], [0.9, 0.2, 0.1, ALPHA]])], LabelSurfaces::Voxels).unwrap();
     let mut renderer = Renderer::from_colors(&colors).unwrap();
     let cast = Settings { algorithm: converged(Kernel::Linear), ..Settings::default() };
     let size = viewport(SIZE[0], SIZE[1]);

@@ -10,6 +10,7 @@ use layersplat::device::{DeviceKind, Tuning};
 use layersplat::layers::{Density, Kernel};
 use layersplat::renderer::{Channel, UploadedColors, UploadedVolume};
 use layersplat::settings::{Algorithm, Blend, Classification, Clipping, Evaluation, Layered};
+use layersplat::volume::LabelSurfaces;
 use layersplat::{Camera, Device, Orbit, Projection, Renderer, Settings};
 
 /// Sums of floats in another order, because rows and tiles start elsewhere.
@@ -180,7 +181,8 @@ fn fields_and_colors_at_every_width() {
         let channels = [0.3, 1.5].map(|factor| Channel::new(&uploaded, &transfer).with_factor(factor).unwrap());
         let mut several = Renderer::from_channels(&channels).unwrap();
         let labels = UploadedVolume::new(device, &labels).unwrap();
-        let mut colors = Renderer::from_colors(&UploadedColors::from_labels(&[(&labels, &entries)]).unwrap()).unwrap();
+        let mut colors =
+            Renderer::from_colors(&UploadedColors::from_labels(&[(&labels, &entries)], LabelSurfaces::Smooth).unwrap()).unwrap();
         let draw = |renderer: &mut Renderer, settings: &Settings| renderer.render(&camera, size, settings).unwrap().0;
         let maximum = Settings { blend: Blend::Maximum, shading: None, ..Settings::default() };
         let found = vec![

@@ -3,14 +3,14 @@
 use super::check_whole;
 use super::field::{Field, Placement, UploadedVolume, value_range};
 use crate::device::launch::colors::{ColorVoxels, ColorVoxelsArguments, LabelVoxels, LabelVoxelsArguments};
-use crate::device::launch::structs::{ColorVoxelParams, Float4};
+use crate::device::launch::structs::{ColorVoxelParams, Float4, LabelVoxelParams};
 use crate::device::launch::{Floats, Launcher, VoxelBuffer};
 use crate::device::{Buffer, Device};
 use crate::error::Error;
 use crate::layers::{GradientEstimator, Kernel};
 use crate::settings::{Algorithm, Blend, Classification, Layered, Settings};
 use crate::transfer::TransferFunction;
-use crate::volume::{Description, Grid, Volume, VoxelBox, VoxelType};
+use crate::volume::{Description, Grid, LabelSurfaces, Volume, VoxelBox, VoxelType};
 
 /// Largest opacity of a voxel that keeps its exact extinction; LARGEST_OPACITY in kernels/volume/color_voxels.cl.
 const LARGEST_OPACITY: f64 = 0.99999;
@@ -48,7 +48,8 @@ pub struct UploadedColors {
     /// Extinction times red, green and blue.
     pub(super) colors: [Field; 3],
     pub(super) extinction: Field,
-    pub(super) are_labels: bool,
+    /// Whether gradients are smoothed unless the settings state them.
+    pub(super) are_smooth: bool,
 }
 
 impl UploadedColors {
@@ -117,12 +118,12 @@ impl UploadedColors {
     }
 
     /// Makes colours of labels, in layers that may overlap, on one grid: of each layer, voxel n has entry n, a colour and an opacity per
-    /// smallest spacing. Extinctions of layers add.
+    /// smallest spacing. Extinctions of layers add. `surfaces`: those of all.
     ///
     /// # Errors
     /// Without layers, for other grids or devices, for parts of volumes, for voxels that are not unsigned integers or have no entry, and for
     /// too little memory.
-    pub fn from_labels(layers: &[(&UploadedVolume, &[[f64; 4]])]) -> Result<Self, Error> {
+    pub fn from_labels(layers: &[(&UploadedVolume, &[[f64; 4]])], surfaces: LabelSurfaces) -> Result<Self, Error> {
         let Some((UploadedVolume { device, field }, _)) = layers.first().copied() else {
             return Err(Error::Settings { field: "labels", problem: "there are no layers: give at least one".into() });
         };
@@ -132,15 +133,19 @@ impl UploadedColors {
             check_labels(labels.description(), entries, grid)?;
         }
         device.begin(&[])?;
+        let are_smooth = surfaces == LabelSurfaces::Smooth;
         let out = Out::new(device, grid.voxel_count())?;
         for (n, (labels, entries)) in layers.iter().enumerate() {
             let entries: Vec<Float4> = entries.iter().map(|&entry| Float4(emission(entry))).collect();
             let arguments = LabelVoxelsArguments {
                 labels: labels.field.voxels(),
                 entries: &Buffer::from_slice(device, &entries, "the colours of labels")?,
-                entry_count: entries.len() as i32,
-                adds: i32::from(n > 0),
-                count: grid.voxel_count() as u64,
+                p: LabelVoxelParams {
+                    dims: grid.dims().map(|n| n as i32),
+                    entry_count: entries.len() as i32,
+                    smooth: i32::from(are_smooth),
+                    adds: i32::from(n > 0),
+                },
                 out_red: Floats(&out.red),
                 out_green: Floats(&out.green),
                 out_blue: Floats(&out.blue),
@@ -148,7 +153,7 @@ impl UploadedColors {
             };
             Launcher::<LabelVoxels>::default().launch(device, labels.field.voxel_kind(), &arguments)?;
         }
-        out.into_colors(device, field.description(), true)
+        out.into_colors(device, field.description(), are_smooth)
     }
 
     /// Description of the extinction.
@@ -235,7 +240,7 @@ impl Out {
         Ok(Self { red: buffer()?, green: buffer()?, blue: buffer()?, extinction: buffer()? })
     }
 
-    fn into_colors(self, device: &Device, source: &Description, are_labels: bool) -> Result<UploadedColors, Error> {
+    fn into_colors(self, device: &Device, source: &Description, are_smooth: bool) -> Result<UploadedColors, Error> {
         let Self { red, green, blue, extinction } = self;
         let grid = source.grid();
         let placed = Placement::dense(grid.dims());
@@ -244,7 +249,7 @@ impl Out {
         let description = Description::new(source.name(), grid.clone(), VoxelType::Float32, (0.0, largest))?;
         let field = |voxels| Field::new(&description, VoxelBox::whole(grid.dims()), voxels, placed, false);
         let colors = [field(red), field(green), field(blue)];
-        Ok(UploadedColors { device: device.clone(), colors, extinction: field(extinction), are_labels })
+        Ok(UploadedColors { device: device.clone(), colors, extinction: field(extinction), are_smooth })
     }
 }
 
@@ -252,7 +257,7 @@ impl Out {
 ///
 /// # Errors
 /// For algorithms, kernels and blend modes that do not draw colours.
-pub(super) fn color_settings(settings: Settings, are_labels: bool) -> Result<Settings, Error> {
+pub(super) fn color_settings(settings: Settings, are_smooth: bool) -> Result<Settings, Error> {
     if settings.blend != Blend::Composite {
         return Err(refused("blend", "reduces single values"));
     }
@@ -269,7 +274,7 @@ pub(super) fn color_settings(settings: Settings, are_labels: bool) -> Result<Set
         Algorithm::Raycast { kernel, step } => Algorithm::Raycast { kernel: positive(kernel), step },
         _ => return Err(refused("algorithm", "classifies single values")),
     };
-    let smoothed = are_labels.then_some(GradientEstimator::Gaussian(LABEL_SMOOTHING));
+    let smoothed = are_smooth.then_some(GradientEstimator::Gaussian(LABEL_SMOOTHING));
     Ok(Settings { algorithm, gradient: settings.gradient.or(smoothed), ..settings })
 }
 

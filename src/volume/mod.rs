@@ -32,7 +32,7 @@ pub(crate) use description::Stored;
 pub use format::{Level, OpenOptions};
 pub use grid::Grid;
 pub(crate) use labels::grid_over;
-pub use labels::{Label, LabelChange, LabelLayer, LabelTable, LabelVisibility, Labels};
+pub use labels::{Label, LabelChange, LabelLayer, LabelSurfaces, LabelTable, LabelVisibility, Labels};
 pub(crate) use part::Held;
 pub use part::VolumePart;
 pub use rescale::Rescale;

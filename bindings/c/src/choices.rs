@@ -3,6 +3,7 @@
 use crate::boundary::Failure;
 use layersplat::settings::LightGrid;
 use layersplat::slice::SliceAxis;
+use layersplat::volume::LabelSurfaces;
 use layersplat::{GradientEstimator, Kernel, Quality, volume};
 
 /// Type of a voxel.
@@ -126,6 +127,16 @@ pub enum ColorOpacityChoice {
     Background = 2,
 }
 
+/// Surfaces of labels that are drawn by themselves.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub enum LabelSurfacesChoice {
+    /// Opacities and colours change over two voxels between labels, and gradients are smoothed unless the settings state them.
+    Smooth = 0,
+    /// Each voxel has the extinction and colour of its label.
+    Voxels = 1,
+}
+
 /// Projection of a camera.
 #[repr(C)]
 #[derive(Clone, Copy)]
@@ -185,9 +196,19 @@ from_number!(GradientChoice, "gradient", Automatic Central Sobel Own Gaussian);
 from_number!(BlendChoice, "blend mode", Composite Maximum Minimum Average Iso);
 from_number!(LightGridChoice, "light grid", Full Half Quarter);
 from_number!(ColorOpacityChoice, "color opacity", Alpha Luminance Background);
+from_number!(LabelSurfacesChoice, "kind of label surfaces", Smooth Voxels);
 from_number!(ProjectionChoice, "projection", Parallel Perspective);
 from_number!(PixelFormat, "pixel format", Rgba8 Floats);
 from_number!(SliceAxisChoice, "slice axis", X Y Z Axial Coronal Sagittal);
+
+impl From<LabelSurfacesChoice> for LabelSurfaces {
+    fn from(chosen: LabelSurfacesChoice) -> Self {
+        match chosen {
+            LabelSurfacesChoice::Smooth => Self::Smooth,
+            LabelSurfacesChoice::Voxels => Self::Voxels,
+        }
+    }
+}
 
 impl From<SliceAxisChoice> for SliceAxis {
     fn from(chosen: SliceAxisChoice) -> Self {

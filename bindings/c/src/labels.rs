@@ -3,7 +3,7 @@
 use crate::boundary::{Failure, Out, borrowed, free, guard, text, values};
 use crate::renderer::with_whole;
 use crate::volume::checked;
-use crate::{Colors, Device, Grid, Renderer, Status};
+use crate::{Colors, Device, Grid, LabelSurfacesChoice, Renderer, Status};
 use layersplat::OpenOptions;
 use layersplat::renderer::{self, UploadedColors, UploadedVolume};
 use layersplat::volume::{Label as OurLabel, LabelChange, LabelLayer, LabelTable, Labels, ScalarType, VoxelType};
@@ -79,10 +79,10 @@ fn uploaded(device: &Device, labels: &Labels) -> Result<Colors, Failure> {
     let uploaded = labels.layers().iter().map(upload).collect::<Result<Vec<_>, _>>()?;
     let palettes: Vec<_> = labels.layers().iter().map(LabelLayer::palette).collect();
     let layers: Vec<_> = uploaded.iter().zip(palettes.iter().map(Vec::as_slice)).collect();
-    Ok(Colors(UploadedColors::from_labels(&layers)?))
+    Ok(Colors(UploadedColors::from_labels(&layers, labels.surfaces())?))
 }
 
-/// Uploads labels, which are drawn as smooth surfaces. Voxels are ids, of LAYERSPLAT_VOXEL_TYPE_UINT8 or _UINT16, contiguous and x fastest;
+/// Uploads labels, which are drawn with `surfaces`, a layersplat_label_surfaces. Voxels are ids, of LAYERSPLAT_VOXEL_TYPE_UINT8 or _UINT16, contiguous and x fastest;
 /// `bytes` is the total size. Ids without a label are opaque, in a colour that depends on the id. To be freed by layersplat_colors_free().
 #[unsafe(no_mangle)]
 #[allow(clippy::too_many_arguments)] // Those of layersplat_volume_copy(), and three more.
@@ -94,21 +94,23 @@ pub unsafe extern "C" fn layersplat_labels_new(
     grid: *const Grid,
     labels: *const Label,
     label_count: usize,
+    surfaces: i32,
     colors: *mut *mut Colors,
 ) -> Status {
     guard(|| {
         // SAFETY: upheld by the caller, here and below.
         let out = unsafe { Out::handle(colors, "colors") }?;
         let device = unsafe { borrowed(device, "device") }?;
+        let surfaces = LabelSurfacesChoice::from_number(surfaces)?.into();
         let labels = unsafe { labels_in_memory(voxels, bytes, voxel_type, grid, labels, label_count) }?;
-        out.set_handle(uploaded(device, &labels)?);
+        out.set_handle(uploaded(device, &labels.with_surfaces(surfaces))?);
         Ok(())
     })
 }
 
 /// Opens and uploads a file of labels: .seg.nrrd, NIfTI, OME-Zarr, or any volume of whole numbers up to 4294967295. Names and colours come from
 /// the file `table`; null: from the volume's own metadata. `changes` are texts that change the table, such as 3,7-9:#ff0000:0.4 or liver:only:
-/// colour, opacity, and show, hide, only or highlight. To be freed by layersplat_colors_free().
+/// colour, opacity, and show, hide, only or highlight. `surfaces`: as for layersplat_labels_new(). To be freed by layersplat_colors_free().
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn layersplat_labels_open(
     device: *const Device,
@@ -116,20 +118,22 @@ pub unsafe extern "C" fn layersplat_labels_open(
     table: *const c_char,
     changes: *const *const c_char,
     change_count: usize,
+    surfaces: i32,
     colors: *mut *mut Colors,
 ) -> Status {
     guard(|| {
         // SAFETY: upheld by the caller, here and below.
         let out = unsafe { Out::handle(colors, "colors") }?;
         let device = unsafe { borrowed(device, "device") }?;
+        let surfaces = LabelSurfacesChoice::from_number(surfaces)?.into();
         let labels = unsafe { labels_of_file(source, table, changes, change_count) }?;
-        out.set_handle(uploaded(device, &labels)?);
+        out.set_handle(uploaded(device, &labels.with_surfaces(surfaces))?);
         Ok(())
     })
 }
 
-/// Uploads the colours of labels, which a volume is drawn in: one or two bytes per voxel. The arguments are those of layersplat_labels_new().
-/// To be freed by layersplat_label_colors_free().
+/// Uploads the colours of labels, which a volume is drawn in: one or two bytes per voxel. The arguments are those of layersplat_labels_new(),
+/// without surfaces. To be freed by layersplat_label_colors_free().
 #[unsafe(no_mangle)]
 #[allow(clippy::too_many_arguments)] // Those of layersplat_labels_new().
 pub unsafe extern "C" fn layersplat_label_colors_new(
@@ -152,8 +156,8 @@ pub unsafe extern "C" fn layersplat_label_colors_new(
     })
 }
 
-/// Opens a file of labels and uploads their colours, which a volume is drawn in. The arguments are those of layersplat_labels_open(). To be
-/// freed by layersplat_label_colors_free().
+/// Opens a file of labels and uploads their colours, which a volume is drawn in. The arguments are those of layersplat_labels_open(),
+/// without surfaces. To be freed by layersplat_label_colors_free().
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn layersplat_label_colors_open(
     device: *const Device,

@@ -135,16 +135,20 @@ fn colours_and_labels_are_drawn() {
     assert!(b > 1.0);
 
     let ids = middle(&[9]);
-    let labels = |table: &[Label]| {
+    let labels_with = |table: &[Label], surfaces: i32| {
         let (first, bytes) = (ids.as_ptr().cast::<c_void>(), ids.len());
         // SAFETY: all arguments are alive.
-        made(|out| unsafe { layersplat_labels_new(scene.device, first, bytes, uint8, &grid, table.as_ptr(), table.len(), out) })
+        made(|out| unsafe {
+            layersplat_labels_new(scene.device, first, bytes, uint8, &grid, table.as_ptr(), table.len(), surfaces, out)
+        })
     };
+    let labels = |table: &[Label]| labels_with(table, LabelSurfacesChoice::Smooth as i32);
     let blue = Label { id: 9, color: [0.0, 0.0, 1.0], opacity: 1.0 };
     let [r, _, b] = drawn(labels(&[blue, Label { id: 300, ..blue }]));
     assert!(b > 3.0 * r && b > 1.0, "{r} {b}");
     assert_eq!(drawn(labels(&[Label { opacity: 0.0, ..blue }])), [0.0; 3]);
     assert!(drawn(labels(&[])).iter().sum::<f32>() > 1.0);
+    assert!(drawn(labels_with(&[blue], LabelSurfacesChoice::Voxels as i32)) != drawn(labels(&[blue])));
 
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("ids_12x12x12_uint8.raw");
@@ -153,7 +157,7 @@ fn colours_and_labels_are_drawn() {
     let change = CString::new("9:#ff0000").unwrap();
     // SAFETY: all arguments are alive.
     unsafe {
-        let opened = |out| layersplat_labels_open(scene.device, source.as_ptr(), null(), [change.as_ptr()].as_ptr(), 1, out);
+        let opened = |out| layersplat_labels_open(scene.device, source.as_ptr(), null(), [change.as_ptr()].as_ptr(), 1, 0, out);
         let [r, _, b] = drawn(made(opened));
         assert!(r > 3.0 * b && r > 1.0, "{r} {b}");
         // The renderer of a volume takes colours too.
@@ -266,10 +270,14 @@ fn wrong_channels_and_colours_are_refused() {
     unsafe {
         let (device, first, uint8) = (scene.device, zeros.as_ptr().cast(), VoxelType::Uint8 as i32);
         let bad = Label { id: 0, color: [0.0; 3], opacity: 1.0 };
-        let message = refused(layersplat_labels_new(device, first, 8, uint8, &grid, &bad, 1, &mut out), Status::InvalidArgument);
+        let message =
+            refused(layersplat_labels_new(device, first, 8, uint8, &grid, &bad, 1, 0, &mut out), Status::InvalidArgument);
         assert!(message.contains("label id"), "{message}");
+        let message =
+            refused(layersplat_labels_new(device, first, 8, uint8, &grid, null(), 0, 2, &mut out), Status::InvalidArgument);
+        assert!(message.contains("2 is not a valid kind of label surfaces"), "{message}");
         let missing = CString::new("none.nrrd").unwrap();
-        refused(layersplat_labels_open(device, missing.as_ptr(), null(), null(), 0, &mut out), Status::File);
+        refused(layersplat_labels_open(device, missing.as_ptr(), null(), null(), 0, 0, &mut out), Status::File);
         refused(layersplat_renderer_from_colors(null(), &mut null_mut()), Status::NullArgument);
         layersplat_uploaded_free(voxels);
         layersplat_uploaded_free(null_mut());

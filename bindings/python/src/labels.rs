@@ -4,26 +4,27 @@ use crate::argument::{Argument, extract};
 use crate::arrays;
 use crate::calls::abandonable;
 use crate::camera::Framing;
-use crate::errors::Result;
+use crate::errors::{Result, unknown};
 use crate::uploads::Voxels;
 use crate::volume::{Affine, grid};
 use crate::warned::{warn, warned};
 use layersplat::renderer::{LabelColors, UploadedColors, UploadedVolume};
 use layersplat::viewer::IndexedLabels;
-use layersplat::volume::{Label, LabelChange, LabelLayer, LabelTable, Labels as Ours};
+use layersplat::volume::{Label, LabelChange, LabelLayer, LabelSurfaces, LabelTable, Labels as Ours};
 use layersplat::{Device, Error, OpenOptions};
 use numpy::{PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::path::PathBuf;
 
-/// A volume of labels, drawn by Renderer(labels): smooth surfaces in the colours of a table. Ids are never mixed.
+/// A volume of labels, drawn by Renderer(labels): surfaces in the colours of a table. Ids are never mixed.
 ///
 /// data: an array (z, y, x) of ids, whole numbers from 0, the background, to 2³² − 1, with at most 65535 different ones; or an image object, see
 /// Volume. table: a dict from ids to a name, a colour (#rrggbb, or red, green, blue and possibly opacity, 0 … 1), or a dict with any of
 /// name, color, opacity and visible; or a file: look-up tables of FreeSurfer, ITK-SNAP and 3D Slicer, or JSON. Ids without an entry are
 /// opaque, in a colour that depends on the id. changes: texts such as 3,7-9:#ff0000:0.4 or liver:only, which change the table: colour,
-/// opacity, and show, hide, only or highlight. spacing: one number, or one per axis of the data.
+/// opacity, and show, hide, only or highlight. spacing: one number, or one per axis of the data. surfaces: smooth, or voxels for those of the
+/// voxels.
 ///
 /// Labels are drawn in point-sampled layers with the blend mode composite. Renderer.set_label_colors draws a volume in their colours.
 #[pyclass(frozen, module = "layersplat")]
@@ -61,7 +62,7 @@ impl Drawn {
         let uploaded = self.voxels.iter().map(|voxels| voxels.on(device)).collect::<std::result::Result<Vec<_>, _>>()?;
         let palettes = self.all.palettes(&self.tables());
         let layers: Vec<(&UploadedVolume, &[[f64; 4]])> = uploaded.iter().zip(palettes.iter().map(Vec::as_slice)).collect();
-        UploadedColors::from_labels(&layers)
+        UploadedColors::from_labels(&layers, self.all.labels().surfaces())
     }
 
     /// Their colours for a scan.
@@ -101,6 +102,15 @@ fn changes_from(texts: Option<Vec<String>>) -> Result<Vec<LabelChange>> {
     Ok(texts.unwrap_or_default().iter().map(|text| text.parse()).collect::<std::result::Result<_, Error>>()?)
 }
 
+/// The surfaces with a name.
+fn surfaces_named(name: &str) -> Result<LabelSurfaces> {
+    match name {
+        "smooth" => Ok(LabelSurfaces::Smooth),
+        "voxels" => Ok(LabelSurfaces::Voxels),
+        other => Err(unknown("surfaces", other, "smooth or voxels")),
+    }
+}
+
 impl Labels {
     pub fn drawn(&self) -> &Drawn {
         &self.0
@@ -110,16 +120,18 @@ impl Labels {
 #[pymethods]
 impl Labels {
     #[new]
-    #[pyo3(signature = (data, table = None, spacing = None, *, changes = None))]
+    #[pyo3(signature = (data, table = None, spacing = None, *, changes = None, surfaces = Argument::Default("smooth".into())))]
     fn new(
         data: &Bound<PyAny>,
         table: Option<&Bound<PyAny>>,
         spacing: Option<&Bound<PyAny>>,
         changes: Option<Argument<Vec<String>>>,
+        surfaces: Argument<String>,
     ) -> Result<Self> {
-        extract!(changes);
+        extract!(changes, surfaces);
         let py = data.py();
         let changes = changes_from(changes)?;
+        let surfaces = surfaces_named(&surfaces)?;
         let fields = py.import("layersplat._fields")?;
         let table: Option<Table> = fields.call_method1("table", (table,))?.extract()?;
         let (array, affine): (Bound<PyUntypedArray>, Affine) = fields.call_method1("ids", (data, spacing))?.extract()?;
@@ -128,31 +140,33 @@ impl Labels {
         let (numbers, scalar) = arrays::numbers(&array)?;
         abandonable(py, move || {
             let table = table.map(Table::open).transpose()?.unwrap_or_default();
-            let mut labels = Ours::from_numbers("labels", grid, numbers, scalar, table)?;
+            let mut labels = Ours::from_numbers("labels", grid, numbers, scalar, table)?.with_surfaces(surfaces);
             changes.iter().try_for_each(|change| labels.change(change))?;
             Ok(Self(Drawn::new(labels)?))
         })
     }
 
     /// Opens a file: .seg.nrrd, also with segments that overlap, NIfTI, OME-Zarr, or any volume of whole numbers. Names and colours come from
-    /// table, otherwise from the volume's own metadata. table and changes: see Labels.
+    /// table, otherwise from the volume's own metadata. table, changes and surfaces: see Labels.
     #[staticmethod]
-    #[pyo3(signature = (path, table = None, *, changes = None))]
+    #[pyo3(signature = (path, table = None, *, changes = None, surfaces = Argument::Default("smooth".into())))]
     fn open(
         py: Python,
         path: Argument<PathBuf>,
         table: Option<&Bound<PyAny>>,
         changes: Option<Argument<Vec<String>>>,
+        surfaces: Argument<String>,
     ) -> Result<Self> {
-        extract!(path, changes);
+        extract!(path, changes, surfaces);
         let changes = changes_from(changes)?;
+        let surfaces = surfaces_named(&surfaces)?;
         let table: Option<Table> = py.import("layersplat._fields")?.call_method1("table", (table,))?.extract()?;
         let (drawn, warnings) = warned(py, move || {
             let (file, entries) = match table {
                 Some(Table::File(file)) => (Some(file), None),
                 other => (None, other.map(Table::open).transpose()?),
             };
-            let mut labels = Ours::open(path, &OpenOptions::default(), file.as_deref())?;
+            let mut labels = Ours::open(path, &OpenOptions::default(), file.as_deref())?.with_surfaces(surfaces);
             if let Some(table) = entries {
                 labels = labels.with_table(&table);
             }

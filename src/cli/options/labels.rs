@@ -2,9 +2,9 @@
 
 use super::mask::Mask;
 use crate::Error;
-use crate::cli::parse;
-use crate::volume::{LabelChange, Labels, OpenOptions, Sequence, Volume};
-use clap::Args;
+use crate::cli::{names, parse};
+use crate::volume::{LabelChange, LabelSurfaces, Labels, OpenOptions, Sequence, Volume};
+use clap::{Args, ValueEnum};
 use std::path::{Path, PathBuf};
 
 /// Labels of the voxels, and changes of how they look.
@@ -21,9 +21,27 @@ pub(in crate::cli) struct LabelOptions {
     /// Draw the volume in the colours of the labels of FILE, with its own opacities; --labels and --label then mean FILE
     #[arg(long, value_name = "FILE")]
     label_colors: Option<PathBuf>,
+    /// Surfaces of labels that are drawn by themselves: smooth ones, or those of the voxels [default: smooth]
+    #[arg(long, value_name = "NAME", value_parser = names::of_enum::<LabelSurfacesName>(), conflicts_with = "label_colors")]
+    label_surfaces: Option<LabelSurfacesName>,
     /// Show only what lies within labels of FILE: all of them, or IDS as for --label
     #[arg(long, value_name = "FILE[:IDS]", value_parser = Mask::from_text)]
     mask: Option<Mask>,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum LabelSurfacesName {
+    Smooth,
+    Voxels,
+}
+
+impl From<LabelSurfacesName> for LabelSurfaces {
+    fn from(name: LabelSurfacesName) -> Self {
+        match name {
+            LabelSurfacesName::Smooth => Self::Smooth,
+            LabelSurfacesName::Voxels => Self::Voxels,
+        }
+    }
 }
 
 impl LabelOptions {
@@ -43,7 +61,7 @@ impl LabelOptions {
 
     /// Whether the options say that the voxels of the volume are labels.
     pub fn is_given(&self) -> bool {
-        self.label_colors.is_none() && (self.labels.is_some() || !self.label.is_empty())
+        self.label_colors.is_none() && (self.labels.is_some() || !self.label.is_empty() || self.label_surfaces.is_some())
     }
 
     /// The labels that colour the volume, with all changes.
@@ -60,7 +78,7 @@ impl LabelOptions {
     /// Labels with the changes that the options ask for.
     fn changed(&self, mut labels: Labels) -> Result<Labels, Error> {
         self.label.iter().try_for_each(|change| labels.change(change))?;
-        Ok(labels)
+        Ok(labels.with_surfaces(self.label_surfaces.map_or_else(LabelSurfaces::default, LabelSurfaces::from)))
     }
 
     /// Opens the labels of a file and applies all changes; `None` if neither the options nor the file say that its voxels are labels.

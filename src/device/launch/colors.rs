@@ -1,7 +1,7 @@
 //! Kernels of volumes of colours.
 
 use super::layered::{PointLattice, Segments};
-use super::structs::{Clipping, ColorVoxelParams, Float4, RayLatticeParams, SampleParams, VolumeView};
+use super::structs::{Clipping, ColorVoxelParams, Float4, LabelVoxelParams, RayLatticeParams, SampleParams, VolumeView};
 use super::{Defines, Floats, Items, Launch, Rendering, VoxelBuffer, VoxelKind, kernel, large_grid, tiles};
 use crate::device::{Buffer, Tuning};
 use crate::layers::Kernel;
@@ -86,10 +86,7 @@ kernel! {
         labels: &'a VoxelBuffer,
         /// Extinction times red, green, blue, and extinction, per label.
         entries: &'a Buffer<Float4>,
-        entry_count: i32,
-        /// To what the fields hold: labels that overlap.
-        adds: i32,
-        count: u64,
+        p: LabelVoxelParams,
         out_red: Floats<'a>,
         out_green: Floats<'a>,
         out_blue: Floats<'a>,
@@ -99,13 +96,13 @@ kernel! {
 
 impl Launch for LabelVoxels {
     type Variant = VoxelKind;
-    const ITEMS: Items = Items::Pixels;
+    const ITEMS: Items = Items::Tiles;
 
     fn defines(tuning: &Tuning, voxels: VoxelKind) -> String {
         Defines::new(tuning.vector_width).with_values(voxels).0
     }
 
     fn items(a: &LabelVoxelsArguments, _: &Tuning) -> usize {
-        large_grid(a.count as usize)
+        a.p.dims[1..].iter().map(|&n| n as usize).product()
     }
 }

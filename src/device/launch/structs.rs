@@ -103,6 +103,18 @@ kernel_struct! {
 }
 
 kernel_struct! {
+    /// How voxels of labels become extinctions and colours.
+    LabelVoxelParams {
+        dims as [dims_x, dims_y, dims_z]: i32,
+        entry_count: i32,
+        /// 1: opacities and colours change over two voxels between labels.
+        smooth: i32,
+        /// 1: to what the fields hold, the labels of other layers.
+        adds: i32,
+    }
+}
+
+kernel_struct! {
     /// Where the colours of labels lie (tint.cl).
     TintParams {
         /// Rows of the affine transform from voxels along u, v, a to voxels of the labels along x, y, z.
@@ -483,6 +495,7 @@ pub(in crate::device) fn typedefs() -> String {
         FieldParams::typedef(),
         ClassificationParams::typedef(),
         LightVolumeParams::typedef(),
+        LabelVoxelParams::typedef(),
         TintParams::typedef(),
         LightSweepParams::typedef(),
         LightParams::typedef(),

@@ -40,7 +40,7 @@ pub(in crate::renderer) struct Fields {
 #[derive(Clone)]
 struct Colors {
     fields: [Field; 3],
-    are_labels: bool,
+    are_smooth: bool,
 }
 
 /// A field at the voxels of a common grid.
@@ -185,7 +185,7 @@ impl Fields {
         self.resampled.clear();
         self.first_grid = volume.description().grid().clone();
         self.first.set(&Channel::new(&volume, &transfer), volume.field.for_renderer());
-        self.colors = Some(Colors { fields: colors.colors.clone(), are_labels: colors.are_labels });
+        self.colors = Some(Colors { fields: colors.colors.clone(), are_smooth: colors.are_smooth });
     }
 
     /// Draws the first field in the colours of labels, or in its own.
@@ -312,7 +312,7 @@ impl Fields {
             self.check_label_colors(labels, &settings)?;
         }
         match &self.colors {
-            Some(colors) => color_settings(settings, colors.are_labels),
+            Some(colors) => color_settings(settings, colors.are_smooth),
             None => Ok(settings),
         }
     }

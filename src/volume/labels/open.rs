@@ -3,7 +3,7 @@
 use super::Declared;
 use super::change::change_all;
 use super::ids::Ids;
-use super::{Label, LabelChange, LabelTable};
+use super::{Label, LabelChange, LabelSurfaces, LabelTable};
 use crate::error::Error;
 use crate::volume::wide::Numbers;
 use crate::volume::{Contents, Endian, Grid, OpenOptions, Rescale, ScalarType, Volume, format};
@@ -38,6 +38,7 @@ const LISTED: usize = 8;
 #[derive(Clone, Debug)]
 pub struct Labels {
     pub(super) layers: Vec<LabelLayer>,
+    surfaces: LabelSurfaces,
 }
 
 /// Labels that do not overlap: each voxel has one, or none. Clones share the numbers of voxels.
@@ -96,7 +97,7 @@ impl Labels {
                 LabelLayer::open(path, &options, given.clone().unwrap_or(own), is_named)
             })
             .collect();
-        Ok(Self { layers: layers? })
+        Ok(Self { layers: layers?, surfaces: LabelSurfaces::default() })
     }
 
     /// Labels of numbers in memory, one layer, x fastest, in this machine's byte order. Ids without an entry in the table get a
@@ -128,7 +129,7 @@ impl Labels {
         }
         let stored = Stored { bytes: Arc::new(numbers), scalar, endian: Endian::NATIVE, rescale: Rescale::default() };
         let (layer, _) = LabelLayer::new(path, grid, stored, Contents::default(), table)?;
-        Ok(Self { layers: vec![layer] })
+        Ok(Self { layers: vec![layer], surfaces: LabelSurfaces::default() })
     }
 
     /// The labels with other names and looks, in all layers. Ids without an entry get a [default colour](LabelTable::default_color).
@@ -148,6 +149,16 @@ impl Labels {
         let path = source.as_ref();
         let is_builtin = path.to_str().is_some_and(|name| name.starts_with("builtin:"));
         Ok(!is_builtin && format::labels(path, options)?.is_some())
+    }
+
+    /// The labels with other surfaces.
+    pub fn with_surfaces(self, surfaces: LabelSurfaces) -> Self {
+        Self { surfaces, ..self }
+    }
+
+    /// The surfaces with which they are drawn.
+    pub fn surfaces(&self) -> LabelSurfaces {
+        self.surfaces
     }
 
     /// Name of the file, for messages.
