@@ -122,6 +122,11 @@ fn labels_of_a_file_are_drawn_as_such() {
     assert!(
         picture(f, &[labels, "--label", &format!("{name}:hide"), "--fit", "volume"]) != picture(f, &[labels, "--fit", "volume"])
     );
+    assert!(picture(f, &[labels, "--label-surfaces", "smooth", "--legend"]) == all);
+    assert!(picture(f, &[labels, "--label-surfaces", "voxels", "--legend"]) != all);
+    // Voxels of other files become labels by this option, too.
+    refused(f, &["render", "builtin:gyroid@16", "--label-surfaces", "voxels", "-o", "no.png"], 1, &["values, not labels"]);
+    refused(f, &["render", labels, "--label-surfaces", "round", "-o", "no.png"], 2, &["round", "smooth", "voxels"]);
 }
 
 /// Depths of labels come with the ids that are seen there: of visible ones, and none beside them.

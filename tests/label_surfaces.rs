@@ -1,6 +1,5 @@
 //! Surfaces of labels: the definition of smooth ones in f64, the extinction through a plane, and silhouettes.
 
-#[allow(dead_code)] // Each test program uses a part.
 mod common;
 
 use common::{device, largest_opacity, parallel, viewport};
@@ -85,7 +84,7 @@ fn smooth_surfaces_have_their_definition() {
         };
         // Half of them in blocks, so that flat surroundings occur.
         let mut labels: Vec<u8> = (0..dims.iter().product())
-            .map(|n: usize| if n / 13 % 2 == 0 { next() % 5 } else { 1 + (n / 40 % 3) as u8 })
+            .map(|n: usize| if (n / 13).is_multiple_of(2) { next() % 5 } else { 1 + (n / 40 % 3) as u8 })
             .collect();
         labels[0] = 1;
         let volume = Volume::new("labels", Grid::new(dims, DVec3::ONE).unwrap(), labels.clone()).unwrap();

@@ -3,7 +3,7 @@
 use crate::error::Error;
 
 /// Field names as in [`Error::fields`], and the options that set them; sorted by field.
-const OPTIONS: [(&str, &str); 70] = [
+const OPTIONS: [(&str, &str); 71] = [
     ("algorithm", "--algorithm"),
     ("ambient_occlusion", "--ambient-occlusion on|off"),
     ("ao_reach", "--ao-reach inf|LENGTH"),
@@ -42,6 +42,7 @@ const OPTIONS: [(&str, &str); 70] = [
     ("kernel", "--kernel cubic|linear|catmull-rom|bspline|gaussian"),
     ("label", "--label IDS:CHANGES"),
     ("label_colors", "--label-colors FILE"),
+    ("label_surfaces", "--label-surfaces smooth|voxels"),
     ("labels", "--labels=TABLE"),
     ("layer_axis", "--layer-axis auto|x|y|z"),
     ("level", "--level N|auto"),

@@ -387,6 +387,7 @@ pub const UNCHANGED: &[(&str, &str)] = &[
     ("--mask", "draws voxels within labels; tests/command_channels.rs"),
     ("--label-colors", "draws the colours of labels; tests/command_channels.rs"),
     ("--label", "draws labels; tests/command_channels.rs"),
+    ("--label-surfaces", "draws labels; tests/command_channels.rs"),
     ("--series", "chooses one of several series of DICOM images; tests/command_volumes.rs"),
     ("--level", "chooses one of several resolutions; tests/command_volumes.rs"),
     ("--array", "chooses one of several arrays; tests/command_volumes.rs"),

@@ -297,6 +297,20 @@ typedef enum layersplat_color_opacity {
 } layersplat_color_opacity;
 
 /**
+ * Surfaces of labels that are drawn by themselves.
+ */
+typedef enum layersplat_label_surfaces {
+  /**
+   * Opacities and colours change over two voxels between labels, and gradients are smoothed unless the settings state them.
+   */
+  LAYERSPLAT_LABEL_SURFACES_SMOOTH = 0,
+  /**
+   * Each voxel has the extinction and colour of its label.
+   */
+  LAYERSPLAT_LABEL_SURFACES_VOXELS = 1,
+} layersplat_label_surfaces;
+
+/**
  * Projection of a camera.
  */
 typedef enum layersplat_projection {
@@ -1251,7 +1265,7 @@ enum layersplat_status layersplat_renderer_in_place(const struct layersplat_devi
                                                     struct layersplat_renderer **renderer);
 
 /**
- * Uploads labels, which are drawn as smooth surfaces. Voxels are ids, of LAYERSPLAT_VOXEL_TYPE_UINT8 or _UINT16, contiguous and x fastest;
+ * Uploads labels, which are drawn with `surfaces`, a layersplat_label_surfaces. Voxels are ids, of LAYERSPLAT_VOXEL_TYPE_UINT8 or _UINT16, contiguous and x fastest;
  * `bytes` is the total size. Ids without a label are opaque, in a colour that depends on the id. To be freed by layersplat_colors_free().
  */
 enum layersplat_status layersplat_labels_new(const struct layersplat_device *device,
@@ -1261,23 +1275,25 @@ enum layersplat_status layersplat_labels_new(const struct layersplat_device *dev
                                              const struct layersplat_grid *grid,
                                              const struct layersplat_label *labels,
                                              size_t label_count,
+                                             int32_t surfaces,
                                              struct layersplat_colors **colors);
 
 /**
  * Opens and uploads a file of labels: .seg.nrrd, NIfTI, OME-Zarr, or any volume of whole numbers up to 4294967295. Names and colours come from
  * the file `table`; null: from the volume's own metadata. `changes` are texts that change the table, such as 3,7-9:#ff0000:0.4 or liver:only:
- * colour, opacity, and show, hide, only or highlight. To be freed by layersplat_colors_free().
+ * colour, opacity, and show, hide, only or highlight. `surfaces`: as for layersplat_labels_new(). To be freed by layersplat_colors_free().
  */
 enum layersplat_status layersplat_labels_open(const struct layersplat_device *device,
                                               const char *source,
                                               const char *table,
                                               const char *const *changes,
                                               size_t change_count,
+                                              int32_t surfaces,
                                               struct layersplat_colors **colors);
 
 /**
- * Uploads the colours of labels, which a volume is drawn in: one or two bytes per voxel. The arguments are those of layersplat_labels_new().
- * To be freed by layersplat_label_colors_free().
+ * Uploads the colours of labels, which a volume is drawn in: one or two bytes per voxel. The arguments are those of layersplat_labels_new(),
+ * without surfaces. To be freed by layersplat_label_colors_free().
  */
 enum layersplat_status layersplat_label_colors_new(const struct layersplat_device *device,
                                                    const void *voxels,
@@ -1289,8 +1305,8 @@ enum layersplat_status layersplat_label_colors_new(const struct layersplat_devic
                                                    struct layersplat_label_colors **colors);
 
 /**
- * Opens a file of labels and uploads their colours, which a volume is drawn in. The arguments are those of layersplat_labels_open(). To be
- * freed by layersplat_label_colors_free().
+ * Opens a file of labels and uploads their colours, which a volume is drawn in. The arguments are those of layersplat_labels_open(),
+ * without surfaces. To be freed by layersplat_label_colors_free().
  */
 enum layersplat_status layersplat_label_colors_open(const struct layersplat_device *device,
                                                     const char *source,

@@ -179,6 +179,10 @@ def test_labels_have_the_colours_of_a_table(arrays, ids):
     labels = Labels(voxels, table)
     assert labels.table[ids[1]] == {"name": "right", "color": (0.0, 0.0, 1.0), "opacity": 0.9, "visible": True}
     assert (layersplat.render(labels, **view) == picture).all()
+    assert (layersplat.render(Labels(voxels, table, surfaces="smooth"), **view) == picture).all()
+    assert (layersplat.render(Labels(voxels, table, surfaces="voxels"), **view) != picture).any()
+    with pytest.raises(layersplat.InvalidValue, match="smooth or voxels"):
+        Labels(voxels, table, surfaces="round")
     assert (layersplat.render(Labels(voxels, labels.table), **view) == picture).all()
     only = Labels(voxels, table, changes=["right:only"])
     assert [look["visible"] for look in only.table.values()] == [False, True]
@@ -191,6 +195,8 @@ def test_labels_are_opened_with_a_table(tmp_path, arrays):
     (tmp_path / "table.json").write_text('{"labels": [{"id": 9, "name": "ball", "color": "#00ff00"}]}')
     labels = Labels.open(tmp_path / "ids.npy", tmp_path / "table.json")
     assert labels.table == {9: {"name": "ball", "color": (0.0, 1.0, 0.0), "opacity": 1.0, "visible": True}}
+    raw = Labels.open(tmp_path / "ids.npy", surfaces="voxels")
+    assert (layersplat.render(raw, **VIEW) != layersplat.render(labels, **VIEW)).any()
     array = np.load(tmp_path / "ids.npy")
     expected = layersplat.render(array, labels=tmp_path / "table.json", **VIEW)
     assert (layersplat.render(labels, **VIEW) == expected).all() and expected[..., 1].max() > 20
