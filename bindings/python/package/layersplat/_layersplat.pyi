@@ -648,13 +648,14 @@ class Colors:
 
 @final
 class Labels:
-    """A volume of labels, drawn by Renderer(labels): smooth surfaces in the colours of a table. Ids are never mixed.
+    """A volume of labels, drawn by Renderer(labels): surfaces in the colours of a table. Ids are never mixed.
 
     data: an array (z, y, x) of ids, whole numbers from 0, the background, to 2³² − 1, with at most 65535 different ones; or an image
     object, see Volume. table: a dict from ids to a name, a colour (#rrggbb, or red, green, blue and possibly opacity, 0 … 1), or a dict
     with any of name, color, opacity and visible; or a file: look-up tables of FreeSurfer, ITK-SNAP and 3D Slicer, or JSON. Ids without
     an entry are opaque, in a colour that depends on the id. changes: texts such as 3,7-9:#ff0000:0.4 or liver:only, which change the
-    table: colour, opacity, and show, hide, only or highlight. spacing: one number, or one per axis of the data.
+    table: colour, opacity, and show, hide, only or highlight. spacing: one number, or one per axis of the data. surfaces: smooth, or
+    voxels for those of the voxels.
 
     Labels are drawn in point-sampled layers with the blend mode composite. Renderer.set_label_colors draws a volume in their colours.
     """
@@ -666,11 +667,18 @@ class Labels:
         spacing: Optional[Union[float, Sequence[float]]] = None,
         *,
         changes: Optional[Sequence[str]] = None,
+        surfaces: Literal["smooth", "voxels"] = "smooth",
     ) -> Labels: ...
     @staticmethod
-    def open(path: Path, table: Any = None, *, changes: Optional[Sequence[str]] = None) -> Labels:
+    def open(
+        path: Path,
+        table: Any = None,
+        *,
+        changes: Optional[Sequence[str]] = None,
+        surfaces: Literal["smooth", "voxels"] = "smooth",
+    ) -> Labels:
         """Opens a file: .seg.nrrd, also with segments that overlap, NIfTI, OME-Zarr, or any volume of whole numbers. Names and colours come
-        from table, otherwise from the volume's own metadata. table and changes: see Labels.
+        from table, otherwise from the volume's own metadata. table, changes and surfaces: see Labels.
         """
     def changed(self, changes: Sequence[str]) -> Labels:
         """A copy after further changes, see Labels. It shares the voxels."""
