@@ -4,9 +4,9 @@ use crate::annotation::{Legend, LegendEntry};
 use crate::device::Device;
 use crate::error::Error;
 use crate::framing::Framing;
-use crate::renderer::{ColorOpacity, FieldKind, UploadedColors, UploadedVolume};
+use crate::renderer::{ColorOpacity, FieldKind, LabelColors, UploadedColors, UploadedVolume};
 use crate::transfer::TransferFunction;
-use crate::volume::{Label, LabelChange, LabelTable, Labels, Volume, VoxelType};
+use crate::volume::{Description, Label, LabelChange, LabelLayer, LabelTable, Labels, Volume, VoxelType};
 
 /// What a picture shows instead of values.
 pub enum Shown {
@@ -19,28 +19,90 @@ pub enum Shown {
         /// Norms of the vectors.
         norms: Box<Volume<'static>>,
     },
-    /// Labels, and of each layer the volume of indices ([`LabelLayer::indices`](crate::volume::LabelLayer::indices)).
-    Labels(Labels, Vec<Volume<'static>>),
+    /// Labels.
+    Labels(IndexedLabels),
+}
+
+/// Labels, and of each layer the volume of indices ([`LabelLayer::indices`](crate::volume::LabelLayer::indices)). Clones share the voxels.
+#[derive(Clone)]
+pub struct IndexedLabels {
+    labels: Labels,
+    indices: Vec<Volume<'static>>,
 }
 
 /// Opacities of components without alpha, by their share of the full intensity: by luminance, or by the difference from the background. The
 /// noise of a background stays transparent.
 const OPACITIES: [(f64, f64); 4] = [(0.0, 0.0), (0.08, 0.0), (0.5, 0.3), (1.0, 0.3)];
 
-impl Shown {
+impl IndexedLabels {
     /// Labels with the volumes of their indices.
     ///
     /// # Errors
     /// If memory or the temporary folder is too small.
-    pub fn from_labels(labels: Labels) -> Result<Self, Error> {
+    pub fn new(labels: Labels) -> Result<Self, Error> {
         let indices = labels.layers().iter().map(|layer| layer.indices(None)).collect::<Result<_, _>>()?;
-        Ok(Self::Labels(labels, indices))
+        Ok(Self { labels, indices })
     }
 
+    /// The labels.
+    pub fn labels(&self) -> &Labels {
+        &self.labels
+    }
+
+    /// The labels after further changes.
+    ///
+    /// # Errors
+    /// As [`Labels::change`].
+    pub fn changed(mut self, changes: &[LabelChange]) -> Result<Self, Error> {
+        changes.iter().try_for_each(|change| self.labels.change(change))?;
+        Ok(self)
+    }
+
+    /// The labels where they colour a scan.
+    ///
+    /// # Errors
+    /// As [`Labels::over`].
+    pub fn over(self, scan: &Description) -> Result<Self, Error> {
+        let labels = self.labels.over(scan)?;
+        let placed = |(layer, indices): (&LabelLayer, Volume<'static>)| indices.with_grid(layer.grid().clone());
+        let indices = labels.layers().iter().zip(self.indices).map(placed).collect::<Result<_, _>>()?;
+        Ok(Self { labels, indices })
+    }
+
+    /// The layers with the volumes of their indices.
+    pub fn layers(&self) -> impl Iterator<Item = (&LabelLayer, &Volume<'static>)> {
+        self.labels.layers().iter().zip(&self.indices)
+    }
+
+    /// The colours of a scan in labels with these tables ([`Labels::changed_tables`]).
+    ///
+    /// # Errors
+    /// As [`LabelColors::new`].
+    pub fn over_scan(&self, device: &Device, tables: &[LabelTable]) -> Result<LabelColors, Error> {
+        let palettes = self.palettes(tables);
+        let layers: Vec<_> = self.indices.iter().zip(palettes.iter().map(Vec::as_slice)).collect();
+        LabelColors::new(device, &layers)
+    }
+
+    /// Colours and opacities of the indices of each layer.
+    pub fn palettes(&self, tables: &[LabelTable]) -> Vec<Vec<[f64; 4]>> {
+        self.labels.layers().iter().zip(tables).map(|(layer, table)| layer.palette_of(table)).collect()
+    }
+
+    /// Bounds of the voxels of visible labels.
+    pub fn framing(&self, tables: &[LabelTable]) -> Framing {
+        let layers = self.indices.iter().zip(self.palettes(tables)).map(|(indices, palette)| {
+            visible(indices, palette.iter().enumerate().map(|(n, entry)| (n as f64, entry[3])).collect())
+        });
+        layers.reduce(Framing::joined).expect("labels have a layer")
+    }
+}
+
+impl Shown {
     /// The volume that stands for all of them, for its grid and name.
     pub fn volume(&self) -> &Volume<'static> {
         match self {
-            Self::Components(volumes, _) | Self::Labels(_, volumes) => &volumes[0],
+            Self::Components(volumes, _) | Self::Labels(IndexedLabels { indices: volumes, .. }) => &volumes[0],
             Self::Vectors { norms, .. } => norms,
         }
     }
@@ -75,16 +137,12 @@ impl Shown {
     pub fn tables(&self, changes: &[LabelChange]) -> Result<Vec<LabelTable>, Error> {
         match self {
             Self::Components(..) | Self::Vectors { .. } => Ok(Vec::new()),
-            Self::Labels(labels, _) => labels.changed_tables(changes),
+            Self::Labels(all) => all.labels.changed_tables(changes),
         }
     }
 
     /// Bounds of what shows, as far as voxels tell it. `transfer`: opacities of values. `tables`: those of [`tables`](Self::tables).
     pub fn framing(&self, transfer: &TransferFunction, tables: &[LabelTable]) -> Framing {
-        let visible = |volume: &Volume, opacities: Vec<(f64, f64)>| {
-            let transfer = TransferFunction::new("visible", vec![(0.0, [1.0; 3])], opacities).expect("values that ascend");
-            Framing::visible(volume, &transfer, None)
-        };
         match self {
             Self::Components(components, ColorOpacity::Alpha) => {
                 let (_, largest) = components[3].range();
@@ -92,13 +150,7 @@ impl Shown {
             }
             Self::Components(components, _) => Framing::whole(&components[0]),
             Self::Vectors { norms, .. } => Framing::visible(norms, transfer, None),
-            Self::Labels(labels, indices) => {
-                let layers = labels.layers().iter().zip(indices).zip(tables).map(|((layer, indices), table)| {
-                    let palette = layer.palette_of(table);
-                    visible(indices, palette.iter().enumerate().map(|(n, entry)| (n as f64, entry[3])).collect())
-                });
-                layers.reduce(Framing::joined).unwrap_or_else(|| Framing::whole(self.volume()))
-            }
+            Self::Labels(all) => all.framing(tables),
         }
     }
 
@@ -114,7 +166,7 @@ impl Shown {
 
     /// The labels, if it is some.
     pub fn labels(&self) -> Option<&Labels> {
-        if let Self::Labels(labels, _) = self { Some(labels) } else { None }
+        if let Self::Labels(all) = self { Some(&all.labels) } else { None }
     }
 
     /// The voxels on a device: of components, or of the indices of each layer; none for vectors, whose colours are made on the host.
@@ -123,7 +175,7 @@ impl Shown {
     /// Insufficient memory of the device.
     pub fn upload(&self, device: &Device) -> Result<Vec<UploadedVolume>, Error> {
         match self {
-            Self::Components(volumes, _) | Self::Labels(_, volumes) => {
+            Self::Components(volumes, _) | Self::Labels(IndexedLabels { indices: volumes, .. }) => {
                 volumes.iter().map(|volume| UploadedVolume::new(device, volume)).collect()
             }
             Self::Vectors { .. } => Ok(Vec::new()),
@@ -144,14 +196,20 @@ impl Shown {
         match self {
             Self::Components(_, opacity) => UploadedColors::from_components(uploaded, *opacity, transfer),
             Self::Vectors { components, .. } => UploadedColors::from_vectors(device, components, transfer),
-            Self::Labels(labels, _) => {
-                let palettes: Vec<_> = labels.layers().iter().zip(tables).map(|(layer, table)| layer.palette_of(table)).collect();
+            Self::Labels(all) => {
+                let palettes = all.palettes(tables);
                 let layers: Vec<(&UploadedVolume, &[[f64; 4]])> =
                     uploaded.iter().zip(palettes.iter().map(Vec::as_slice)).collect();
                 UploadedColors::from_labels(&layers)
             }
         }
     }
+}
+
+/// Bounds of the voxels of a volume that have opacity.
+fn visible(volume: &Volume, opacities: Vec<(f64, f64)>) -> Framing {
+    let transfer = TransferFunction::new("visible", vec![(0.0, [1.0; 3])], opacities).expect("values that ascend");
+    Framing::visible(volume, &transfer, None)
 }
 
 /// Names and colours of the visible labels with the tables of their layers.

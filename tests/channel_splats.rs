@@ -156,15 +156,81 @@ fn homogeneous_fields_add_their_extinctions() {
     }
 }
 
-/// Projections of several fields are taken of pre-integrated layers.
+/// Maximum, minimum and average are those of each field, and the colours add, at most to 1.
 #[test]
-fn projections_are_refused() {
+fn projections_of_fields_add() {
+    let fields = fields([11, 9, 10]);
+    let size = viewport(24, 20);
+    let volume = &fields[0].volume;
+    let cameras = [
+        ("parallel", parallel(volume, size, 25.0, 20.0), DEVICE_TOLERANCE),
+        ("perspective", perspective(volume, 110.0, 15.0, 30.0), QUADRATURE_TOLERANCE),
+    ];
+    let crop = Some(CropBox { lowest: DVec3::new(1.4, 2.0, 0.7), highest: DVec3::new(8.3, 7.2, 8.0) });
+    for clipping in [Clipping::default(), Clipping { crop, ..Clipping::default() }] {
+        for blend in [Blend::Maximum, Blend::Minimum, Blend::Average] {
+            let settings = Settings { blend, shading: None, clipping, ..post(Correction::SubLayers(2)) };
+            for (what, camera, tolerance) in &cameras {
+                let picture = renderer(&fields.each_ref()).lattice_picture(camera, size, &settings).unwrap().expect("a lattice");
+                let rays = Rays::new(camera, size, volume.grid()).unwrap();
+                let axis = layersplat::layers::Axis::most_parallel(rays.central_direction());
+                let references = fields.each_ref().map(|field| LayeredReference::new(&field.volume, &field.transfer, &settings));
+                let [columns, rows] = picture.size;
+                let (mut largest, mut without, mut clamped) = (0.0f64, 0.0f64, 0);
+                for sample in 0..columns * rows {
+                    let ray = picture.ray(sample % columns, sample / columns);
+                    let [one, other] = references.each_ref().map(|field| field.composite(&ray, Some(axis), rays.to_eye));
+                    for (c, found) in picture.samples[sample as usize].into_iter().enumerate() {
+                        largest = largest.max((f64::from(found) - (one[c] + other[c]).min(1.0)).abs());
+                        without = without.max((f64::from(found) - one[c]).abs());
+                        clamped += usize::from(c < 3 && one[c] + other[c] > 1.0);
+                    }
+                }
+                println!("{what}, {blend:?}: off by {largest:.1e}, {clamped} clamped");
+                assert!(largest <= *tolerance, "{what}, {blend:?}: {largest}");
+                assert!(without > 0.1, "the other field is seen");
+            }
+        }
+    }
+}
+
+/// The order of fields changes rounding at most.
+#[test]
+fn the_order_of_fields_does_not_matter() {
+    /// Sums of three floats, of which some are fused with products.
+    const ROUNDING: f64 = 1e-6;
+    let [one, two] = fields([11, 9, 10]);
+    let third =
+        Field { volume: random_volume([11, 9, 10], DVec3::new(1.0, 0.7, 1.3), 5), transfer: two.transfer.clone(), factor: 0.4 };
+    let size = viewport(24, 20);
+    let base = post(Correction::SubLayers(2));
+    let maximum = Settings { blend: Blend::Maximum, shading: None, ..base };
+    let terminating = Settings { early_termination: true, ..base };
+    for camera in [parallel(&one.volume, size, 25.0, 20.0), perspective(&one.volume, 110.0, 15.0, 30.0)] {
+        for settings in [base, maximum, terminating] {
+            let draw = |fields: &[&Field]| renderer(fields).render(&camera, size, &settings).unwrap().0;
+            let first = draw(&[&one, &two, &third]);
+            assert!(largest_opacity(&first) > 0.1);
+            for order in [[&two, &third, &one], [&third, &two, &one]] {
+                assert_close("another order", &draw(&order), &first, ROUNDING);
+            }
+            assert!(
+                compare(&draw(&[&one, &two]), &first).max_difference > 100.0 * ROUNDING,
+                "a field that is left out is noticed"
+            );
+        }
+    }
+}
+
+/// Surfaces have no place in splatted layers, of one field or of several.
+#[test]
+fn surfaces_are_refused() {
     let fields = fields([9, 8, 7]);
     let size = viewport(24, 20);
     let camera = parallel(&fields[0].volume, size, 25.0, 20.0);
-    let mut renderer = renderer(&fields.each_ref());
-    let blended = Settings { blend: Blend::Maximum, shading: None, ..post(Correction::Constant) };
-    let refused = renderer.render(&camera, size, &blended);
-    assert!(matches!(refused, Err(Error::Settings { field: "classification", .. })));
-    assert!(renderer.render(&camera, size, &Settings { blend: Blend::Composite, ..blended }).is_ok());
+    let settings = Settings { blend: Blend::Iso(100.0), ..post(Correction::Constant) };
+    for fields in [&fields.each_ref()[..], &[&fields[0]]] {
+        let refused = renderer(fields).render(&camera, size, &settings);
+        assert!(matches!(refused, Err(Error::Settings { field: "blend", .. })));
+    }
 }

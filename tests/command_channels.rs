@@ -316,15 +316,19 @@ fn labels_color_a_scan() {
     assert!(draw(&["--label-colors", "ids.nrrd", "--label", "3,7:hide"]) == plain, "hidden labels keep the scan's colours");
     assert!(draw(&[&table[..], &["--legend"]].concat()) != draw(&table));
     // The ids at the depths of the scan.
-    let depths = ["--depth", "--device-unchecked", "--azimuth", "0", "--elevation", "0", "-o", "d.exr"];
-    assert!(layersplat(f, &[&["render"], &scan[..], &table, &SIZE, &depths].concat()).status.success());
-    let image = exr::prelude::read_first_flat_layer_from_file(f.join("d.exr")).unwrap();
-    let ids_of = image.layer_data.channel_data.list.iter().find(|channel| channel.name.eq("id")).unwrap();
-    let seen: std::collections::BTreeSet<u32> = ids_of.sample_data.values_as_f32().map(|id| id as u32).collect();
-    assert_eq!(seen.into_iter().collect::<Vec<_>>(), [0, 3, 7]);
+    let ids_at_depths = |more: &[&str]| {
+        let depths = ["--depth", "--device-unchecked", "--azimuth", "0", "--elevation", "0", "-o", "d.exr"];
+        assert!(layersplat(f, &[&["render"], &scan[..], more, &SIZE, &depths].concat()).status.success());
+        let image = exr::prelude::read_first_flat_layer_from_file(f.join("d.exr")).unwrap();
+        let ids = image.layer_data.channel_data.list.iter().find(|channel| channel.name.eq("id")).unwrap();
+        ids.sample_data.values_as_f32().map(|id| id as u32).collect::<std::collections::BTreeSet<u32>>()
+    };
+    assert_eq!(ids_at_depths(&table), [0, 3, 7].into());
     // Without a placement, labels of the scan's size lie where the scan does.
     std::fs::write(f.join("own_16x16x16_uint8.raw"), vec![3u8; 4096]).unwrap();
-    assert_eq!(hues(&draw(&["--label-colors", "own_16x16x16_uint8.raw", "--labels=table.json"])), (true, false));
+    let own = ["--label-colors", "own_16x16x16_uint8.raw", "--labels=table.json"];
+    assert_eq!(hues(&draw(&own)), (true, false));
+    assert_eq!(ids_at_depths(&[&own[..], &["--spacing", "9,9,9"]].concat()), [0, 3].into());
 
     std::fs::write(f.join("half_8x8x8_uint8.raw"), &ids).unwrap();
     std::fs::write(f.join("far.nrrd"), [header("uint8", "(500,0,0)").as_bytes(), &ids].concat()).unwrap();
@@ -346,6 +350,9 @@ fn labels_color_a_scan() {
     for (more, code, words) in cases {
         let arguments: Vec<&str> = ["render"].into_iter().chain(scan).chain(more.split(' ')).chain(SIZE).collect();
         refused(f, &arguments, code, words);
+        // A page begins with none of them, either.
+        #[cfg(feature = "viewer")]
+        refused(f, &["view", "--no-browser"].into_iter().chain(arguments[1..].iter().copied()).collect::<Vec<_>>(), code, words);
     }
 }
 
@@ -356,7 +363,9 @@ fn mistakes_are_named() {
     components(f);
     std::fs::write(f.join("scene.json"), r#"[{"file": "rgb.nrrd"}, {"color": "grey"}]"#).unwrap();
     std::fs::write(f.join("sheared.txt"), "1 0.5 0 0\n0 1 0 0\n0 0 1 0\n").unwrap();
-    let cases: [(&str, i32, &[&str]); 12] = [
+    let cases: [(&str, i32, &[&str]); 14] = [
+        ("rgb.nrrd --channels all --classification post --lattice direct", 2, &["layers per pixel", "one channel", "lattice"]),
+        ("rgb.nrrd --channels all --classification post --blend iso --iso 9", 2, &["iso", "pre-integrated"]),
         ("rgb.nrrd --channels 0,3", 2, &["channel", "0 to 2"]),
         ("rgb.nrrd --channels 0,0", 2, &["channel 0 occurs twice"]),
         ("rgb.nrrd --with nothing.nrrd", 1, &["nothing.nrrd"]),

@@ -1,4 +1,5 @@
-// Sub-slabs of a splatted layer of several fields: as accumulate_slabs() for one (sample.cl), with the sum of extinctions (emission.cl).
+// Sub-slabs of a splatted layer of several fields: as accumulate_slabs() for one (sample.cl), with the sum of extinctions (emission.cl), or
+// with values that each field gathers on its own.
 //
 // Included where samples are known (struct SampleSource).
 
@@ -11,10 +12,28 @@ typedef struct {
     __global const float4 *table;
     realv before, own, after;
     struct SampleSource source;
+#if GATHERS_VALUES
+    Accumulator *gathered;
+#else
     // Of the layer, from the first visible sample on.
     bool lit;
     Lighting lighting;
+#endif
 } LayerOfField;
+
+#if GATHERS_VALUES
+
+// Accumulates all sub-slabs of a layer, of each field in values of its own.
+ALWAYS_INLINE void accumulate_channel_slabs(LayerOfField *fields, int count, __global const float4 *slabs, int first, int slab_count,
+                                            const LayerSpan *layer_span, intv *active) {
+    for (int c = 0; c < count; c++) {
+        const LayerOfField *f = &fields[c];
+        accumulate_slabs(f->params, slabs, first, slab_count, f->table, f->before, f->own, f->after, layer_span, &f->source, f->gathered,
+                         active);
+    }
+}
+
+#else
 
 // Adds what a field emits in a whole sub-slab of this thickness along the rays.
 ALWAYS_INLINE void add_slab(LayerOfField *f, float4 slab, realv dt, realv *sum, realv *depth) {
@@ -69,3 +88,5 @@ ALWAYS_INLINE void accumulate_channel_slabs(LayerOfField *fields, int count, __g
         accumulate_emission(sum, depth, opacity, a);
     }
 }
+
+#endif

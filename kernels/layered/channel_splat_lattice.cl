@@ -1,5 +1,6 @@
 // Layered splatting of several fields on the sheared lattice of a parallel view: splat_lattice.cl, whose work-items these are, with the sum
-// of extinctions. Each field is splatted into layers of its own, and all are classified together in each sub-slab.
+// of extinctions. Each field is splatted into layers of its own, and all are classified together in each sub-slab. Blend modes that gather
+// values gather those of each field.
 
 #include "layered/phase_tile.cl"
 #include "layered/channel_slabs.cl"
@@ -15,6 +16,9 @@ typedef struct {
     int shown; // rows in which the current layer can be visible
     SplatLayer ring[3];
     float along_u[TILE_ROWS * TILE_COLUMNS], across[TILE_ROWS * TILE_COLUMNS];
+#if GATHERS_VALUES
+    Accumulator gathered[TILE_ROWS * TILE_VECTORS];
+#endif
 } Channel;
 
 // The rows in `open` in which layer k of a field can be visible, with its splat sums there.
@@ -80,17 +84,25 @@ __kernel void channel_splat_lattice(PER_CHANNEL(__global const VOXEL *, voxels),
         channel->visible = all_visible[c], channel->table = all_tables[c];
         channel->layer_chunk = (LayerChunk){-1, 0};
         channel->last_slab = min(p.last_layer + 1, channel->field.view.dims_a) - channel->field.view.first_a;
-        channel->border = SPLATS_GRADIENTS ? channel->field.sample.light.shading : 0;
+        channel->border = GATHERS_VALUES ? 0 : SPLATS_GRADIENTS ? channel->field.sample.light.shading : 0;
         for (int i = 0; i < 3; i++)
             channel->ring[i].index = INT_MIN;
+#if GATHERS_VALUES
+        for (int i = 0; i < TILE_ROWS * TILE_VECTORS; i++)
+            channel->gathered[i] = empty_accumulator(&channel->field.sample);
+#endif
     }
     const SampleParams *sample = &channels[0].field.sample;
     const VolumeView *view = &channels[0].field.view;
+#if !GATHERS_VALUES
     Accumulator gathered[TILE_ROWS * TILE_VECTORS];
+#endif
     Interval intervals[TILE_ROWS * TILE_VECTORS];
     intv active[TILE_VECTORS];
     for (int i = 0; i < TILE_ROWS * TILE_VECTORS; i++) {
+#if !GATHERS_VALUES
         gathered[i] = empty_accumulator(sample);
+#endif
 #ifdef CLIPPED
         intervals[i] = clip_phase_samples(view, &p, &clip, offsets_u[phase_u], offsets_v[phase_v], column + i % TILE_VECTORS * VW,
                                           row + i / TILE_VECTORS);
@@ -135,7 +147,7 @@ __kernel void channel_splat_lattice(PER_CHANNEL(__global const VOXEL *, voxels),
                 LayerOfField fields[CHANNELS];
                 int field_count = 0;
                 for (int c = 0; c < count; c++) {
-                    const Channel *channel = &channels[c];
+                    Channel *channel = &channels[c];
                     if (!(channel->shown >> r & 1))
                         continue;
                     const float *own = SUM_ROW(&channel->ring[slot(k)], r) + v * VW;
@@ -147,13 +159,26 @@ __kernel void channel_splat_lattice(PER_CHANNEL(__global const VOXEL *, voxels),
                     f->own = LOADV(own);
                     f->after = LOADV(SUM_ROW(&channel->ring[slot(k + p.layer_step)], r) + v * VW);
                     f->source = source;
+#if GATHERS_VALUES
+                    f->gathered = &channel->gathered[r * TILE_VECTORS + v];
+                }
+                accumulate_channel_slabs(fields, field_count, slabs, first, slab_count, &layer_span, &active[v]);
+#else
                     f->lit = false;
                 }
                 accumulate_channel_slabs(fields, field_count, slabs, first, slab_count, &layer_span, &gathered[r * TILE_VECTORS + v],
                                          &active[v]);
+#endif
             }
         }
+#if GATHERS_VALUES
+        int open_of_any = 0;
+        for (int c = 0; c < count; c++)
+            open_of_any |= open_rows(&channels[c].field.sample, channels[c].gathered, open, columns);
+        open = open_of_any;
+#else
         open = open_rows(sample, gathered, open, columns);
+#endif
     }
 
     uint total = 0;
@@ -161,10 +186,17 @@ __kernel void channel_splat_lattice(PER_CHANNEL(__global const VOXEL *, voxels),
         total += sum_lanes(active[c], clamp(columns - c * VW, 0, VW));
     for (int r = 0; r < rows; r++)
         for (int c = 0; c < TILE_VECTORS && c * VW < columns; c++) {
+            const int at = r * TILE_VECTORS + c, lanes = min(VW, columns - c * VW);
+#if GATHERS_VALUES
+            realv color[4] = {(realv)(0.0f), (realv)(0.0f), (realv)(0.0f), (realv)(0.0f)};
+            for (int n = 0; n < count; n++)
+                add_resolved(&channels[n].field.sample, channels[n].table, &channels[n].gathered[at], &intervals[at], color);
+            total += count_visible(color, lanes);
+#else
             realv color[4];
-            resolve(sample, channels[0].table, &gathered[r * TILE_VECTORS + c], &intervals[r * TILE_VECTORS + c], color);
-            store_colors(color, min(VW, columns - c * VW), p.per_voxel_u,
-                         lattice + lattice_index(&p, phase_u, phase_v, column + c * VW, row + r));
+            resolve(sample, channels[0].table, &gathered[at], &intervals[at], color);
+#endif
+            store_colors(color, lanes, p.per_voxel_u, lattice + lattice_index(&p, phase_u, phase_v, column + c * VW, row + r));
         }
     active_samples[tile] = total;
 }

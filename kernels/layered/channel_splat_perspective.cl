@@ -1,5 +1,6 @@
 // Layered splatting of several fields on the lattice of a perspective view: splat_perspective.cl, whose work-items these are, with the sum of
-// extinctions. Each field is splatted into layers of its own, and all are classified together in each sub-slab.
+// extinctions. Each field is splatted into layers of its own, and all are classified together in each sub-slab. Blend modes that gather values
+// gather those of each field.
 
 #include "layered/resampled_rows.cl"
 #include "layered/channel_slabs.cl"
@@ -15,6 +16,9 @@ typedef struct {
     bool shown; // whether the current layer can be visible
     Sums sums[3], across;
     int sums_layer[3];
+#if GATHERS_VALUES
+    Accumulator gathered[TILE_ROWS];
+#endif
 } Channel;
 
 __kernel void channel_splat_perspective(PER_CHANNEL(__global const VOXEL *, voxels),
@@ -46,17 +50,25 @@ __kernel void channel_splat_perspective(PER_CHANNEL(__global const VOXEL *, voxe
         channel->visible = all_visible[c], channel->table = all_tables[c];
         channel->layer_chunk = (LayerChunk){-1, 0};
         channel->last_slab = min(p.last_layer + 1, channel->field.view.dims_a) - channel->field.view.first_a;
-        channel->splats_gradients = SPLATS_GRADIENTS ? channel->field.sample.light.shading : 0;
+        channel->splats_gradients = GATHERS_VALUES ? 0 : SPLATS_GRADIENTS ? channel->field.sample.light.shading : 0;
         for (int i = 0; i < 3; i++)
             channel->sums_layer[i] = INT_MIN;
+#if GATHERS_VALUES
+        for (int r = 0; r < TILE_ROWS; r++)
+            channel->gathered[r] = empty_accumulator(&channel->field.sample);
+#endif
     }
     const SampleParams *sample = &channels[0].field.sample;
     const VolumeView *view = &channels[0].field.view;
     Rows ring;
+#if !GATHERS_VALUES
     Accumulator gathered[TILE_ROWS];
+#endif
     Interval intervals[TILE_ROWS];
     for (int r = 0; r < TILE_ROWS; r++) {
+#if !GATHERS_VALUES
         gathered[r] = empty_accumulator(sample);
+#endif
 #ifdef CLIPPED
         const SampleRays rays = sample_rays(&p, LANES + column, (intv)(row + r));
         intervals[r] = clip_sample_rays(&p, &clip, &rays);
@@ -110,7 +122,7 @@ __kernel void channel_splat_perspective(PER_CHANNEL(__global const VOXEL *, voxe
             LayerOfField fields[CHANNELS];
             int field_count = 0;
             for (int c = 0; c < count; c++) {
-                const Channel *channel = &channels[c];
+                Channel *channel = &channels[c];
                 if (!channel->shown)
                     continue;
                 const Sums *own = &channel->sums[slot(k)];
@@ -124,18 +136,34 @@ __kernel void channel_splat_perspective(PER_CHANNEL(__global const VOXEL *, voxe
                 f->params = &channel->field.sample, f->table = channel->table;
                 f->before = before, f->own = own->sum[r], f->after = after;
                 f->source = source;
+#if GATHERS_VALUES
+                f->gathered = &channel->gathered[r];
+            }
+            accumulate_channel_slabs(fields, field_count, slabs, first, slab_count, &layer_span, &active);
+            for (int c = 0; c < count; c++)
+                finished = finished && !any_open_lanes(&channels[c].field.sample, &channels[c].gathered[r], columns);
+#else
                 f->lit = false;
             }
             if (field_count)
                 accumulate_channel_slabs(fields, field_count, slabs, first, slab_count, &layer_span, &gathered[r], &active);
             finished = finished && !any_open_lanes(sample, &gathered[r], columns);
+#endif
         }
     }
 
+    uint total = sum_lanes(active, columns);
     for (int r = 0; r < tile_rows; r++) {
+#if GATHERS_VALUES
+        realv color[4] = {(realv)(0.0f), (realv)(0.0f), (realv)(0.0f), (realv)(0.0f)};
+        for (int c = 0; c < count; c++)
+            add_resolved(&channels[c].field.sample, channels[c].table, &channels[c].gathered[r], &intervals[r], color);
+        total += count_visible(color, columns);
+#else
         realv color[4];
         resolve(sample, channels[0].table, &gathered[r], &intervals[r], color);
+#endif
         store_colors(color, columns, 1, lattice + (size_t)(row + r) * p.width + column);
     }
-    active_samples[tile] = sum_lanes(active, columns);
+    active_samples[tile] = total;
 }

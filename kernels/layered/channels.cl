@@ -152,17 +152,16 @@ static inline void resolve_channels(const Channel *channels, int count, __global
     for (int i = 0; i < 4; i++)
         color[i] = 0.0f;
     for (int c = 0; c < count; c++) {
+#if BLEND == ISO
         realv own[4];
         resolve(&channels[c].sample, tables[c], &channels[c].gathered[r], interval, own);
-#if BLEND == ISO
         const realv at = channels[c].surface[r];
         const intv is_nearer = at < nearest;
         nearest = is_nearer ? at : nearest;
         for (int i = 0; i < 4; i++)
             color[i] = is_nearer ? own[i] : color[i];
 #else
-        for (int i = 0; i < 4; i++)
-            color[i] = MIN(color[i] + own[i], (realv)(1.0f));
+        add_resolved(&channels[c].sample, tables[c], &channels[c].gathered[r], interval, color);
 #endif
     }
 }

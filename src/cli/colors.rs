@@ -4,7 +4,7 @@ use super::options::{LabelOptions, VolumeOptions};
 use super::parse;
 use crate::error::Error;
 use crate::renderer::{ColorOpacity, vector_norms};
-use crate::shown::Shown;
+use crate::shown::{IndexedLabels, Shown};
 use crate::viewport::Viewport;
 use clap::{Args, ValueEnum};
 
@@ -39,7 +39,6 @@ fn color_opacity(text: &str) -> Result<ColorOpacity, String> {
 
 impl ColorOptions {
     /// Whether components are used as colours.
-    #[cfg(feature = "viewer")]
     pub fn are_given(&self) -> bool {
         self.colors.is_some()
     }
@@ -48,7 +47,7 @@ impl ColorOptions {
     pub fn open(&self, options: &VolumeOptions, labels: &LabelOptions, size: Viewport) -> Result<Option<Shown>, Error> {
         let Some(colors) = self.colors else {
             let Some(labels) = options.labels(labels, size)? else { return Ok(None) };
-            return Shown::from_labels(labels).map(Some);
+            return Ok(Some(Shown::Labels(IndexedLabels::new(labels)?)));
         };
         match colors {
             Colors::Direct => self.open_colors(options, size),

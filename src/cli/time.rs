@@ -30,6 +30,11 @@ impl TimeOptions {
             (false, false) if self.more.is_empty() => return Ok(None),
             (false, false) => return wrong("is needed for several volumes, which are the steps of a sequence: add it"),
             (true, true) => return wrong("and the frames of key cameras conflict: omit one of them"),
+            _ if scene.channels.name_fields() || scene.colors.are_given() || scene.labels.is_given() => {
+                return wrong(
+                    "plays the values of one field: several fields, colours and labels are drawn at one moment, by --frame; omit one of both",
+                );
+            }
             _ if processes.counts().is_some() => {
                 return wrong("plays a sequence in one process only: start layersplat without mpirun");
             }
@@ -40,7 +45,7 @@ impl TimeOptions {
             let problem = "it has one volume, and a sequence has several: name a file with a time axis, or several files";
             return Err(Error::volume(&scene.volume.volume, problem));
         }
-        Ok(Some(sequence))
+        scene.labels.masked_steps(sequence).map(Some)
     }
 }
 

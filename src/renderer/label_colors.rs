@@ -8,10 +8,11 @@ use crate::error::Error;
 use crate::layers::AxisFrame;
 use crate::memory;
 use crate::settings::{Blend, Settings};
-use crate::volume::{Description, Grid, Labels, Volume};
+use crate::volume::{Description, Grid, Labels, Volume, grid_over};
 use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
 use std::collections::BTreeSet;
+use std::ops::Range;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -74,14 +75,14 @@ impl LabelColors {
         let bytes = if colors.len() <= 1 << 8 { 1 } else { 2 };
         let mut voxels: Vec<u8> = memory::zeroed(name, bytes * count + READ_BEHIND)?;
         voxels[..bytes * count].par_chunks_mut(bytes * BLOCK).enumerate().for_each(|(block, voxels)| {
+            let (first, count) = (block * BLOCK, voxels.len() / bytes);
             let mut last = (0, 0);
-            for (i, voxel) in voxels.chunks_exact_mut(bytes).enumerate() {
-                let color = color_at(&layers, block * BLOCK + i);
+            for_each_color(&layers, first..first + count, |n, color| {
                 if color != last.0 {
                     last = (color, colors.binary_search(&color).expect("one of all colours"));
                 }
-                voxel.copy_from_slice(&last.1.to_le_bytes()[..bytes]);
-            }
+                voxels[bytes * n..bytes * (n + 1)].copy_from_slice(&last.1.to_le_bytes()[..bytes]);
+            });
         });
         let buffer = |bytes: &[u8]| Ok::<_, Error>(Arc::new(Buffer::from_slice(device, bytes, "the colours of labels")?));
         Ok(Self {
@@ -111,41 +112,7 @@ impl LabelColors {
     /// # Errors
     /// If no voxel of the labels lies in the scan's box, and for labels of another size without a placement.
     pub(super) fn grid_over(&self, scan: &Description) -> Result<Grid, Error> {
-        let wrong = |problem: String| Error::volume(Path::new(&self.name), problem);
-        let (own, other) = (self.grid.dims(), scan.grid().dims());
-        let size = |[x, y, z]: [usize; 3]| format!("{x}x{y}x{z}");
-        if own == other && (!self.is_placed || self.has_default_placement()) {
-            return Ok(scan.grid().clone());
-        }
-        if !self.is_placed {
-            let problem = format!(
-                "its labels of {} voxels do not fit {} of {} voxels, and it states no spacing and origin: give labels of that size, or \
-                 a file that states both, such as NRRD or NIfTI",
-                size(own),
-                scan.name(),
-                size(other)
-            );
-            return Err(wrong(problem));
-        }
-        let corners =
-            corners(other).map(|corner| self.grid.world_to_voxel(scan.grid().index_to_world().transform_point3(corner)));
-        let lowest = corners.into_iter().reduce(DVec3::min).expect("eight corners");
-        let highest = corners.into_iter().reduce(DVec3::max).expect("eight corners");
-        let last = DVec3::from_array(own.map(|n| n as f64));
-        if lowest.cmpgt(last).any() || highest.cmplt(DVec3::NEG_ONE).any() {
-            let [of_labels, of_scan] = [&self.grid, scan.grid()].map(|grid| grid.centre());
-            let problem = format!(
-                "its labels lie outside {}: their centre is at {of_labels}, and that of the volume at {of_scan}; check the placement of both",
-                scan.name()
-            );
-            return Err(wrong(problem));
-        }
-        Ok(self.grid.clone())
-    }
-
-    /// Whether the placement is that of arrays and files which state none.
-    fn has_default_placement(&self) -> bool {
-        Grid::new(self.grid.dims(), DVec3::ONE).is_ok_and(|default| default.index_to_world() == self.grid.index_to_world())
+        grid_over(&self.name, (&self.grid, self.is_placed), scan)
     }
 
     /// Kernel arguments for points of a scan, along the axes of `frame`.
@@ -156,7 +123,7 @@ impl LabelColors {
         let grid = self.grid_over(scan)?;
         let moved: DAffine3 = grid.index_to_world().inverse() * scan.grid().index_to_world();
         let stays = |corner: DVec3| moved.transform_point3(corner).distance(corner) < SAME;
-        let is_same = grid.dims() == scan.grid().dims() && corners(grid.dims()).into_iter().all(stays);
+        let is_same = grid.dims() == scan.grid().dims() && grid.corner_voxels().into_iter().all(stays);
         let beyond = if is_same { f32::MAX } else { 1.0 };
         let columns = [frame.u, frame.v, frame.a].map(|axis| moved.matrix3.col(axis));
         let row = |n: usize| [columns[0][n], columns[1][n], columns[2][n], moved.translation[n]].map(|c| c as f32);
@@ -168,12 +135,6 @@ impl LabelColors {
         };
         Ok(Tint { label_voxels: &self.voxels, label_colors: &self.colors, params })
     }
-}
-
-/// The outermost voxels of a grid.
-fn corners(dims: [usize; 3]) -> [DVec3; 8] {
-    let last = |n: usize| dims[n] as f64 - 1.0;
-    std::array::from_fn(|n| DVec3::from_array(std::array::from_fn(|i| if n >> i & 1 == 0 { 0.0 } else { last(i) })))
 }
 
 /// A layer of labels.
@@ -189,33 +150,41 @@ impl<'a> Layer<'a> {
         Self { labels, entries: entries.iter().map(weighted).collect() }
     }
 
-    fn at(&self, voxel: usize) -> [f64; 4] {
-        self.entries[self.labels.description().rescale().stored(self.labels.value(voxel)) as usize]
+    /// Positions of the entries of some voxels.
+    fn entries_at(&self, voxels: Range<usize>) -> Vec<u16> {
+        let rescale = self.labels.description().rescale();
+        self.labels.look(|value| voxels.map(|voxel| rescale.stored(value(voxel)) as u16).collect())
     }
 }
 
-/// Weighted colour of a voxel, and its weight, as bytes of a word, red the lowest.
-fn color_at(layers: &[Layer], voxel: usize) -> u32 {
-    let mut sum = [0.0f64; 4];
-    for layer in layers {
-        (0..4).zip(layer.at(voxel)).for_each(|(c, own)| sum[c] += own);
+/// Passes on the weighted colour and the weight of each voxel, as bytes of a word, red the lowest.
+fn for_each_color(layers: &[Layer], voxels: Range<usize>, mut take: impl FnMut(usize, u32)) {
+    let count = voxels.len();
+    let entries: Vec<Vec<u16>> = layers.iter().map(|layer| layer.entries_at(voxels.clone())).collect();
+    let mut color = 0;
+    for n in 0..count {
+        // Neighbours mostly have the same labels.
+        if n == 0 || entries.iter().any(|own| own[n] != own[n - 1]) {
+            let mut sum = [0.0f64; 4];
+            for (layer, own) in layers.iter().zip(&entries) {
+                (0..4).zip(layer.entries[usize::from(own[n])]).for_each(|(c, own)| sum[c] += own);
+            }
+            color = u32::from_le_bytes(sum.map(|c| (255.0 * c / sum[3].max(1.0)).round() as u8));
+        }
+        take(n, color);
     }
-    let bytes = sum.map(|c| (255.0 * c / sum[3].max(1.0)).round() as u8);
-    u32::from_le_bytes(bytes)
 }
 
 /// All colours of `count` voxels, ascending from that of no label, which is 0.
 fn colors_of(layers: &[Layer], count: usize) -> Vec<u32> {
     let of_block = |block: usize| {
-        let mut found = BTreeSet::new();
-        let mut last = 0;
-        for voxel in block * BLOCK..((block + 1) * BLOCK).min(count) {
-            let color = color_at(layers, voxel);
+        let (mut found, mut last) = (BTreeSet::new(), 0);
+        for_each_color(layers, block * BLOCK..((block + 1) * BLOCK).min(count), |_, color| {
             if color != last {
                 found.insert(color);
                 last = color;
             }
-        }
+        });
         found
     };
     let merged = |mut one: BTreeSet<u32>, other: BTreeSet<u32>| {

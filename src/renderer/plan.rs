@@ -211,8 +211,8 @@ impl fmt::Display for Plan {
                 write_lattice(f, lattice)?;
                 write!(f, "; ")
             }),
-            Plan::Direct(Some(axis), _) => write!(f, "direct, layer axis {axis:?}"),
-            Plan::Direct(None, _) => write!(f, "direct, each ray with its own layer axis"),
+            Plan::Direct(Some(axis), _) => write!(f, "layers per pixel along axis {axis:?}"),
+            Plan::Direct(None, _) => write!(f, "layers per pixel, each ray with its own axis"),
             Plan::AxisSheets(axis) => write!(f, "sheets along axis {axis:?}"),
             Plan::ViewSheets(distance) => write!(f, "sheets across the view, {distance} voxels apart"),
             Plan::Slicing(step) => write!(f, "slices {step} spacings apart"),

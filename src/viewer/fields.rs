@@ -1,4 +1,4 @@
-//! What pages draw besides the values of one volume: several fields, colours, or labels. Their voxels are on the device once, for all pages;
+//! What pages draw besides the values of one volume: several fields, colours, or labels, also over the volume. Their voxels are on the device once, for all pages;
 //! how they are shown is each page's own.
 
 use super::look::Look;
@@ -10,10 +10,10 @@ use crate::error::Error;
 use crate::framing::Framing;
 use crate::renderer::{Channel, FieldKind, Renderer, UploadedColors, UploadedVolume, VolumeRenderer, volume_renderer};
 use crate::settings::{Blend, GradientOpacity, Settings};
-use crate::shown::Shown;
+use crate::shown::{IndexedLabels, Shown, legend_of};
 use crate::transfer::TransferFunction;
-use crate::volume::{LabelTable, Volume};
-use std::sync::{Arc, Mutex, PoisonError, Weak};
+use crate::volume::{LabelTable, Labels, Volume};
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// What a page draws.
 #[derive(Default)]
@@ -25,6 +25,8 @@ pub enum Drawn {
     Several(Vec<PageField>),
     /// Colours or labels instead of values.
     Shown(Shown),
+    /// The values of the volume in the colours of labels, which lie where they colour it ([`Labels::over`]).
+    LabelColors(IndexedLabels),
 }
 
 /// One of several fields. Whether it is visible, its factor and its colour are part of the look ([`PageChannel`]).
@@ -48,16 +50,15 @@ pub(super) enum Uploaded {
     One(Box<UploadedVolume>),
     Several(Vec<UploadedVolume>),
     /// Components or indices of labels, and the colours that pages have made of them.
-    Shown(Vec<UploadedVolume>, Made),
+    Shown(Vec<UploadedVolume>, Last<UploadedColors>),
 }
 
-/// Colours that pages show, by what they depend on. Pages that show the same ones share them.
-#[derive(Default)]
-pub(super) struct Made(Mutex<Vec<(ColorKey, Weak<UploadedColors>)>>);
+/// The colours that a page made last, and what of: pages that show the same ones, and pictures that are saved, share them.
+pub(super) struct Last<T>(Mutex<Option<(ColorKey, Arc<T>)>>);
 
 /// What colours depend on besides the voxels.
 #[derive(PartialEq)]
-enum ColorKey {
+pub(super) enum ColorKey {
     Opacities(Vec<(f64, f64)>),
     Labels(PageLabels),
 }
@@ -73,6 +74,25 @@ pub(super) struct Now<'a> {
 /// A renderer of a page.
 pub(super) type PageRenderer = dyn VolumeRenderer<'static> + Send;
 
+impl<T> Default for Last<T> {
+    fn default() -> Self {
+        Self(Mutex::default())
+    }
+}
+
+impl<T> Last<T> {
+    /// The colours for a key: those at hand, or new ones.
+    fn get(&self, key: ColorKey, make: impl FnOnce() -> Result<T, Error>) -> Result<Arc<T>, Error> {
+        let mut last = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((_, colors)) = last.as_ref().filter(|(known, _)| *known == key) {
+            return Ok(colors.clone());
+        }
+        let colors = Arc::new(make()?);
+        *last = Some((key, colors.clone()));
+        Ok(colors)
+    }
+}
+
 impl Drawn {
     /// What a renderer draws of it.
     pub fn kind(&self) -> FieldKind {
@@ -80,18 +100,28 @@ impl Drawn {
             Self::One => FieldKind::One,
             Self::Several(_) => FieldKind::Several,
             Self::Shown(shown) => shown.kind(),
+            Self::LabelColors(_) => FieldKind::LabelColors,
+        }
+    }
+
+    /// The labels, if it has some.
+    pub(super) fn labels(&self) -> Option<&Labels> {
+        match self {
+            Self::One | Self::Several(_) => None,
+            Self::Shown(shown) => shown.labels(),
+            Self::LabelColors(all) => Some(all.labels()),
         }
     }
 
     /// Uploads the voxels of what is no single volume.
     pub(super) fn upload(&self, device: &Device) -> Result<Option<Uploaded>, Error> {
         Ok(match self {
-            Self::One => None,
+            Self::One | Self::LabelColors(_) => None,
             Self::Several(fields) => {
                 let uploaded = fields.iter().map(|field| UploadedVolume::new(device, &field.volume));
                 Some(Uploaded::Several(uploaded.collect::<Result<_, _>>()?))
             }
-            Self::Shown(shown) => Some(Uploaded::Shown(shown.upload(device)?, Made::default())),
+            Self::Shown(shown) => Some(Uploaded::Shown(shown.upload(device)?, Last::default())),
         })
     }
 
@@ -140,13 +170,24 @@ impl Scene {
     pub(super) fn page_renderer(&self, volume: &Volume<'static>, now: Now) -> Result<Box<PageRenderer>, Error> {
         let device = &self.opening.device;
         let mut renderer: Box<PageRenderer> = match &self.uploaded {
+            // The colours of labels need the whole volume.
+            Uploaded::Own if self.kind() == FieldKind::LabelColors => Box::new(Renderer::new(device, volume, &now.transfers[0])?),
             Uploaded::Own => volume_renderer(device, volume, &now.transfers[0])?,
             Uploaded::One(uploaded) => Box::new(Renderer::from_uploaded(uploaded, &now.transfers[0])?),
             Uploaded::Several(uploaded) => Box::new(Renderer::from_channels(&self.channels(uploaded, now)?)?),
             Uploaded::Shown(uploaded, made) => Box::new(Renderer::from_colors(&*self.colors(uploaded, made, now)?)?),
         };
+        self.set_label_colors(renderer.as_mut(), now)?;
         renderer.limit(self.opening.time_limit);
         Ok(renderer)
+    }
+
+    /// Draws the volume in the colours of labels, if there are some.
+    fn set_label_colors(&self, renderer: &mut PageRenderer, now: Now) -> Result<(), Error> {
+        let Drawn::LabelColors(all) = &self.opening.drawn else { return Ok(()) };
+        let make = || all.over_scan(&self.opening.device, &self.tables(now.look)?);
+        let colors = self.label_colors.get(ColorKey::Labels(now.look.labels.clone()), make)?;
+        renderer.require_whole("the colours of labels")?.set_label_colors(Some(&colors))
     }
 
     /// Shows the fields as a page wants them from now on. Voxels are uploaded and programs built by none of it.
@@ -155,7 +196,10 @@ impl Scene {
     /// Insufficient memory of the device, and looks that do not go with the fields: the renderer stays as it was.
     pub(super) fn update(&self, renderer: &mut PageRenderer, now: Now) -> Result<(), Error> {
         match &self.uploaded {
-            Uploaded::Own | Uploaded::One(_) => renderer.set_transfer_function(&now.transfers[0]),
+            Uploaded::Own | Uploaded::One(_) => {
+                renderer.set_transfer_function(&now.transfers[0]);
+                self.set_label_colors(renderer, now)?;
+            }
             Uploaded::Several(uploaded) => {
                 let channels = self.channels(uploaded, now)?;
                 renderer.require_whole("channels")?.set_channels(&channels)?;
@@ -178,7 +222,7 @@ impl Scene {
             .collect()
     }
 
-    fn colors(&self, uploaded: &[UploadedVolume], made: &Made, now: Now) -> Result<Arc<UploadedColors>, Error> {
+    fn colors(&self, uploaded: &[UploadedVolume], made: &Last<UploadedColors>, now: Now) -> Result<Arc<UploadedColors>, Error> {
         let Drawn::Shown(shown) = &self.opening.drawn else {
             unreachable!("colours are made of what is shown instead of values")
         };
@@ -187,14 +231,7 @@ impl Scene {
             Shown::Components(..) | Shown::Vectors { .. } => ColorKey::Opacities(transfer.opacities().to_vec()),
             Shown::Labels(..) => ColorKey::Labels(now.look.labels.clone()),
         };
-        let mut made = made.0.lock().unwrap_or_else(PoisonError::into_inner);
-        made.retain(|(_, colors)| colors.strong_count() > 0);
-        if let Some(colors) = made.iter().find(|(known, _)| *known == key).and_then(|(_, colors)| colors.upgrade()) {
-            return Ok(colors);
-        }
-        let colors = Arc::new(shown.colors(&self.opening.device, uploaded, transfer, &self.tables(now.look)?)?);
-        made.push((key, Arc::downgrade(&colors)));
-        Ok(colors)
+        made.get(key, || shown.colors(&self.opening.device, uploaded, transfer, &self.tables(now.look)?))
     }
 
     /// Names and looks of the labels of each layer, as a page shows them.
@@ -202,9 +239,9 @@ impl Scene {
     /// # Errors
     /// For labels that there are not.
     pub(super) fn tables(&self, look: &Look) -> Result<Vec<LabelTable>, Error> {
-        match &self.opening.drawn {
-            Drawn::Shown(shown) => shown.tables(&look.labels.changes()?),
-            _ => Ok(Vec::new()),
+        match self.opening.drawn.labels() {
+            Some(labels) => labels.changed_tables(&look.labels.changes()?),
+            None => Ok(Vec::new()),
         }
     }
 
@@ -222,6 +259,7 @@ impl Scene {
                 Ok(Some(Legend { entries: shown.map(entry).collect::<Result<_, Error>>()? }))
             }
             Drawn::Shown(shown) => Ok(shown.legend(&self.tables(look)?)),
+            Drawn::LabelColors(all) => Ok(Some(legend_of(all.labels(), &self.tables(look)?))),
         }
     }
 
@@ -231,7 +269,7 @@ impl Scene {
     /// Looks that do not go with the fields.
     pub(super) fn framing_of_fields(&self, settings: &Settings, now: Now) -> Result<Option<Framing>, Error> {
         let fields = match &self.opening.drawn {
-            Drawn::One => return Ok(None),
+            Drawn::One | Drawn::LabelColors(_) => return Ok(None),
             Drawn::Shown(shown) => return Ok(Some(shown.framing(&now.transfers[0], &self.tables(now.look)?))),
             Drawn::Several(fields) => fields,
         };

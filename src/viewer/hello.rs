@@ -87,7 +87,7 @@ impl Scene {
 
     /// The labels that voxels have, as they are shown at first. Of very many, those with most voxels.
     fn labels_described(&self) -> Vec<Value> {
-        let Drawn::Shown(Shown::Labels(labels, _)) = &self.opening.drawn else { return Vec::new() };
+        let Some(labels) = self.opening.drawn.labels() else { return Vec::new() };
         let layers = labels.layers().iter();
         let mut all: Vec<(&LabelLayer, &Label)> =
             layers.flat_map(|layer| layer.present().map(move |label| (layer, label))).collect();

@@ -42,7 +42,7 @@ mod socket;
 mod time;
 mod warming;
 
-pub use crate::shown::Shown;
+pub use crate::shown::{IndexedLabels, Shown};
 #[cfg(feature = "viewer")]
 pub use access::Access;
 #[doc(hidden)]

@@ -9,7 +9,7 @@ use crate::error::Error;
 use crate::layers::Kernel;
 use crate::renderer::{FieldKind, depth_settings};
 use crate::settings::{Algorithm, Blend, Classification, Layered, Settings};
-use crate::shown::{Shown, name_of};
+use crate::shown::{IndexedLabels, Shown, name_of};
 use crate::viewport::Viewport;
 use crate::volume::{LabelLayer, LabelTable, Volume};
 use glam::DVec3;
@@ -30,8 +30,8 @@ pub(super) struct Picked {
     pub position: [f64; 3],
     /// Position in voxels.
     pub voxel: [f64; 3],
-    /// Value of the field, of the first of several.
-    pub value: f64,
+    /// Value of the field, of the first of several; `None` for labels alone.
+    pub value: Option<f64>,
     /// Values of several fields, or of the components of colours.
     pub values: Vec<f64>,
     /// Labels that are seen there, of each layer that has one.
@@ -137,28 +137,51 @@ impl Seen<'_> {
                 values = components.iter().map(|component| value_at(component, voxel, kernel)).collect();
                 true
             }
-            Drawn::Shown(Shown::Labels(all, indices)) => {
-                let layers = all.layers().iter().zip(indices).zip(self.scene.tables(now.look)?);
-                labels = layers.filter_map(|((layer, indices), table)| label_at(layer, indices, &table, voxel)).collect();
+            Drawn::Shown(Shown::Labels(all)) => {
+                // Labels are interpolated by this kernel, or by a narrower one.
+                let extinction = |opacity: f64| -(-opacity.min(MOST_OPAQUE)).ln_1p();
+                labels = self.labels_at(all, position, Kernel::Cubic, extinction)?;
                 !labels.is_empty()
             }
+            Drawn::LabelColors(all) => {
+                // Colours are weighted by opacities.
+                labels = self.labels_at(all, position, Kernel::Linear, |opacity| opacity)?;
+                is_iso || opacity(0, value) > 0.0
+            }
         };
+        let value = (self.scene.kind() != FieldKind::Labels).then_some(value);
         Ok((Picked { position: position.to_array(), voxel: voxel.to_array(), value, values, labels }, is_visible))
+    }
+
+    /// The labels at a point, of each layer that has a visible one. `weight` of an opacity: how much a voxel counts.
+    fn labels_at(
+        &self,
+        all: &IndexedLabels,
+        position: DVec3,
+        kernel: Kernel,
+        weight: impl Fn(f64) -> f64,
+    ) -> Result<Vec<PickedLabel>, Error> {
+        let layers = all.layers().zip(self.scene.tables(self.now.look)?);
+        let label_of = |((layer, indices), table): ((&LabelLayer, &Volume<'static>), LabelTable)| {
+            let palette = layer.palette_of(&table);
+            let voxel = layer.grid().world_to_voxel(position);
+            let index = most_weighted(indices, voxel, kernel, |index| weight(palette[index][3]))?;
+            let label = table.get(layer.ids()[index])?;
+            Some(PickedLabel { id: label.id, name: name_of(label) })
+        };
+        Ok(layers.filter_map(label_of).collect())
     }
 }
 
-/// The label of a layer that contributes most to the extinction at a point in voxels.
-fn label_at(layer: &LabelLayer, indices: &Volume, table: &LabelTable, voxel: DVec3) -> Option<PickedLabel> {
-    let palette = layer.palette_of(table);
+/// The index that contributes most at a point in voxels; `None` if all weights there are 0.
+fn most_weighted(indices: &Volume, voxel: DVec3, kernel: Kernel, weight_of: impl Fn(usize) -> f64) -> Option<usize> {
     let mut sums: BTreeMap<usize, f64> = BTreeMap::new();
-    // Labels are interpolated by this kernel, or by a narrower one.
-    for_each_tap(indices, voxel, Kernel::Cubic, |weight, index| {
+    for_each_tap(indices, voxel, kernel, |weight, index| {
         let index = index as usize;
-        *sums.entry(index).or_default() += weight * -(-palette[index][3].min(MOST_OPAQUE)).ln_1p();
+        *sums.entry(index).or_default() += weight * weight_of(index);
     });
-    let (index, extinction) = sums.into_iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
-    let label = table.get(layer.ids()[index]).filter(|_| extinction > 0.0)?;
-    Some(PickedLabel { id: label.id, name: name_of(label) })
+    let (index, sum) = sums.into_iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
+    (sum > 0.0).then_some(index)
 }
 
 /// The kernel that values are read with: that of the picture if it interpolates voxels, and otherwise the nearest one that does.

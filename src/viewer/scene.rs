@@ -1,6 +1,6 @@
 //! What all pages of a run share: the volume on the device, and what its first view is.
 
-use super::fields::{Drawn, Now, PageRenderer, Uploaded};
+use super::fields::{Drawn, Last, Now, PageRenderer, Uploaded};
 use super::host::Host;
 use super::look::Look;
 use super::page_camera::{PageCamera, PageProjection};
@@ -13,7 +13,7 @@ use crate::error::Error;
 #[cfg(feature = "viewer")]
 use crate::files::Scratch;
 use crate::framing::{Fixed, Orientation};
-use crate::renderer::UploadedVolume;
+use crate::renderer::{FieldKind, LabelColors, UploadedVolume};
 use crate::settings::Settings;
 use crate::transfer::TransferFunction;
 use crate::viewport::Viewport;
@@ -84,6 +84,8 @@ pub struct Scene {
     pub(super) opening: Opening,
     pub(super) host: Box<dyn Host>,
     pub(super) uploaded: Uploaded,
+    /// Colours of labels over the volume.
+    pub(super) label_colors: Last<LabelColors>,
     /// Of each field, counted for the first page.
     pub(super) statistics: OnceLock<Vec<Statistics>>,
     /// The folder of a dropped file, removed with the scene. After the volume, which may be mapped.
@@ -99,7 +101,7 @@ impl Scene {
     /// Uploads the volume, unless it needs to be streamed.
     ///
     /// # Errors
-    /// Insufficient memory of the device.
+    /// Insufficient memory of the device, and labels that do not fit the volume.
     pub fn new(mut opening: Opening, host: Box<dyn Host>) -> Result<Self, Error> {
         without_folders(&mut opening.transfer)?;
         if let Drawn::Several(fields) = &mut opening.drawn {
@@ -107,7 +109,8 @@ impl Scene {
         }
         let Opening { volume, device, .. } = &opening;
         let bytes = volume.grid().voxel_count() as u64 * volume.voxel_type().bytes() as u64;
-        let is_streamed = device.memory_budget().is_some() || bytes > device.largest_buffer_bytes();
+        let needs_all = opening.drawn.kind() == FieldKind::LabelColors;
+        let is_streamed = !needs_all && (device.memory_budget().is_some() || bytes > device.largest_buffer_bytes());
         let is_shared = !is_streamed && opening.time.is_none();
         let uploaded = match opening.drawn.upload(device)? {
             Some(uploaded) => uploaded,
@@ -115,17 +118,23 @@ impl Scene {
             None => Uploaded::Own,
         };
         let (statistics, warming, ready) = (OnceLock::new(), Default::default(), Readiness::default());
-        Ok(Self {
+        let scene = Self {
             number: 0,
             opening,
             host,
             uploaded,
+            label_colors: Last::default(),
             statistics,
             #[cfg(feature = "viewer")]
             _held: None,
             warming,
             ready,
-        })
+        };
+        if needs_all {
+            // Labels that do not fit the volume fail now, not with the first page.
+            scene.renderer(&scene.opening.transfer)?;
+        }
+        Ok(scene)
     }
 
     /// A later scene of a run, which keeps the folder of its dropped file.

@@ -139,6 +139,12 @@ impl Grid {
         self.last_voxel() / 2.0
     }
 
+    /// The outermost voxels.
+    pub(crate) fn corner_voxels(&self) -> [DVec3; 8] {
+        let last = self.last_voxel();
+        std::array::from_fn(|n| DVec3::from_array(std::array::from_fn(|i| if n >> i & 1 == 0 { 0.0 } else { last[i] })))
+    }
+
     /// Centre of the volume in world coordinates.
     pub fn centre(&self) -> DVec3 {
         self.origin + self.direction * (self.centre_in_voxels() * self.spacing)

@@ -31,6 +31,7 @@ pub use description::Description;
 pub(crate) use description::Stored;
 pub use format::{Level, OpenOptions};
 pub use grid::Grid;
+pub(crate) use labels::grid_over;
 pub use labels::{Label, LabelChange, LabelLayer, LabelTable, LabelVisibility, Labels};
 pub(crate) use part::Held;
 pub use part::VolumePart;

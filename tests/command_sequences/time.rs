@@ -167,6 +167,41 @@ fn keys_choose_frames() {
     }
 }
 
+/// A mask is that of every step, and labels colour all of them: while time runs, and by the frames of keys.
+#[test]
+fn masks_and_labels_are_those_of_every_step() {
+    let folder = folder();
+    let f = folder.path();
+    let half: Vec<u8> = (0..DIMS.iter().product()).map(|n| if n % DIMS[0] < 7 { 1 } else { 2 }).collect();
+    nrrd(&f.join("halves.nrrd"), DIMS, &half);
+    let [key, other] =
+        [(0.0, 0), (1.0, STEPS - 1)].map(|(time, n)| format!(r#"{{"time": {time}, "azimuth": 30, "frame": {n}}}"#));
+    write(f.join("keys.json"), format!("[{key}, {other}]")).unwrap();
+    let look = "--azimuth 30 --transfer fire --transfer-range 0,128";
+    let plain = film(f, &format!("beat.nii --time --turn 0 {look}"));
+    for option in ["--mask halves.nrrd:2", "--label-colors halves.nrrd --label 1:#00ff00"] {
+        let frames = film(f, &format!("beat.nii --time --turn 0 {look} {option}"));
+        let of_keys = film(f, &format!("beat.nii --keys keys.json --rate {} {look} {option}", STEPS - 1));
+        let of_files = film(f, &format!("s0.nrrd s1.nrrd --time --turn 0 {look} {option}"));
+        assert!(frames.len() == STEPS && of_keys.len() == STEPS);
+        for n in 0..STEPS {
+            assert!(frames[n] == still(f, &format!("beat.nii --frame {n} {look} {option}")), "{option}: {n}");
+            assert!(frames[n] == of_keys[n] && frames[n] != plain[n], "{option}: {n}");
+        }
+        assert!(of_files[1] == still(f, &format!("s1.nrrd {look} {option}")), "{option}");
+    }
+    // A field beside others has a frame and a mask of its own.
+    let second = "--field 0,visible=off --azimuth 30 --with beat.nii,frame=2,transfer=fire";
+    let alone = still(f, "beat.nii --frame 2 --azimuth 30 --mask halves.nrrd:2 --transfer fire");
+    assert!(still(f, &format!("beat.nii --frame 0 {second},mask=halves.nrrd:2")) == alone);
+    assert!(still(f, &format!("beat.nii --frame 0 {second}")) != alone);
+    // The values of all steps are those within the mask.
+    let bright: Vec<u8> = voxels(1).iter().zip(&half).map(|(&v, &id)| if id == 1 { 255 } else { v / 4 }).collect();
+    nrrd(&f.join("bright.nrrd"), DIMS, &bright);
+    let of_all = film(f, "bright.nrrd bright.nrrd --time --turn 0 --azimuth 30 --mask halves.nrrd:2 --transfer fire");
+    assert!(of_all[1] == still(f, "bright.nrrd --azimuth 30 --mask halves.nrrd:2 --transfer fire"));
+}
+
 #[test]
 fn sequences_that_cannot_be_played_are_refused() {
     let folder = folder();
@@ -187,6 +222,12 @@ fn sequences_that_cannot_be_played_are_refused() {
         ("s0.nrrd missing.nrrd --time", 1, vec!["missing.nrrd"]),
         ("beat.nii --time --frame 1", 2, vec!["--frame", "omit"]),
         ("- --time", 2, vec!["standard input", "name a file"]),
+        ("beat.nii --time --with s0.nrrd", 2, vec!["--time", "one moment", "--frame"]),
+        ("beat.nii --time --channels 0", 2, vec!["--time", "several fields"]),
+        ("beat.nii --time --labels", 2, vec!["--time", "labels"]),
+        ("beat.nii --time --colors direct", 2, vec!["--time", "colours"]),
+        ("beat.nii --time --mask s9.nrrd", 1, vec!["s9.nrrd"]),
+        ("beat.nii --time --mask s0.nrrd:999", 2, vec!["no label has the id 999"]),
         ("beat.nii --turn x", 2, vec!["--turn"]),
     ] {
         for output in ["no.gif", "no"] {

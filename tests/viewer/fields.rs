@@ -30,9 +30,10 @@ fn saved(page: &mut Page, folder: &Path, look: &Value) -> Vec<u8> {
     let command = page.text("command");
     let saved = page.picture().bytes;
     assert!(run(folder, &command) == saved, "{}", command["line"]);
-    // The program in Python says that it has one volume.
-    let python = command["python"].as_str().unwrap();
-    assert_eq!(python.contains("see layersplat."), !command["line"].as_str().unwrap().contains("--mask"), "{python}");
+    // The program in Python says that it has one volume, unless that is all there is.
+    let (python, line) = (command["python"].as_str().unwrap(), command["line"].as_str().unwrap());
+    let is_one = ["--mask", "--label-colors"].iter().any(|option| line.contains(option));
+    assert_eq!(python.contains("see layersplat."), !is_one, "{python}");
     saved
 }
 
@@ -173,6 +174,69 @@ fn labels_are_hidden_shown_alone_and_coloured_as_by_the_command() {
     page.send(&json!({ "type": "look", "look": with(&look, &[("/labels/hidden", json!(["987654"]))]) }));
     page.send(&page.view(1, 0.0, true));
     assert!(page.text("problem")["sentence"].as_str().unwrap().contains("987654"));
+}
+
+/// A scan in the colours of labels: changes of the page, values and ids under the cursor, and steps in time.
+#[cfg(unix)]
+#[test]
+fn labels_color_a_scan() {
+    let folder = folder();
+    // Label 3 on the left, 7 on the right, and none in the lowest quarter.
+    let id = |n: usize| if n / 256 < 4 { 0 } else { [3u8, 7][n % 16 / 8] };
+    std::fs::write(folder.path().join("ids_16x16x16_uint8.raw"), (0..4096).map(id).collect::<Vec<_>>()).unwrap();
+    let table = r##"{"labels": [{"id": 3, "name": "left", "color": "#ff0000"}, {"id": 7, "color": "#0000ff"}]}"##;
+    std::fs::write(folder.path().join("table.json"), table).unwrap();
+    let options = ["builtin:hydrogen@16", "--label-colors", "ids_16x16x16_uint8.raw", "--labels=table.json", "--azimuth", "0"];
+    let viewer = Viewer::start_in(Some(folder.path()), &options);
+    let mut page = viewer.page();
+    let known = |label: &Value| ["key", "name", "color", "visible"].map(|part| label[part].clone());
+    let labels: Vec<_> = page.hello["labels"].as_array().unwrap().iter().map(known).collect();
+    assert_eq!(labels[0], [json!("3"), json!("left"), json!([1.0, 0.0, 0.0]), json!(true)]);
+    assert_eq!(labels[1], [json!("7"), json!("label 7"), json!([0.0, 0.0, 1.0]), json!(true)]);
+    for name in ["slices", "maximum"] {
+        assert!(page.hello["unavailable"][name].is_string(), "{name}: {}", page.hello["unavailable"]);
+    }
+    assert!(["curve", "iso", "shadows"].iter().all(|&name| page.hello["unavailable"][name].is_null()));
+
+    let look = with(&page.hello["look"], &[("/quality", json!("standard")), ("/legend", json!(true))]);
+    let mut pictures = vec![saved(&mut page, folder.path(), &look)];
+    for labels in [
+        json!({ "only": [], "hidden": ["3"], "colors": [] }),
+        json!({ "only": ["3"], "hidden": [], "colors": [] }),
+        json!({ "only": [], "hidden": [], "colors": [["7", "#00ff00"]] }),
+    ] {
+        pictures.push(saved(&mut page, folder.path(), &with(&look, &[("/labels", labels)])));
+    }
+    page.send(&json!({ "type": "transfer", "colors": [[0, [1, 1, 1]]], "opacities": [[50, 0], [60, 1]] }));
+    pictures.push(saved(&mut page, folder.path(), &look));
+    for (n, picture) in pictures.iter().enumerate() {
+        assert!(pictures[..n].iter().all(|other| other != picture), "{n}");
+    }
+
+    // The value stands beside the label; a hidden one is none.
+    let pick = |page: &mut Page, x: f64| {
+        page.send(&json!({ "type": "pick", "id": 1, "camera": page.hello["camera"], "height": 64, "x": x, "y": 0.0 }));
+        page.text("picked")["point"].clone()
+    };
+    let hidden = with(&look, &[("/labels/hidden", json!(["7"]))]);
+    for (x, of_look, expected) in [
+        (-0.3, &look, json!([{ "id": 3, "name": "left" }])),
+        (0.3, &look, json!([{ "id": 7, "name": "label 7" }])),
+        (0.3, &hidden, json!([])),
+    ] {
+        page.send(&json!({ "type": "look", "look": of_look }));
+        let point = pick(&mut page, x);
+        assert_eq!(point["labels"], expected, "{point}");
+        assert!(point["value"].as_f64().unwrap() > 40.0 && point["values"] == json!([]), "{point}");
+    }
+
+    let steps = [&options[..1], &["builtin:gyroid@16"], &options[1..]].concat();
+    let viewer = Viewer::start_in(Some(folder.path()), &steps);
+    let mut page = viewer.page();
+    assert_eq!(page.hello["steps"], 2);
+    let look = with(&page.hello["look"], &[("/quality", json!("standard"))]);
+    let first = saved(&mut page, folder.path(), &look);
+    assert!(saved(&mut page, folder.path(), &with(&look, &[("/frame", json!(1))])) != first);
 }
 
 #[cfg(unix)]

@@ -16,7 +16,7 @@ fn voxels(step: usize) -> Vec<u8> {
     (0..SIDE * SIDE * SIDE).map(value).collect()
 }
 
-/// A folder with a file of all steps, a raw file of each, and a subfolder for temporary files.
+/// A folder with a file of all steps, a raw file of each, a mask of their upper part, and a subfolder for temporary files.
 fn folder() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     let f = folder.path();
@@ -30,6 +30,8 @@ fn folder() -> tempfile::TempDir {
         std::fs::write(f.join(raw(step)), voxels(step)).unwrap();
     }
     std::fs::write(f.join("beat.npy"), bytes).unwrap();
+    let upper = |n: usize| u8::from(n / SIDE % SIDE >= 6);
+    std::fs::write(f.join("mask_12x12x12_uint8.raw"), (0..SIDE.pow(3)).map(upper).collect::<Vec<_>>()).unwrap();
     folder
 }
 
@@ -75,6 +77,7 @@ fn steps_are_those_of_the_command() {
         (vec!["s%d_12x12x12_uint8.raw"], "s%d_12x12x12_uint8.raw --frame 2 "),
         (several, "s2_12x12x12_uint8.raw --transfer"),
         (vec!["beat.npy", "--memory", "4M"], "beat.npy --frame 2 "),
+        (vec!["beat.npy", "--mask", "mask_12x12x12_uint8.raw"], "beat.npy --mask mask_12x12x12_uint8.raw --frame 2 "),
     ] {
         let viewer = Viewer::start_in(Some(f), &arguments);
         let mut page = viewer.page();

@@ -371,6 +371,11 @@ typedef struct layersplat_colors layersplat_colors;
 typedef struct layersplat_device layersplat_device;
 
 /**
+ * Colours of labels on a device, for layersplat_renderer_set_label_colors(). It is immutable, and several threads may use it at the same time.
+ */
+typedef struct layersplat_label_colors layersplat_label_colors;
+
+/**
  * Steps of a sequence that are read ahead on a thread. Only one thread may use it at a time: concurrent calls return
  * LAYERSPLAT_STATUS_BUSY.
  */
@@ -554,24 +559,6 @@ typedef struct layersplat_color_options {
    */
   const struct layersplat_transfer *transfer;
 } layersplat_color_options;
-
-/**
- * A label.
- */
-typedef struct layersplat_label {
-  /**
-   * Number of its voxels, at least 1; 0 is the background.
-   */
-  uint32_t id;
-  /**
-   * Red, green and blue, 0 to 1.
-   */
-  double color[3];
-  /**
-   * Opacity per smallest spacing, 0 to 1; 0 hides it.
-   */
-  double opacity;
-} layersplat_label;
 
 /**
  * A white directional light. Its angular diameter is in `light_angles` of layersplat_settings.
@@ -833,6 +820,24 @@ typedef struct layersplat_voxels {
 } layersplat_voxels;
 
 /**
+ * A label.
+ */
+typedef struct layersplat_label {
+  /**
+   * Number of its voxels, at least 1; 0 is the background.
+   */
+  uint32_t id;
+  /**
+   * Red, green and blue, 0 to 1.
+   */
+  double color[3];
+  /**
+   * Opacity per smallest spacing, 0 to 1; 0 hides it.
+   */
+  double opacity;
+} layersplat_label;
+
+/**
  * A rectangle of a plane through a volume, in world coordinates. Fill it in, or use layersplat_slice_at() or
  * layersplat_slice_facing().
  */
@@ -1074,31 +1079,6 @@ enum layersplat_status layersplat_colors_new(const struct layersplat_device *dev
                                              struct layersplat_colors **colors);
 
 /**
- * Uploads labels, which are drawn as smooth surfaces. Voxels are ids, of LAYERSPLAT_VOXEL_TYPE_UINT8 or _UINT16, contiguous and x fastest;
- * `bytes` is the total size. Ids without a label are opaque, in a colour that depends on the id. To be freed by layersplat_colors_free().
- */
-enum layersplat_status layersplat_labels_new(const struct layersplat_device *device,
-                                             const void *voxels,
-                                             size_t bytes,
-                                             int32_t voxel_type,
-                                             const struct layersplat_grid *grid,
-                                             const struct layersplat_label *labels,
-                                             size_t label_count,
-                                             struct layersplat_colors **colors);
-
-/**
- * Opens and uploads a file of labels: .seg.nrrd, NIfTI, OME-Zarr, or any volume of whole numbers up to 4294967295. Names and colours come from
- * the file `table`; null: from the volume's own metadata. `changes` are texts that change the table, such as 3,7-9:#ff0000:0.4 or liver:only:
- * colour, opacity, and show, hide, only or highlight. To be freed by layersplat_colors_free().
- */
-enum layersplat_status layersplat_labels_open(const struct layersplat_device *device,
-                                              const char *source,
-                                              const char *table,
-                                              const char *const *changes,
-                                              size_t change_count,
-                                              struct layersplat_colors **colors);
-
-/**
  * The grid of colours or labels, for layersplat_camera_fit_grid().
  */
 enum layersplat_status layersplat_colors_grid(const struct layersplat_colors *colors,
@@ -1269,6 +1249,71 @@ enum layersplat_status layersplat_renderer_in_place(const struct layersplat_devi
                                                     const struct layersplat_voxels *voxels,
                                                     const struct layersplat_transfer *transfer,
                                                     struct layersplat_renderer **renderer);
+
+/**
+ * Uploads labels, which are drawn as smooth surfaces. Voxels are ids, of LAYERSPLAT_VOXEL_TYPE_UINT8 or _UINT16, contiguous and x fastest;
+ * `bytes` is the total size. Ids without a label are opaque, in a colour that depends on the id. To be freed by layersplat_colors_free().
+ */
+enum layersplat_status layersplat_labels_new(const struct layersplat_device *device,
+                                             const void *voxels,
+                                             size_t bytes,
+                                             int32_t voxel_type,
+                                             const struct layersplat_grid *grid,
+                                             const struct layersplat_label *labels,
+                                             size_t label_count,
+                                             struct layersplat_colors **colors);
+
+/**
+ * Opens and uploads a file of labels: .seg.nrrd, NIfTI, OME-Zarr, or any volume of whole numbers up to 4294967295. Names and colours come from
+ * the file `table`; null: from the volume's own metadata. `changes` are texts that change the table, such as 3,7-9:#ff0000:0.4 or liver:only:
+ * colour, opacity, and show, hide, only or highlight. To be freed by layersplat_colors_free().
+ */
+enum layersplat_status layersplat_labels_open(const struct layersplat_device *device,
+                                              const char *source,
+                                              const char *table,
+                                              const char *const *changes,
+                                              size_t change_count,
+                                              struct layersplat_colors **colors);
+
+/**
+ * Uploads the colours of labels, which a volume is drawn in: one or two bytes per voxel. The arguments are those of layersplat_labels_new().
+ * To be freed by layersplat_label_colors_free().
+ */
+enum layersplat_status layersplat_label_colors_new(const struct layersplat_device *device,
+                                                   const void *voxels,
+                                                   size_t bytes,
+                                                   int32_t voxel_type,
+                                                   const struct layersplat_grid *grid,
+                                                   const struct layersplat_label *labels,
+                                                   size_t label_count,
+                                                   struct layersplat_label_colors **colors);
+
+/**
+ * Opens a file of labels and uploads their colours, which a volume is drawn in. The arguments are those of layersplat_labels_open(). To be
+ * freed by layersplat_label_colors_free().
+ */
+enum layersplat_status layersplat_label_colors_open(const struct layersplat_device *device,
+                                                    const char *source,
+                                                    const char *table,
+                                                    const char *const *changes,
+                                                    size_t change_count,
+                                                    struct layersplat_label_colors **colors);
+
+/**
+ * Frees colours of labels. Renderers that draw in them stay usable. Null is ignored.
+ */
+void layersplat_label_colors_free(struct layersplat_label_colors *colors);
+
+/**
+ * Draws the volume of a renderer in the colours of labels, effective from the next frame; null: in its own again. Its opacities stay. The
+ * colour C of the volume becomes (1 - w) C + w L where a label has the colour L and the opacity w, before lighting. Labels of the volume's size
+ * at unit spacing and the origin lie where the volume does; those outside the volume return LAYERSPLAT_STATUS_FILE.
+ * Pre-integrated layers and cast rays have them, with LAYERSPLAT_BLEND_COMPOSITE and _ISO; other frames, slices, and frames of several
+ * channels or of colours return LAYERSPLAT_STATUS_INVALID_ARGUMENT. Renderers that stream their volume return
+ * LAYERSPLAT_STATUS_NEEDS_WHOLE_VOLUME.
+ */
+enum layersplat_status layersplat_renderer_set_label_colors(struct layersplat_renderer *renderer,
+                                                            const struct layersplat_label_colors *colors);
 
 /**
  * Renders a picture of `width` x `height` pixels with 8 bits per channel: red, green, blue, alpha, contiguous, row by row from the

@@ -166,6 +166,65 @@ fn colours_and_labels_are_drawn() {
 }
 
 #[test]
+fn labels_color_a_volume() {
+    let scene = Scene::new();
+    let mut grid = layersplat_grid_at_origin(0, 0, 0, 0.0, 0.0, 0.0);
+    // SAFETY: all arguments are alive.
+    ok(unsafe { layersplat_volume_grid(scene.volume, &mut grid) });
+    let uint8 = VoxelType::Uint8 as i32;
+    let ids = vec![9u8; grid.dims.iter().product()];
+    let colors = |table: &[Label]| {
+        let (first, bytes) = (ids.as_ptr().cast::<c_void>(), ids.len());
+        let new = layersplat_label_colors_new;
+        // SAFETY: all arguments are alive.
+        made(|out| unsafe { new(scene.device, first, bytes, uint8, &grid, table.as_ptr(), table.len(), out) })
+    };
+    let sums = |picture: &[f32]| [0, 1, 2, 3].map(|c| picture.iter().skip(c).step_by(4).sum::<f32>());
+    let plain = scene.floats(null());
+    let blue = Label { id: 9, color: [0.0, 0.0, 1.0], opacity: 1.0 };
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("ids_20x20x20_uint8.raw");
+    std::fs::write(&file, &ids).unwrap();
+    let source = CString::new(file.to_str().unwrap()).unwrap();
+    let change = CString::new("9:#0000ff").unwrap();
+    // SAFETY: all arguments are alive, and each handle is freed once.
+    unsafe {
+        let set = |colors: *mut LabelColors| {
+            ok(layersplat_renderer_set_label_colors(scene.renderer, colors));
+            layersplat_label_colors_free(colors);
+            scene.floats(null())
+        };
+        let tinted = set(colors(&[blue]));
+        let ([r, g, b, alpha], [.., opacity]) = (sums(&tinted), sums(&plain));
+        assert!(b > 3.0 * r.max(g) && b > 1.0 && alpha == opacity, "{r} {g} {b} {alpha} {opacity}");
+        let opened =
+            made(|out| layersplat_label_colors_open(scene.device, source.as_ptr(), null(), [change.as_ptr()].as_ptr(), 1, out));
+        assert!(set(opened) == tinted);
+        // Hidden labels keep the volume's colours, and so does none.
+        assert!(set(colors(&[Label { opacity: 0.0, ..blue }])) == plain);
+        assert!(set(colors(&[blue])) == tinted && set(null_mut()) == plain);
+
+        // Labels beside the volume, and those of no file.
+        let far = Grid { origin: [900.0, 0.0, 0.0], ..grid };
+        let (first, bytes) = (ids.as_ptr().cast::<c_void>(), ids.len());
+        let beside = made(|out| layersplat_label_colors_new(scene.device, first, bytes, uint8, &far, &blue, 1, out));
+        let message = refused(layersplat_renderer_set_label_colors(scene.renderer, beside), Status::File);
+        assert!(message.contains("lie outside"), "{message}");
+        layersplat_label_colors_free(beside);
+        let mut out = null_mut();
+        let missing = CString::new("none.nrrd").unwrap();
+        refused(layersplat_label_colors_open(scene.device, missing.as_ptr(), null(), null(), 0, &mut out), Status::File);
+        let int8 = VoxelType::Int8 as i32;
+        let message = refused(
+            layersplat_label_colors_new(scene.device, first, bytes, int8, &grid, &blue, 1, &mut out),
+            Status::InvalidArgument,
+        );
+        assert!(message.contains("int8") && out.is_null(), "{message}");
+        assert!(scene.floats(null()) == plain, "the renderer keeps its colours");
+    }
+}
+
+#[test]
 fn wrong_channels_and_colours_are_refused() {
     let scene = Scene::new();
     let voxels = uploaded(&scene);

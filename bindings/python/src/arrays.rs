@@ -6,13 +6,13 @@
 use crate::errors::{Failure, Result, unknown};
 use crate::warned::warned;
 use layersplat::Volume;
-use layersplat::volume::{Endian, Grid, Storage, VoxelType};
+use layersplat::volume::{Endian, Grid, ScalarType, Storage, VoxelType};
 use numpy::{PyArrayDescrMethods, PyArrayMethods, PyReadonlyArray1, PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 
 /// Memory of an array, kept alive by a reference.
-struct ArrayBytes {
+pub struct ArrayBytes {
     _array: Py<PyUntypedArray>,
     /// Address of its lowest byte.
     lowest: usize,
@@ -49,6 +49,24 @@ pub fn volume(array: &Bound<PyUntypedArray>, name: &str, grid: Grid) -> Result<W
     };
     // Scans all voxels for their range.
     warned(py, move || Ok(Volume::new(name, grid, storage)?))
+}
+
+/// The numbers of a contiguous array in native byte order, in place.
+///
+/// # Errors
+/// For types that are no numbers.
+pub fn numbers(array: &Bound<PyUntypedArray>) -> Result<(ArrayBytes, ScalarType)> {
+    let kind = match array.dtype().kind() {
+        b'u' => "uint",
+        b'i' => "int",
+        _ => "float",
+    };
+    let name = format!("{kind}{}", 8 * array.dtype().itemsize());
+    let scalar = name.parse().map_err(|_| unknown("voxel type", &name, "integers or floats"))?;
+    // SAFETY: the array is alive.
+    let lowest = unsafe { (*array.as_array_ptr()).fields.data } as usize;
+    let bytes = array.shape().iter().product::<usize>() * array.dtype().itemsize();
+    Ok((ArrayBytes { _array: array.clone().unbind(), lowest, bytes }, scalar))
 }
 
 /// The voxels of an array, in place.

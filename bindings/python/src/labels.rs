@@ -8,10 +8,10 @@ use crate::errors::Result;
 use crate::uploads::Voxels;
 use crate::volume::{Affine, grid};
 use crate::warned::{warn, warned};
-use layersplat::framing::Framing as OurFraming;
-use layersplat::renderer::{UploadedColors, UploadedVolume};
-use layersplat::volume::{Label, LabelChange, LabelTable, Labels as Ours};
-use layersplat::{Device, Error, OpenOptions, TransferFunction as Transfer};
+use layersplat::renderer::{LabelColors, UploadedColors, UploadedVolume};
+use layersplat::viewer::IndexedLabels;
+use layersplat::volume::{Label, LabelChange, LabelLayer, LabelTable, Labels as Ours};
+use layersplat::{Device, Error, OpenOptions};
 use numpy::{PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -25,53 +25,51 @@ use std::path::PathBuf;
 /// opaque, in a colour that depends on the id. changes: texts such as 3,7-9:#ff0000:0.4 or liver:only, which change the table: colour,
 /// opacity, and show, hide, only or highlight. spacing: one number, or one per axis of the data.
 ///
-/// Labels are drawn in point-sampled layers with the blend mode composite.
+/// Labels are drawn in point-sampled layers with the blend mode composite. Renderer.set_label_colors draws a volume in their colours.
 #[pyclass(frozen, module = "layersplat")]
 pub struct Labels(Drawn);
 
 /// Labels, independent of Python.
 #[derive(Clone)]
 pub struct Drawn {
-    layers: Vec<Layer>,
-}
-
-/// Labels that do not overlap.
-#[derive(Clone)]
-struct Layer {
-    /// Positions in `labels`, from 1; 0 is the background.
-    indices: Voxels,
-    labels: Vec<Label>,
-}
-
-impl Layer {
-    fn palette(&self) -> Vec<[f64; 4]> {
-        let of = |label: &Label| [label.color[0], label.color[1], label.color[2], label.drawn_opacity()];
-        std::iter::once([0.0; 4]).chain(self.labels.iter().map(of)).collect()
-    }
-
-    fn framing(&self) -> std::result::Result<OurFraming, Error> {
-        let points = self.palette().iter().enumerate().map(|(n, entry)| (n as f64, entry[3])).collect();
-        let visible = Transfer::new("visible", vec![(0.0, [1.0; 3])], points)?;
-        Ok(OurFraming::visible(self.indices.volume(), &visible, None))
-    }
+    all: IndexedLabels,
+    /// Indices of each layer.
+    voxels: Vec<Voxels>,
 }
 
 impl Drawn {
+    fn new(labels: Ours) -> std::result::Result<Self, Error> {
+        let all = IndexedLabels::new(labels)?;
+        let voxels = all.layers().map(|(_, indices)| Voxels::new(indices.clone())).collect();
+        Ok(Self { all, voxels })
+    }
+
+    /// The labels with the volumes of their indices.
+    pub fn indexed(&self) -> &IndexedLabels {
+        &self.all
+    }
+
+    fn tables(&self) -> Vec<LabelTable> {
+        self.all.labels().layers().iter().map(|layer| layer.table().clone()).collect()
+    }
+
     /// The labels on a device.
     ///
     /// # Errors
     /// If memory is insufficient.
     pub fn on(&self, device: &Device) -> std::result::Result<UploadedColors, Error> {
-        let uploaded: Vec<_> = self.layers.iter().map(|layer| layer.indices.on(device)).collect::<std::result::Result<_, _>>()?;
-        let palettes: Vec<_> = self.layers.iter().map(Layer::palette).collect();
+        let uploaded = self.voxels.iter().map(|voxels| voxels.on(device)).collect::<std::result::Result<Vec<_>, _>>()?;
+        let palettes = self.all.palettes(&self.tables());
         let layers: Vec<(&UploadedVolume, &[[f64; 4]])> = uploaded.iter().zip(palettes.iter().map(Vec::as_slice)).collect();
         UploadedColors::from_labels(&layers)
     }
 
-    fn framing(&self) -> std::result::Result<OurFraming, Error> {
-        let mut framings = self.layers.iter().map(Layer::framing);
-        let first = framings.next().expect("there is a layer")?;
-        framings.try_fold(first, |joined, framing| Ok(joined.joined(framing?)))
+    /// Their colours for a scan.
+    ///
+    /// # Errors
+    /// As for `LabelColors::new`.
+    pub fn over_scan(&self, device: &Device) -> std::result::Result<LabelColors, Error> {
+        self.all.over_scan(device, &self.tables())
     }
 }
 
@@ -124,58 +122,65 @@ impl Labels {
         let changes = changes_from(changes)?;
         let fields = py.import("layersplat._fields")?;
         let table: Option<Table> = fields.call_method1("table", (table,))?.extract()?;
-        let found = fields.call_method1("indices", (data, spacing))?;
-        let (array, affine, ids): (Bound<PyUntypedArray>, Affine, Vec<u32>) = found.extract()?;
+        let (array, affine): (Bound<PyUntypedArray>, Affine) = fields.call_method1("ids", (data, spacing))?.extract()?;
         let shape = array.shape();
-        let (indices, _) = arrays::volume(&array, "labels", grid([shape[0], shape[1], shape[2]], affine)?)?;
-        // Beyond the grid there are no labels.
-        let indices = Voxels::new(indices.with_background(0.0)?);
-        let labels = abandonable(py, move || {
+        let grid = grid([shape[0], shape[1], shape[2]], affine)?;
+        let (numbers, scalar) = arrays::numbers(&array)?;
+        abandonable(py, move || {
             let table = table.map(Table::open).transpose()?.unwrap_or_default();
-            let label = |&id: &u32| table.get(id).cloned().unwrap_or_else(|| Label::new(id));
-            let absent = table.labels().iter().filter(|label| ids.binary_search(&label.id).is_err()).cloned();
-            let mut complete = LabelTable::new(ids.iter().map(label).chain(absent))?;
-            changes.iter().try_for_each(|change| complete.change(change))?;
-            Ok(ids.iter().filter_map(|&id| complete.get(id).cloned()).collect())
-        })?;
-        Ok(Self(Drawn { layers: vec![Layer { indices, labels }] }))
+            let mut labels = Ours::from_numbers("labels", grid, numbers, scalar, table)?;
+            changes.iter().try_for_each(|change| labels.change(change))?;
+            Ok(Self(Drawn::new(labels)?))
+        })
     }
 
     /// Opens a file: .seg.nrrd, also with segments that overlap, NIfTI, OME-Zarr, or any volume of whole numbers. Names and colours come from
-    /// the file table, otherwise from the volume's own metadata. changes: see Labels.
+    /// table, otherwise from the volume's own metadata. table and changes: see Labels.
     #[staticmethod]
     #[pyo3(signature = (path, table = None, *, changes = None))]
     fn open(
         py: Python,
         path: Argument<PathBuf>,
-        table: Option<Argument<PathBuf>>,
+        table: Option<&Bound<PyAny>>,
         changes: Option<Argument<Vec<String>>>,
     ) -> Result<Self> {
-        extract!(path, table, changes);
+        extract!(path, changes);
         let changes = changes_from(changes)?;
-        let (layers, warnings) = warned(py, move || {
-            let mut labels = Ours::open(path, &OpenOptions::default(), table.as_deref())?;
-            changes.iter().try_for_each(|change| labels.change(change))?;
-            let layer = |layer: &layersplat::volume::LabelLayer| {
-                Ok(Layer { indices: Voxels::new(layer.indices(None)?), labels: layer.present().cloned().collect() })
+        let table: Option<Table> = py.import("layersplat._fields")?.call_method1("table", (table,))?.extract()?;
+        let (drawn, warnings) = warned(py, move || {
+            let (file, entries) = match table {
+                Some(Table::File(file)) => (Some(file), None),
+                other => (None, other.map(Table::open).transpose()?),
             };
-            labels.layers().iter().map(layer).collect::<Result<Vec<_>>>()
+            let mut labels = Ours::open(path, &OpenOptions::default(), file.as_deref())?;
+            if let Some(table) = entries {
+                labels = labels.with_table(&table);
+            }
+            changes.iter().try_for_each(|change| labels.change(change))?;
+            Ok(Drawn::new(labels)?)
         })?;
         warn(py, warnings)?;
-        Ok(Self(Drawn { layers }))
+        Ok(Self(drawn))
+    }
+
+    /// A copy after further changes, see Labels. It shares the voxels.
+    fn changed(&self, changes: Argument<Vec<String>>) -> Result<Self> {
+        extract!(changes);
+        let Drawn { all, voxels } = self.0.clone();
+        Ok(Self(Drawn { all: all.changed(&changes_from(Some(changes))?)?, voxels }))
     }
 
     /// The framing of the visible labels. Scans all voxels.
     fn framing(&self, py: Python) -> Result<Framing> {
         let drawn = self.0.clone();
-        Ok(Framing::from_library(abandonable(py, move || Ok(drawn.framing()?))?))
+        Ok(Framing::from_library(abandonable(py, move || Ok(drawn.all.framing(&drawn.tables())))?))
     }
 
     /// The labels that voxels have: a dict from ids to dicts of name, color, opacity and visible. It can be changed, and given to Labels.
     #[getter]
     fn table<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let table = PyDict::new(py);
-        for label in self.0.layers.iter().flat_map(|layer| &layer.labels) {
+        for label in self.0.all.labels().layers().iter().flat_map(LabelLayer::present) {
             let entry = PyDict::new(py);
             entry.set_item("name", &label.name)?;
             entry.set_item("color", <(f64, f64, f64)>::from(label.color))?;
@@ -189,13 +194,13 @@ impl Labels {
     /// Number of voxels along z, y, x.
     #[getter]
     fn shape(&self) -> (usize, usize, usize) {
-        let [x, y, z] = self.0.layers[0].indices.volume().grid().dims();
+        let [x, y, z] = self.0.all.labels().layers()[0].grid().dims();
         (z, y, x)
     }
 
     fn __repr__(&self) -> String {
         let (z, y, x) = self.shape();
-        let count: usize = self.0.layers.iter().map(|layer| layer.labels.len()).sum();
+        let count: usize = self.0.all.labels().layers().iter().map(|layer| layer.present().count()).sum();
         format!("<layersplat.Labels of {z}x{y}x{x} (z, y, x), {count} labels>")
     }
 }

@@ -5,6 +5,7 @@ use crate::calls::detached;
 use crate::camera::Camera;
 use crate::device::Device;
 use crate::errors::{Failure, Result};
+use crate::labels::Labels;
 use crate::names::Over;
 use crate::renderer::Renderer;
 use crate::settings::Settings;
@@ -15,7 +16,7 @@ use layersplat::framing::Orientation;
 use layersplat::viewer::{Change, Drawn, First, Host, Look, Message, Opening, Overlay, PageCamera, Scene, Session, Wanted};
 use layersplat::{Background, Camera as OurCamera, Error, Orbit, Projection, Quality, Settings as OurSettings, Viewport};
 use pyo3::prelude::*;
-use pyo3::types::{PyBytes, PyString};
+use pyo3::types::{PyBytes, PyList, PyString};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// Locks what no panic leaves half changed.
@@ -37,6 +38,7 @@ struct View {
     /// The value that an iso-surface begins with.
     iso: f64,
     frame: layersplat::camera::OrbitFrame,
+    has_labels: bool,
 }
 
 impl View {
@@ -73,11 +75,19 @@ impl Host for ViewHost {
         let settings = self.settings(look, None).unwrap_or_default();
         let settings = Python::try_attach(|py| Settings::from_library(settings).code(py).unwrap_or_default()).unwrap_or_default();
         let (camera, background) = (code_of(&view), &look.background);
+        let labels = if self.0.has_labels { labels_code(&look.labels.words()) } else { String::new() };
         format!(
             "layersplat.volshow(data, cmap=\"{transfer}\", settings={settings}, camera={camera}, size=({width}, {height}), \
-             background=\"{background}\").save(\"layersplat.png\")"
+             background=\"{background}\"{labels}).save(\"layersplat.png\")"
         )
     }
+}
+
+/// The argument for labels after changes. `labels` stands for those that were given.
+fn labels_code(changes: &[String]) -> String {
+    let changes: Vec<String> = changes.iter().map(|change| format!("{change:?}")).collect();
+    let changed = if changes.is_empty() { String::new() } else { format!(".changed([{}])", changes.join(", ")) };
+    format!(", label_colors=labels{changed}")
 }
 
 /// The code that makes a camera, with all bits.
@@ -94,7 +104,7 @@ fn code_of(camera: &OurCamera) -> String {
 /// The voxels of a View on a device, shared by its renderer and its pages. Not for users.
 ///
 /// volume: a Volume, which is uploaded, or streamed if the device has a memory budget. transfer: the transfer function that the pages call
-/// the first one. device: a Device.
+/// the first one. device: a Device. labels: Labels in whose colours the volume is drawn, or None.
 #[pyclass(frozen, module = "layersplat")]
 pub struct LiveScene {
     scene: Arc<Scene>,
@@ -104,14 +114,15 @@ pub struct LiveScene {
 #[pymethods]
 impl LiveScene {
     #[new]
-    #[pyo3(signature = (volume, transfer, device))]
+    #[pyo3(signature = (volume, transfer, device, labels = None))]
     fn new(
         py: Python,
         volume: Argument<Bound<Volume>>,
         transfer: Argument<Bound<TransferFunction>>,
         device: Argument<Bound<Device>>,
+        labels: Option<Argument<Bound<Labels>>>,
     ) -> Result<Self> {
-        extract!(volume, transfer, device);
+        extract!(volume, transfer, device, labels);
         let (volume, transfer) = (volume.get().ours().clone(), transfer.get().ours().clone());
         let device = device.get().ours().clone();
         let (grid, (lo, hi)) = (volume.grid().clone(), volume.range());
@@ -122,10 +133,15 @@ impl LiveScene {
         let look = overlay.look().clone();
         let whole = OurCamera::fit_parallel(grid.centre(), grid.diagonal(), Viewport::new(1, 1)?, Orbit::default());
         let camera = PageCamera::of(&whole, frame)?;
-        let view = View { shown: Mutex::new(Shown { overlay, look: look.clone() }), dims, iso, frame };
+        let drawn = match labels {
+            Some(labels) => Drawn::LabelColors(labels.get().drawn().indexed().clone().over(volume.description())?),
+            None => Drawn::One,
+        };
+        let has_labels = matches!(drawn, Drawn::LabelColors(_));
+        let view = View { shown: Mutex::new(Shown { overlay, look: look.clone() }), dims, iso, frame, has_labels };
         let view = Arc::new(view);
         let time = None;
-        let (drawn, camera_is_given, time_limit) = (Drawn::One, true, None);
+        let (camera_is_given, time_limit) = (true, None);
         let opening = Opening { volume, time, transfer, drawn, device, orientation, camera, camera_is_given, look, time_limit };
         let host = Box::new(ViewHost(view.clone()));
         let scene = detached(py, move || Ok(Scene::new(opening, host)?))?;
@@ -142,8 +158,10 @@ impl LiveScene {
     fn show(&self, settings: Argument<Bound<Settings>>, background: Argument<Over>) -> Result<()> {
         extract!(settings, background);
         let overlay = self.view.overlay(*settings.get().ours(), background.background()?);
-        let look = overlay.look().clone();
-        *locked(&self.view.shown) = Shown { overlay, look };
+        let mut shown = locked(&self.view.shown);
+        // What a hand has changed of labels is no part of settings.
+        let look = Look { labels: shown.look.labels.clone(), ..overlay.look().clone() };
+        *shown = Shown { overlay, look };
         Ok(())
     }
 
@@ -269,6 +287,9 @@ impl LivePage {
                 let mut changes = vec![("settings", Bound::new(py, settings)?.into_any())];
                 if look.background != state.last.look.background {
                     changes.push(("background", PyString::new(py, &look.background).into_any()));
+                }
+                if look.labels != state.last.look.labels {
+                    changes.push(("label_changes", PyList::new(py, look.labels.words())?.into_any()));
                 }
                 state.last.look.clone_from(&look);
                 shown.look = *look;

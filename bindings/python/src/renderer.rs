@@ -9,6 +9,7 @@ use crate::errors::{Result, out_of_range};
 use crate::event::Event;
 use crate::exclusive::{AnyRenderer, Exclusive};
 use crate::handles::{events, memory};
+use crate::labels::Labels;
 use crate::names::{Over, Size, orbit, picture_format};
 use crate::settings::{Settings, kernel};
 use crate::shown::Shown;
@@ -288,6 +289,22 @@ impl Renderer {
             }
         };
         self.shared.interruptible(volume.py(), move |renderer| renderer.set_volume(&ours))
+    }
+
+    /// Draws the volume in the colours of labels from the next frame on, or in its own again: labels is None. Its opacities stay. The colour C of
+    /// the volume becomes (1 - w) C + w L where a label has the colour L and the opacity w, before lighting; hidden labels leave it. Labels
+    /// without a placement, as arrays, lie where a volume of their shape does.
+    ///
+    /// Point-sampled layers and ray casting have them, with the blend modes composite and iso; other frames, slices, and frames of channels,
+    /// Colors or Labels raise InvalidValue. So do labels that lie outside the volume, and renderers that stream.
+    fn set_label_colors(&self, py: Python, labels: Option<Argument<Bound<Labels>>>) -> Result<()> {
+        extract!(labels);
+        let labels = labels.map(|labels| labels.get().drawn().clone());
+        self.shared.interruptible(py, move |renderer| {
+            let renderer = renderer.require_whole("Renderer.set_label_colors")?;
+            let colors = labels.map(|labels| labels.over_scan(renderer.device())).transpose()?;
+            renderer.set_label_colors(colors.as_ref())
+        })
     }
 
     /// Builds the kernels, tables and layouts that pictures with these settings need, for every view direction, and waits for them.

@@ -196,6 +196,81 @@ def test_labels_are_opened_with_a_table(tmp_path, arrays):
     assert (layersplat.render(labels, **VIEW) == expected).all() and expected[..., 1].max() > 20
 
 
+@pytest.fixture
+def ids(arrays):
+    """Left and right halves of the volume of both balls."""
+    return np.where(np.arange(arrays[0].shape[2]) < 10, 7, 300)[None, None].repeat(16, 0).repeat(18, 1).astype(np.uint16)
+
+
+def test_labels_color_a_volume(tmp_path, arrays, ids):
+    data, view = arrays[0] + arrays[1], {"size": SIZE, "azimuth": 0, "elevation": 0, "quality": "draft", "cmap": "grey", "background": "transparent"}
+    table = {7: "#ff0000", 300: {"name": "right", "color": (0, 0, 1)}}
+    plain = layersplat.render(data, **view)
+    picture = layersplat.render(data, label_colors=ids, labels=table, **view)
+    (r, g, b), (r2, g2, b2) = mean_color(picture, 0), mean_color(picture, 1)
+    assert min(r, b2) > 20 and max(g, b, r2, g2) < 2
+    assert (picture[..., 3] == plain[..., 3]).all() and (plain[..., 0] == plain[..., 2]).all(), "the opacity stays"
+    # Labels, files, and image objects are the same; without a table, colours depend on the ids.
+    labels = Labels(ids, table)
+    np.save(tmp_path / "ids.npy", ids)
+    (tmp_path / "table.json").write_text('{"labels": [{"id": 7, "color": "#ff0000"}, {"id": 300, "color": "#0000ff"}]}')
+    for given in [{"label_colors": labels}, {"label_colors": tmp_path / "ids.npy", "labels": tmp_path / "table.json"}]:
+        assert (layersplat.render(data, **given, **view) == picture).all(), given
+    assert (layersplat.render(data, label_colors=str(tmp_path / "ids.npy"), labels=table, **view) == picture).all()
+    own = layersplat.render(data, label_colors=ids, labels=True, **view)
+    assert (own != picture).any() and (own == layersplat.render(data, label_colors=ids, **view)).all()
+    # Without a placement of their own, they lie where the volume does.
+    assert (layersplat.render(data, 2.5, label_colors=ids, labels=table, **view) == layersplat.render(data, label_colors=ids, labels=table, **view)).all()
+    # Hidden labels keep the colours of the volume.
+    assert (layersplat.render(data, label_colors=labels.changed(["7,300:hide"]), **view) == plain).all()
+    assert mean_color(layersplat.render(data, label_colors=labels.changed(["right:only"]), **view), 0)[1] > 10
+    assert [look["visible"] for look in labels.table.values()] == [True, True], "a copy"
+
+
+def test_renderers_draw_in_the_colours_of_labels(arrays, transfer, ids):
+    renderer = Renderer(arrays[0], transfer.stretched(0.0, 1.0))
+    camera = renderer.camera(SIZE)
+    unlit = layersplat.Settings(shading=False)
+    plain = renderer.render(camera, SIZE, unlit)
+    renderer.set_label_colors(Labels(ids, {7: "#00ff00", 300: "#00ff00"}))
+    green = renderer.render(camera, SIZE, unlit)
+    assert green[..., 1].max() > 60 and green[..., 0].max() <= ROUNDING < plain[..., 0].max()
+    # Another volume has them, too.
+    renderer.set_volume(arrays[1])
+    assert (renderer.render(camera, SIZE, unlit) != green).any()
+    renderer.set_volume(arrays[0])
+    assert (renderer.render(camera, SIZE, unlit) == green).all()
+    renderer.set_label_colors(None)
+    assert (renderer.render(camera, SIZE, unlit) == plain).all()
+
+
+def test_wrong_labels_over_a_volume_are_refused(arrays, transfer, ids):
+    def refused(kind, match, call, *arguments, **options):
+        with pytest.raises(kind, match=match):
+            call(*arguments, **options)
+
+    render, view, labels = layersplat.render, {"size": SIZE, "quality": "draft"}, Labels(ids)
+    refused(layersplat.InvalidValue, "label_colors: leave it out", render, arrays, label_colors=ids, **view)
+    refused(layersplat.InvalidValue, "labels: leave it out", render, arrays[0], label_colors=labels, labels={7: "x"}, **view)
+    refused(layersplat.InvalidValue, "whole numbers", render, arrays[0], label_colors=arrays[1], **view)
+    refused(layersplat.InvalidValue, "three", render, arrays[0], label_colors=7, **view)
+    refused(layersplat.InvalidValue, "colours of labels", render, arrays[0], label_colors=ids, blend="maximum", **view)
+    refused(layersplat.FileNotFound, "nothing.nrrd", render, arrays[0], label_colors="nothing.nrrd", **view)
+    sitk = pytest.importorskip("SimpleITK")
+    image = sitk.GetImageFromArray(ids)
+    image.SetOrigin((500.0, 0.0, 0.0))
+    refused(layersplat.InvalidValue, "lie outside", render, arrays[0], label_colors=image, **view)
+    renderer = Renderer([Channel(arrays[0]), Channel(arrays[1])])
+    renderer.set_label_colors(labels)
+    refused(layersplat.InvalidValue, "one volume", renderer.render, renderer.camera(SIZE), SIZE)
+    refused(layersplat.InvalidType, "Labels", renderer.set_label_colors, ids)
+    streaming = Renderer(arrays[0], transfer, device=layersplat.Device(memory=1 << 20))
+    refused(layersplat.InvalidValue, "set_label_colors", streaming.set_label_colors, labels)
+    shown = layersplat.volshow(arrays[0], label_colors=ids, size=SIZE)
+    refused(layersplat.InvalidValue, "cannot be set", setattr, shown, "label_colors", labels)
+    shown.close()
+
+
 def test_wrong_arguments_are_refused(arrays, transfer):
     def refused(match, call, *arguments, **options):
         with pytest.raises(layersplat.InvalidValue, match=match):

@@ -168,6 +168,32 @@ def test_settings_transfer_and_background_follow_the_hand(view, transfer):
     assert view.settings == layersplat.Settings("high", shading={"power": 50}), "what a look does not have stays"
 
 
+def test_labels_that_color_the_volume_follow_the_hand(array, tmp_path, monkeypatch):
+    ids = np.where(np.arange(array.shape[2]) < 14, 3, 7)[None, None].repeat(20, 0).repeat(24, 1)
+    labels = layersplat.Labels(ids, {3: {"name": "left", "color": "#ff0000"}, 7: "#0000ff"})
+    view, heard = layersplat.volshow(array, cmap="grey", size=SIZE, label_colors=labels), []
+    view.observe(heard.append, names="label_colors")
+    page = Page(view)
+    hello = page.first("hello")
+    assert [label["name"] for label in hello["labels"]] == ["left", "label 7"] and "slices" in hello["unavailable"]
+    first = view.render()
+    page.view_of(hello["camera"])
+    assert np.abs(pixels(page.picture("standard")).astype(int) - first[..., :3]).max() <= 1
+    look = {**hello["look"], "labels": {"only": [], "hidden": ["7"], "colors": [["3", "#00ff00"]]}}
+    page.ask({"type": "look", "look": look})
+    page.view_of(turned(hello["camera"], 0.0))
+    drawn = pixels(page.picture("standard"))
+    assert len(heard) == 1 and view.label_colors is heard[0].new and view.label_colors.table[7]["visible"] is False
+    assert np.abs(drawn.astype(int) - view.render()[..., :3]).max() <= 1 and (view.render() != first).any()
+    # What the program sets keeps what the hand has changed.
+    view.background = "white"
+    assert page.first("given")["look"]["labels"] == look["labels"] and view.label_colors.table[3]["color"] == (0, 1, 0)
+    page.ask({"type": "save", "camera": hello["camera"], "width": SIZE[0], "height": SIZE[1], "samples": 1, "format": "png"})
+    code = page.first("command")["line"]
+    assert 'label_colors=labels.changed(["3:#00ff00", "7:hide"])' in code, code
+    view.close()
+
+
 def test_what_the_program_sets_is_newer_than_what_the_page_did_not_know(view):
     page = Page(view)
     camera = page.first("hello")["camera"]

@@ -3,9 +3,10 @@
 use crate::annotation::LegendEntry;
 use crate::cli::channels;
 use crate::cli::scene::Scene;
+use crate::error::Error;
 use crate::renderer::FieldKind;
 use crate::transfer::TransferFunction;
-use crate::viewer::{Drawn, Look, PageChannel, PageField};
+use crate::viewer::{Drawn, IndexedLabels, Look, PageChannel, PageField};
 use crate::volume::Volume;
 
 /// How the fields of a page are shown at first.
@@ -28,7 +29,7 @@ impl FirstFields {
     /// What a program in Python with a single volume leaves out.
     pub fn missing_in_python(&self) -> Option<&'static str> {
         match self.kind {
-            FieldKind::One => None,
+            FieldKind::One | FieldKind::LabelColors => None,
             FieldKind::Several => Some("all fields but the first, factors and visibilities: see layersplat.Channel"),
             FieldKind::Colors => Some("colours: see layersplat.Colors"),
             FieldKind::Labels => Some("labels: see layersplat.Labels"),
@@ -53,12 +54,22 @@ impl FirstFields {
 }
 
 /// What pages draw of a scene, and how its fields are shown at first.
-pub(super) fn drawn_of(scene: &mut Scene) -> (Drawn, Vec<PageChannel>) {
+///
+/// # Errors
+/// [`Error::Settings`] for the colours of labels over what is not one volume; if memory or the temporary folder is too small.
+pub(super) fn drawn_of(scene: &mut Scene) -> Result<(Drawn, Vec<PageChannel>), Error> {
+    if let Some(labels) = scene.label_colors.take() {
+        if scene.has_channels() {
+            let problem = "are those of one volume of values, and several fields are given: omit one of both".into();
+            return Err(Error::Settings { field: "label_colors", problem });
+        }
+        return Ok((Drawn::LabelColors(IndexedLabels::new(labels)?), Vec::new()));
+    }
     if let Some(shown) = scene.shown.take() {
-        return (Drawn::Shown(shown), Vec::new());
+        return Ok((Drawn::Shown(shown), Vec::new()));
     }
     if !scene.has_channels() {
-        return (Drawn::One, Vec::new());
+        return Ok((Drawn::One, Vec::new()));
     }
     let first = (scene.volume.clone(), scene.transfer.clone(), scene.look);
     let others = std::mem::take(&mut scene.others).into_iter().map(|field| (field.volume, field.transfer, field.look));
@@ -70,5 +81,5 @@ pub(super) fn drawn_of(scene: &mut Scene) -> (Drawn, Vec<PageChannel>) {
         (field, PageChannel { visible, factor, color: format!("#{color}") })
     };
     let (fields, channels) = fields.map(described).unzip();
-    (Drawn::Several(fields), channels)
+    Ok((Drawn::Several(fields), channels))
 }

@@ -96,7 +96,7 @@ pub(super) fn file_name(path: &Path) -> String {
 fn without_folders(id: &str, value: &str) -> String {
     let name = |text: &str| file_name(Path::new(text));
     match id {
-        "scene" | "labels" | "mask" => name(value),
+        "scene" | "labels" | "label_colors" | "mask" => name(value),
         "with" | "field" => {
             let part = |(n, part): (usize, &str)| match part.split_once('=') {
                 Some((key @ ("transfer" | "at"), file)) => format!("{key}={}", name(file)),
@@ -159,7 +159,7 @@ mod tests {
     #[test]
     fn options_of_fields_name_no_folder() {
         let line = "layersplat view a.nii --with /secret/b.nii,at=/secret/at.txt,factor=2,transfer=/secret/t.json --field 1,transfer=/secret/u.json \
-                    --mask /secret/m.nrrd:3,liver --label 3,7-9:hide --labels=/secret/table.txt";
+                    --mask /secret/m.nrrd:3,liver --label-colors /secret/l.nrrd --label 3,7-9:hide --labels=/secret/table.txt";
         let given = given(line);
         let words: Vec<String> = given.reading.iter().flat_map(|option| option.words.clone()).collect();
         let words = words.join(" ");
@@ -167,6 +167,7 @@ mod tests {
             "--with b.nii,at=at.txt,factor=2,transfer=t.json",
             "--field 1,transfer=u.json",
             "--mask m.nrrd:3,liver",
+            "--label-colors l.nrrd",
             "--label 3,7-9:hide",
             "--labels=table.txt",
         ] {

@@ -48,9 +48,9 @@ impl Arguments {
             let problem = "a sequence is shown by one process only: start layersplat without mpirun";
             return if is_several { Err(Error::volume(&volume.volume, problem)) } else { Ok(None) };
         }
-        let is_one = !channels.are_given() && !colors.are_given() && !labels.is_given() && !labels.mask();
+        let is_one = !channels.are_given() && !colors.are_given() && !labels.is_given();
         if is_several && !is_one {
-            let problem = "several fields, colours, labels and masks are shown at one moment: name one volume";
+            let problem = "several fields, colours and labels are shown at one moment: name one volume";
             return Err(Error::Settings { field: "channels", problem: problem.into() });
         }
         if !is_several && (!is_one || volume.has_frame() || standard::is_input(&volume.volume)) {
@@ -59,7 +59,11 @@ impl Arguments {
         if !is_several && volume.declares_labels(camera.size) {
             return Ok(None);
         }
-        Ok(Some(volume.sequence(&self.more, Some(camera.size), bounds.memory)?).filter(|sequence| sequence.len() > 1))
+        let sequence = volume.sequence(&self.more, Some(camera.size), bounds.memory)?;
+        if sequence.len() == 1 {
+            return Ok(None);
+        }
+        labels.masked_steps(sequence).map(Some)
     }
 
     /// Opens the volume, or the first step of a sequence.
@@ -120,10 +124,6 @@ impl Ending {
 
 /// The first view: that of `render` with the same options.
 fn opening_of(options: &SceneOptions, mut scene: Scene, sequence: Option<Sequence>) -> Result<Opening, Error> {
-    if scene.label_colors.is_some() {
-        let problem = "pages show a volume in its own colours: omit it, or use render or rotate".into();
-        return Err(Error::Settings { field: "label_colors", problem });
-    }
     let orientation = orientation::announced(&options.camera, &scene);
     let cameras = Cameras::new(&options.camera, &scene, Fit::Visible, orientation);
     let orbit = cameras.angles().or_all_of(OBLIQUE);
@@ -131,7 +131,7 @@ fn opening_of(options: &SceneOptions, mut scene: Scene, sequence: Option<Sequenc
     let given = &options.camera;
     let camera_is_given = given.parallel_scale.is_some() || given.distance.is_some() || given.center.is_some();
     let mut look = look(options, &scene);
-    let (drawn, channels) = fields::drawn_of(&mut scene);
+    let (drawn, channels) = fields::drawn_of(&mut scene)?;
     look.channels = channels;
     drawn.kind().check(&scene.settings)?;
     let Scene { volume, transfer, device, time_limit, overview, .. } = scene;

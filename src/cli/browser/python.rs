@@ -43,6 +43,7 @@ pub(super) fn program(given: &Given, fields: &FirstFields, source: &Source, want
     lines.push(format!("settings = layersplat.Settings({})", arguments(Vec::new(), settings(given, look, is_layered))));
     lines.push(format!("camera = layersplat.Camera({})", camera(&view)));
     lines.push("renderer = layersplat.Renderer(volume, transfer)".into());
+    lines.extend(label_colors(given, look));
     let background = string(&look.background);
     if !is_averaged {
         lines.push(format!("picture = renderer.render(camera, ({width}, {height}), settings, background={background})"));
@@ -59,6 +60,19 @@ pub(super) fn program(given: &Given, fields: &FirstFields, source: &Source, want
         SavedFormat::Exr => r#"np.save("layersplat.npy", picture)  # the numbers of the .exr file"#.into(),
     });
     lines.join("\n") + "\n"
+}
+
+/// The line that draws the volume in the colours of labels.
+fn label_colors(given: &Given, look: &Look) -> Option<String> {
+    let file = value(&given.reading, "label_colors")?;
+    let table = given.reading.iter().find(|option| option.id == "labels").and_then(|option| option.words[0].split_once('='));
+    let options = given.reading.iter().filter(|option| option.id == "label").flat_map(|option| &option.words);
+    let changes: Vec<String> = options.skip(1).step_by(2).cloned().chain(look.labels.words()).map(|word| string(&word)).collect();
+    let mut named = Vec::new();
+    named.extend(table.map(|(_, table)| ("table", string(table))));
+    named.extend((!changes.is_empty()).then(|| ("changes", format!("[{}]", changes.join(", ")))));
+    let labels = format!("layersplat.Labels.open({})", arguments(vec![string(file)], named));
+    Some(format!("renderer.set_label_colors({labels})"))
 }
 
 /// Lines that put a frame over the background, and make 8 bits of it.
@@ -91,8 +105,12 @@ fn missing(given: &Given, look: &Look) -> Vec<String> {
         let id = option.id.as_str();
         WITHIN_OTHERS.contains(&id) || NUMBERS.iter().chain(&WORDS).any(|(known, _)| *known == id)
     };
+    let colors_labels = |option: &&GivenOption| {
+        value(&given.reading, "label_colors").is_some() && ["label_colors", "labels", "label"].contains(&option.id.as_str())
+    };
     // The camera is in the world, whatever is up.
-    let options = given.reading.iter().chain(&given.drawing).filter(|option| !known(option) && option.id != "up");
+    let options = given.reading.iter().chain(&given.drawing);
+    let options = options.filter(|option| !known(option) && !colors_labels(option) && option.id != "up");
     let mut all: Vec<String> = options.map(|option| option.words.join(" ")).collect();
     if look.legend || look.bounding_box || look.axes {
         all.push("legend, box and axes, which the command draws".into());
@@ -264,6 +282,7 @@ mod tests {
             ..Look::of(&Settings::default(), Background::BLACK, 0.0, [4; 3])
         };
         let made = text(&given, &look, 1, SavedFormat::Png);
+        assert!(!made.contains("set_label_colors"));
         for part in [
             r#"Volume.open("a \"name\".raw", dims=(4, 5, 6), frame=2)"#,
             "# Not included: --device 1.",
@@ -279,5 +298,21 @@ mod tests {
             assert!(made.contains(part), "{part} in {made}");
         }
         assert!(text(&given, &look, 3, SavedFormat::Exr).contains("camera, (90, 60), settings"));
+    }
+
+    #[test]
+    fn labels_that_color_the_volume_are_given_to_the_renderer() {
+        let option = |id: &str, words: &[&str]| GivenOption { id: id.into(), words: words.iter().map(|&w| w.into()).collect() };
+        let reading = vec![
+            option("label_colors", &["--label-colors", "ids.nrrd"]),
+            option("labels", &["--labels=table.txt"]),
+            option("label", &["--label", "3:hide", "--label", "liver:0.5"]),
+        ];
+        let given = Given { volume: "ct.nii".into(), reading, ..Given::default() };
+        let mut look = Look::of(&Settings::default(), Background::BLACK, 0.0, [4; 3]);
+        look.labels.hidden.push("7".into());
+        let made = text(&given, &look, 1, SavedFormat::Png);
+        let line = r#"renderer.set_label_colors(layersplat.Labels.open("ids.nrrd", table="table.txt", changes=["3:hide", "liver:0.5", "7:hide"]))"#;
+        assert!(made.contains(line) && !made.contains("Not included"), "{made}");
     }
 }

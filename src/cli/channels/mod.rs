@@ -104,7 +104,12 @@ impl ChannelOptions {
 
     /// Whether options ask for several fields, or say how they are shown.
     pub fn are_given(&self) -> bool {
-        self.channels.is_some() || self.scene.is_some() || !self.with.is_empty() || !self.field.is_empty()
+        self.name_fields() || !self.field.is_empty()
+    }
+
+    /// Whether options name fields beside the volume, or instead of it.
+    pub fn name_fields(&self) -> bool {
+        self.channels.is_some() || self.scene.is_some() || !self.with.is_empty()
     }
 
     /// Whether a scene names the fields.

@@ -3,7 +3,7 @@
 use super::mask::Mask;
 use crate::Error;
 use crate::cli::parse;
-use crate::volume::{LabelChange, Labels, OpenOptions, Volume};
+use crate::volume::{LabelChange, Labels, OpenOptions, Sequence, Volume};
 use clap::Args;
 use std::path::{Path, PathBuf};
 
@@ -33,10 +33,12 @@ impl LabelOptions {
         mask.applied_to(&volume)
     }
 
-    /// Whether only what lies within labels is shown.
-    #[cfg(feature = "viewer")]
-    pub fn mask(&self) -> bool {
-        self.mask.is_some()
+    /// Applies `--mask` to all steps.
+    pub fn masked_steps(&self, sequence: Sequence) -> Result<Sequence, Error> {
+        match &self.mask {
+            Some(mask) => mask.applied_to_steps(sequence),
+            None => Ok(sequence),
+        }
     }
 
     /// Whether the options say that the voxels of the volume are labels.

@@ -2,7 +2,7 @@
 
 use crate::Error;
 use crate::cli::parse;
-use crate::volume::{LabelChange, Labels, OpenOptions, Volume};
+use crate::volume::{LabelChange, Labels, OpenOptions, Sequence, Volume};
 use std::path::{Path, PathBuf};
 
 /// Labels within which a volume shows.
@@ -23,13 +23,29 @@ impl Mask {
         }
     }
 
+    /// The labels, of which the chosen ones are visible.
+    ///
+    /// # Errors
+    /// As [`Labels::open`] and [`Labels::change`].
+    fn labels(&self) -> Result<Labels, Error> {
+        let mut labels = Labels::open(&self.file, &OpenOptions::default(), None)?;
+        self.only.iter().try_for_each(|change| labels.change(change))?;
+        Ok(labels)
+    }
+
+    /// A sequence whose steps show only what lies within the labels.
+    ///
+    /// # Errors
+    /// As [`Labels::open`], [`Labels::change`] and [`Sequence::with_mask`].
+    pub fn applied_to_steps(&self, sequence: Sequence) -> Result<Sequence, Error> {
+        sequence.with_mask(&self.labels()?)
+    }
+
     /// A copy of a volume that shows only what lies within the labels.
     ///
     /// # Errors
     /// As [`Labels::open`], [`Labels::change`] and [`Volume::masked`].
     pub fn applied_to(&self, volume: &Volume) -> Result<Volume<'static>, Error> {
-        let mut labels = Labels::open(&self.file, &OpenOptions::default(), None)?;
-        self.only.iter().try_for_each(|change| labels.change(change))?;
-        volume.masked(&labels)
+        volume.masked(&self.labels()?)
     }
 }

@@ -9,7 +9,6 @@ use crate::device::launch::layered::{
 };
 use crate::device::launch::{Launcher, PerChannel};
 use crate::error::Error;
-use crate::settings::Blend;
 
 /// Renders splatted layers of several fields.
 #[derive(Default)]
@@ -78,10 +77,5 @@ impl ChannelSplats {
 
 /// What layers of each field are splatted from.
 fn inputs(scene: &mut Scene, layers: &SplattedLayers) -> Result<Vec<SplatInputs>, Error> {
-    if scene.settings.blend != Blend::Composite {
-        let problem =
-            "maximum, minimum, average and surfaces of several channels are taken of pre-integrated layers: omit the option";
-        return Err(Error::Settings { field: "classification", problem: problem.into() });
-    }
     scene.for_each_channel(|scene| SplatInputs::new(scene, layers))
 }

@@ -147,7 +147,11 @@ function begin(hello) {
   files.set(hello, volume.name);
   element("name").textContent = volume.name;
   document.title = `${volume.name} – layersplat`;
-  element("facts").textContent = `${volume.dims.join(" × ")} voxels of ${hello.labels.length > 0 ? `${hello.labels.length} labels` : `${volume.voxel_type}, ${short(histogram.lowest)} to ${short(histogram.highest)}`}`;
+  const { labels, unavailable } = hello;
+  // Labels alone have no curve.
+  const values = labels.length > 0 && "curve" in unavailable ? [] : [`${volume.voxel_type}, ${short(histogram.lowest)} to ${short(histogram.highest)}`];
+  const content = [...values, ...(labels.length > 0 ? [`${labels.length} labels`] : [])].join(", ");
+  element("facts").textContent = `${volume.dims.join(" × ")} voxels of ${content}`;
   editor.setHistogram(histogram);
   cutting.setVolume(volume);
   controls.setRange(histogram.lowest, histogram.highest);

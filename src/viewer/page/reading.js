@@ -4,7 +4,7 @@ import { projected, sum, times } from "./camera.js";
 
 /** @typedef {import("./session.js").Session} Session */
 /** @typedef {import("./gestures.js").Place} Place */
-/** @typedef {{ position: number[], voxel: number[], value: number, values: number[], labels: { id: number, name: string }[] }} Point */
+/** @typedef {{ position: number[], voxel: number[], value: number | null, values: number[], labels: { id: number, name: string }[] }} Point */
 /** @typedef {"turn" | "measure" | "tent"} Tool */
 
 /** Milliseconds that the cursor rests before the value under it is asked for. */
@@ -106,7 +106,8 @@ export class Reading {
     const components = ["red", "green", "blue", "alpha"];
     const named = values.map((one, n) => `${channels[n]?.name ?? components[n]} ${short(one)}`);
     const ids = labels.map(({ id, name }) => (name === `label ${id}` ? name : `${name} (label ${id})`));
-    const what = [...ids, ...named].join(", ") || `value ${short(value)}`;
+    const own = value === null || named.length > 0 ? [] : [`value ${short(value)}`];
+    const what = [...ids, ...named, ...own].join(", ");
     const list = (/** @type {number[]} */ numbers, /** @type {number} */ digits) => numbers.map((x) => x.toFixed(digits)).join(", ");
     return `${what} at ${list(position, 2)}${this.unit && ` ${this.unit}`} (voxel ${list(voxel, 1)})`;
   }
@@ -117,7 +118,7 @@ export class Reading {
     const { tool } = this;
     this.pick(place, (point) => {
       if (!point) return this.page.say("Nothing is seen at this place. Choose a place of the volume.");
-      if (tool === "tent") return this.page.tent(point.values[this.session.field] ?? point.value);
+      if (tool === "tent") return this.page.tent(point.values[this.session.field] ?? point.value ?? 0);
       this.ends = this.ends.length === 1 ? [...this.ends, point.position] : [point.position];
       this.showDistance();
       this.page.draw();

@@ -3,6 +3,7 @@
 use super::{Label, LabelTable};
 use crate::error::Error;
 use crate::volume::colors;
+use std::collections::BTreeSet;
 use std::str::FromStr;
 
 /// Share of their opacity that labels keep while others are highlighted.
@@ -186,15 +187,24 @@ fn chosen(tables: &[&mut LabelTable], which: &str) -> Result<Vec<Item>, Error> {
         return Err(match item {
             Item::Name(name) => unknown(name, labels().filter_map(|label| label.name.as_deref())),
             Item::Ids(..) => {
-                let ends = labels().map(|label| label.id).fold(None, |ends: Option<(u32, u32)>, id| {
-                    Some(ends.map_or((id, id), |(least, most)| (least.min(id), most.max(id))))
-                });
-                let known = ends.map_or("there are no labels".into(), |(least, most)| format!("ids are {least} to {most}"));
-                Error::Settings { field: "label", problem: format!("no label has the id {}: {known}, with gaps", text.trim()) }
+                let ids: BTreeSet<u32> = labels().map(|label| label.id).collect();
+                Error::Settings { field: "label", problem: format!("no label has the id {}: {}", text.trim(), described(&ids)) }
             }
         });
     }
     Ok(items)
+}
+
+/// Which ids there are.
+fn described(ids: &BTreeSet<u32>) -> String {
+    match (ids.first(), ids.last()) {
+        (Some(least), Some(most)) if least == most => format!("the only id is {least}"),
+        (Some(least), Some(most)) => {
+            let gaps = if ids.len() <= (most - least) as usize { ", with gaps" } else { "" };
+            format!("ids are {least} to {most}{gaps}")
+        }
+        _ => "there are no labels".into(),
+    }
 }
 
 /// The error for an unknown name, with the most similar one and some others.
@@ -266,6 +276,21 @@ mod tests {
     }
 
     #[test]
+    fn messages_tell_which_ids_there_are() {
+        for (ids, expected) in [
+            (vec![], "there are no labels"),
+            (vec![7], "the only id is 7"),
+            (vec![3, 1, 4, 2], "ids are 1 to 4"),
+            (vec![1, 2, 4], "ids are 1 to 4, with gaps"),
+            (vec![1, u32::MAX], "ids are 1 to 4294967295, with gaps"),
+        ] {
+            let mut table = LabelTable::new(ids.into_iter().map(Label::new)).unwrap();
+            let message = table.change(&"9:hide".parse().unwrap()).unwrap_err().to_string();
+            assert!(message.ends_with(&format!("no label has the id 9: {expected}")), "{message}");
+        }
+    }
+
+    #[test]
     fn wrong_changes_are_refused() {
         for (text, expected) in [
             ("", "which names no labels"),
@@ -276,7 +301,7 @@ mod tests {
             ("3:1.5", "whose opacity is not 0 to 1"),
             ("3:NaN", "whose opacity is not 0 to 1"),
             ("3:0.5:0.4", "which says one thing twice"),
-            ("12:0.5", "label: no label has the id 12: ids are 3 to 40"),
+            ("12:0.5", "label: no label has the id 12: ids are 3 to 40, with gaps"),
             ("9-20:0.5", "no label has the id 9-20"),
             ("9-7:0.5", "no label has the id 9-7"),
             ("livr:hide", "unknown label 'livr': use Liver (the nearest name), or one of Liver, Rib, left"),

@@ -7,7 +7,9 @@ use crate::volume::{Grid, Storage, Volume, VoxelType};
 use bytemuck::Zeroable;
 use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
+use std::fmt;
 use std::path::Path;
+use std::sync::{Arc, Mutex, PoisonError};
 
 impl Volume<'_> {
     /// A copy in which voxels outside the visible labels have the background's value. A voxel takes the label of the nearest voxel of the
@@ -16,30 +18,7 @@ impl Volume<'_> {
     /// # Errors
     /// [`Error::Volume`] if no voxel of the volume lies within a visible label, and if memory is too small.
     pub fn masked(&self, mask: &Labels) -> Result<Volume<'static>, Error> {
-        let layers = mask.layers().iter().map(|layer| {
-            let shown = layer.palette().iter().map(|entry| entry[3] > 0.0).collect();
-            Ok(Layer { indices: layer.indices(None)?, shown })
-        });
-        let layers = layers.collect::<Result<Vec<Layer>, Error>>()?;
-        let [x, y, z] = self.grid().dims();
-        let mut kept: Vec<u8> = memory::zeroed(self.name(), self.grid().voxel_count())?;
-        let moves: Vec<DAffine3> = layers.iter().map(|layer| layer.transform_from(self.grid())).collect();
-        kept.par_chunks_mut(x).enumerate().for_each(|(row, kept)| {
-            for (i, kept) in kept.iter_mut().enumerate() {
-                let place = DVec3::new(i as f64, (row % y) as f64, (row / y) as f64);
-                let is_inside = layers.iter().zip(&moves).any(|(layer, moved)| layer.shows(moved.transform_point3(place)));
-                *kept = u8::from(is_inside);
-            }
-        });
-        if kept.iter().all(|&kept| kept == 0) {
-            let problem = format!(
-                "none of its {x}x{y}x{z} voxels lies within a visible label of the mask {}: check the placement of both, or choose \
-                 other labels",
-                mask.name()
-            );
-            return Err(Error::volume(Path::new(self.name()), problem));
-        }
-        self.with_voxels_where(&kept)
+        Mask::new(mask)?.applied_to(self)
     }
 
     /// A copy in which voxels with 0 in `kept` have the background's value.
@@ -65,6 +44,70 @@ fn filled<T: Zeroable + Clone + Send>(name: &str, count: usize, number: impl Fn(
     let mut numbers = memory::zeroed(name, count)?;
     numbers.par_iter_mut().enumerate().for_each(|(n, slot)| *slot = number(n));
     Ok(numbers)
+}
+
+/// Labels within which volumes show.
+pub(in crate::volume) struct Mask {
+    name: String,
+    layers: Vec<Layer>,
+    /// The voxels that it keeps of the last volume's grid: volumes of a sequence have one.
+    last: Mutex<Option<(Grid, Arc<Vec<u8>>)>>,
+}
+
+impl Mask {
+    /// # Errors
+    /// If memory is too small.
+    pub fn new(labels: &Labels) -> Result<Self, Error> {
+        let layers = labels.layers().iter().map(|layer| {
+            let shown = layer.palette().iter().map(|entry| entry[3] > 0.0).collect();
+            Ok(Layer { indices: layer.indices(None)?, shown })
+        });
+        Ok(Self { name: labels.name(), layers: layers.collect::<Result<_, Error>>()?, last: Mutex::default() })
+    }
+
+    /// What of a volume lies within the labels.
+    ///
+    /// # Errors
+    /// As [`Volume::masked`].
+    pub fn applied_to(&self, volume: &Volume) -> Result<Volume<'static>, Error> {
+        volume.with_voxels_where(&self.kept_of(volume)?)
+    }
+
+    /// 1 for voxels that are kept, otherwise 0.
+    fn kept_of(&self, volume: &Volume) -> Result<Arc<Vec<u8>>, Error> {
+        let grid = volume.grid();
+        let mut last = self.last.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((_, kept)) = last.as_ref().filter(|(of, _)| of == grid) {
+            return Ok(kept.clone());
+        }
+        let [x, y, z] = grid.dims();
+        let mut kept: Vec<u8> = memory::zeroed(volume.name(), grid.voxel_count())?;
+        let moves: Vec<DAffine3> = self.layers.iter().map(|layer| layer.transform_from(grid)).collect();
+        kept.par_chunks_mut(x).enumerate().for_each(|(row, kept)| {
+            for (i, kept) in kept.iter_mut().enumerate() {
+                let place = DVec3::new(i as f64, (row % y) as f64, (row / y) as f64);
+                let is_inside = self.layers.iter().zip(&moves).any(|(layer, moved)| layer.shows(moved.transform_point3(place)));
+                *kept = u8::from(is_inside);
+            }
+        });
+        if kept.iter().all(|&kept| kept == 0) {
+            let problem = format!(
+                "none of its {x}x{y}x{z} voxels lies within a visible label of the mask {}: check the placement of both, or choose \
+                 other labels",
+                self.name
+            );
+            return Err(Error::volume(Path::new(volume.name()), problem));
+        }
+        let kept = Arc::new(kept);
+        *last = Some((grid.clone(), kept.clone()));
+        Ok(kept)
+    }
+}
+
+impl fmt::Debug for Mask {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "labels of {}", self.name)
+    }
 }
 
 /// A layer of labels, and which of them show.

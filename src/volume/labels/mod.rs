@@ -8,7 +8,9 @@ mod place;
 mod table;
 
 pub use change::{LabelChange, LabelVisibility};
+pub(in crate::volume) use mask::Mask;
 pub use open::{LabelLayer, Labels};
+pub(crate) use place::grid_over;
 pub(in crate::volume) use table::Declared;
 #[cfg(feature = "zarr")]
 pub(in crate::volume) use table::image_label;

@@ -9,11 +9,12 @@ use crate::volume::wide::Numbers;
 use crate::volume::{Contents, Endian, Grid, OpenOptions, Rescale, ScalarType, Volume, format};
 use std::fmt;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// Ids that a message lists.
 const LISTED: usize = 8;
 
-/// The labels of a file. Most files have one layer; in `.seg.nrrd` files whose segments overlap, each layer holds some of them.
+/// The labels of a file, or of numbers in memory. Most files have one layer; in `.seg.nrrd` files whose segments overlap, each layer holds some of them.
 ///
 /// ```
 /// use layersplat::volume::{Labels, OpenOptions};
@@ -34,26 +35,28 @@ const LISTED: usize = 8;
 /// assert_eq!(layer.palette()[1][3], 0.0);
 /// # Ok::<(), layersplat::Error>(())
 /// ```
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Labels {
-    layers: Vec<LabelLayer>,
+    pub(super) layers: Vec<LabelLayer>,
 }
 
-/// Labels that do not overlap: each voxel has one, or none.
+/// Labels that do not overlap: each voxel has one, or none. Clones share the numbers of voxels.
+#[derive(Clone)]
 pub struct LabelLayer {
-    path: PathBuf,
-    grid: Grid,
+    pub(super) path: PathBuf,
+    pub(super) grid: Grid,
     table: LabelTable,
     /// Ids of voxels, ascending from 0, and the number of voxels of each.
     ids: Vec<u32>,
     voxels: Vec<u64>,
     stored: Stored,
-    contents: Contents,
+    pub(super) contents: Contents,
 }
 
-/// The numbers of a file, in memory or mapped.
+/// Numbers in memory, or of a file that is mapped.
+#[derive(Clone)]
 struct Stored {
-    bytes: Box<dyn AsRef<[u8]> + Send + Sync>,
+    bytes: Arc<dyn AsRef<[u8]> + Send + Sync>,
     scalar: ScalarType,
     endian: Endian,
     rescale: Rescale,
@@ -94,6 +97,47 @@ impl Labels {
             })
             .collect();
         Ok(Self { layers: layers? })
+    }
+
+    /// Labels of numbers in memory, one layer, x fastest, in this machine's byte order. Ids without an entry in the table get a
+    /// [default colour](LabelTable::default_color).
+    ///
+    /// ```
+    /// use layersplat::glam::DVec3;
+    /// use layersplat::volume::{Grid, LabelTable, Labels, ScalarType};
+    ///
+    /// let grid = Grid::new([2, 2, 1], DVec3::ONE)?;
+    /// let labels = Labels::from_numbers("cells", grid, [0u8, 7, 7, 12], ScalarType::Uint8, LabelTable::default())?;
+    /// assert_eq!(labels.layers()[0].voxels_of(7), 2);
+    /// # Ok::<(), layersplat::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Error::Volume`] for another number of bytes than the grid's, for voxels that are not whole numbers from 0 to 4294967295, and for
+    /// more than 65535 different ids.
+    pub fn from_numbers(
+        name: impl Into<PathBuf>,
+        grid: Grid,
+        numbers: impl AsRef<[u8]> + Send + Sync + 'static,
+        scalar: ScalarType,
+        table: LabelTable,
+    ) -> Result<Self, Error> {
+        let (path, found, expected) = (name.into(), numbers.as_ref().len(), grid.voxel_count() * scalar.bytes());
+        if found != expected {
+            return Err(Error::volume(&path, format!("its labels have {found} bytes, and its grid needs {expected}")));
+        }
+        let stored = Stored { bytes: Arc::new(numbers), scalar, endian: Endian::NATIVE, rescale: Rescale::default() };
+        let (layer, _) = LabelLayer::new(path, grid, stored, Contents::default(), table)?;
+        Ok(Self { layers: vec![layer] })
+    }
+
+    /// The labels with other names and looks, in all layers. Ids without an entry get a [default colour](LabelTable::default_color).
+    pub fn with_table(mut self, table: &LabelTable) -> Self {
+        for layer in &mut self.layers {
+            layer.table = table.clone();
+            layer.table.complete(layer.ids.iter().copied());
+        }
+        self
     }
 
     /// Whether a file states that its voxels are ids of labels: `.seg.nrrd` files, OME-Zarr's `image-label`, and NIfTI's label intent.
@@ -139,14 +183,11 @@ impl Labels {
 }
 
 impl LabelLayer {
-    fn open(path: &Path, options: &OpenOptions, mut table: LabelTable, is_named: bool) -> Result<Self, Error> {
+    fn open(path: &Path, options: &OpenOptions, table: LabelTable, is_named: bool) -> Result<Self, Error> {
         let (header, bytes) = format::numbers(path, options)?;
         let format::Header { grid, scalar, endian, rescale, contents, .. } = header;
-        let stored = Stored { bytes, scalar, endian, rescale };
-        let mut counts = stored.ids(path, grid.dims()).counts()?;
-        counts.entry(0).or_default();
-        let (ids, voxels): (Vec<u32>, Vec<u64>) = counts.into_iter().unzip();
-        let added = table.complete(ids.iter().copied());
+        let stored = Stored { bytes: bytes.into(), scalar, endian, rescale };
+        let (layer, added) = Self::new(path.into(), grid, stored, contents, table)?;
         if is_named && !added.is_empty() {
             let listed: Vec<String> = added.iter().take(LISTED).map(u32::to_string).collect();
             let more = if added.len() > LISTED { ", …" } else { "" };
@@ -157,7 +198,22 @@ impl LabelLayer {
                 added.len()
             );
         }
-        Ok(Self { path: path.into(), grid, table, ids, voxels, stored, contents })
+        Ok(layer)
+    }
+
+    /// Counts the voxels of each id. Also returns the ids that the table lacked.
+    fn new(
+        path: PathBuf,
+        grid: Grid,
+        stored: Stored,
+        contents: Contents,
+        mut table: LabelTable,
+    ) -> Result<(Self, Vec<u32>), Error> {
+        let mut counts = stored.ids(&path, grid.dims()).counts()?;
+        counts.entry(0).or_default();
+        let (ids, voxels): (Vec<u32>, Vec<u64>) = counts.into_iter().unzip();
+        let added = table.complete(ids.iter().copied());
+        Ok((Self { path, grid, table, ids, voxels, stored, contents }, added))
     }
 
     /// Position of the voxels in the world.

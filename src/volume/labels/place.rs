@@ -1,12 +1,28 @@
 //! Labels at positions.
 
 use super::{Label, LabelLayer, Labels};
+use crate::error::Error;
+use crate::volume::{Description, Grid};
 use glam::DVec3;
+use std::path::Path;
 
 /// Voxels on each side of a position among which the nearest visible label is found: those that the cubic kernel weights there.
 const REACH: i32 = 2;
 
 impl Labels {
+    /// The labels where they colour a scan ([`Renderer::set_label_colors`](crate::Renderer::set_label_colors)): those of a file that states no
+    /// placement, as NumPy arrays, get the placement of a scan of their size.
+    ///
+    /// # Errors
+    /// If no voxel of the labels lies in the scan's box, and for labels of another size without a placement.
+    pub fn over(mut self, scan: &Description) -> Result<Self, Error> {
+        for layer in &mut self.layers {
+            let name = layer.path.file_name().unwrap_or_default().to_string_lossy();
+            layer.grid = grid_over(&name, (&layer.grid, layer.contents.states_spacing), scan)?;
+        }
+        Ok(self)
+    }
+
     /// The label of the voxel nearest to a world position: that of the first layer which has one there. `None` for the background and
     /// beyond the grid.
     ///
@@ -55,4 +71,45 @@ impl LabelLayer {
         });
         found.min_by(|(one, _), (other, _)| one.total_cmp(other))
     }
+}
+
+/// The grid of labels over a scan: their own, or that of the scan ([`Labels::over`]). `is_placed`: whether their file states a placement.
+///
+/// # Errors
+/// As [`Labels::over`].
+pub(crate) fn grid_over(name: &str, (own, is_placed): (&Grid, bool), scan: &Description) -> Result<Grid, Error> {
+    let wrong = |problem: String| Error::volume(Path::new(name), problem);
+    let size = |[x, y, z]: [usize; 3]| format!("{x}x{y}x{z}");
+    if own.dims() == scan.grid().dims() && (!is_placed || has_default_placement(own)) {
+        return Ok(scan.grid().clone());
+    }
+    if !is_placed {
+        let problem = format!(
+            "its labels of {} voxels do not fit {} of {} voxels, and it states no spacing and origin: give labels of that size, or \
+             a file that states both, such as NRRD or NIfTI",
+            size(own.dims()),
+            scan.name(),
+            size(scan.grid().dims())
+        );
+        return Err(wrong(problem));
+    }
+    let place = |corner: DVec3| own.world_to_voxel(scan.grid().index_to_world().transform_point3(corner));
+    let corners = scan.grid().corner_voxels().map(place);
+    let lowest = corners.into_iter().reduce(DVec3::min).expect("eight corners");
+    let highest = corners.into_iter().reduce(DVec3::max).expect("eight corners");
+    let last = DVec3::from_array(own.dims().map(|n| n as f64));
+    if lowest.cmpgt(last).any() || highest.cmplt(DVec3::NEG_ONE).any() {
+        let [of_labels, of_scan] = [own, scan.grid()].map(Grid::centre);
+        let problem = format!(
+            "its labels lie outside {}: their centre is at {of_labels}, and that of the volume at {of_scan}; check the placement of both",
+            scan.name()
+        );
+        return Err(wrong(problem));
+    }
+    Ok(own.clone())
+}
+
+/// Whether a grid is that of arrays and files which state none.
+fn has_default_placement(grid: &Grid) -> bool {
+    Grid::new(grid.dims(), DVec3::ONE).is_ok_and(|default| default.index_to_world() == grid.index_to_world())
 }

@@ -5,11 +5,13 @@ mod along;
 mod overview;
 
 use super::format::{self, OpenOptions};
-use super::{Grid, ScalarType, Volume, builtin};
+use super::labels::Mask;
+use super::{Grid, Labels, ScalarType, Volume, builtin};
 use crate::error::Error;
 use ahead::Ahead;
 pub use along::steps_along;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// Volumes of one size and type in the order of time: the frames of a file with a time axis, of several files, one after the other, of the
 /// files that ParaView's `.pvd` names (feature `vtk`), or of those that match a name with `%d` in place of the number.
@@ -31,6 +33,7 @@ pub struct Sequence {
     steps: Vec<Step>,
     options: OpenOptions,
     background: Option<f64>,
+    mask: Option<Arc<Mask>>,
 }
 
 /// Where a step is.
@@ -79,12 +82,20 @@ impl Sequence {
                 problem: "are none: name a file with a time axis, or several files".into(),
             });
         }
-        Ok(Self { steps, options: options.clone(), background: None })
+        Ok(Self { steps, options: options.clone(), background: None, mask: None })
     }
 
     /// Sets the background of all steps; see [`Description::with_background`](super::Description::with_background).
     pub fn with_background(self, value: f64) -> Self {
         Self { background: Some(value), ..self }
+    }
+
+    /// Shows of all steps only what lies within visible labels ([`Volume::masked`]). Steps are masked when they are read.
+    ///
+    /// # Errors
+    /// If memory is too small for the labels.
+    pub fn with_mask(self, mask: &Labels) -> Result<Self, Error> {
+        Ok(Self { mask: Some(Arc::new(Mask::new(mask)?)), ..self })
     }
 
     /// Number of steps, at least 1.
@@ -101,13 +112,17 @@ impl Sequence {
     /// Reads step `n`. Its range is its own.
     ///
     /// # Errors
-    /// Those of [`Volume::open`]; [`Error::OutOfRange`] if the sequence has no such step.
+    /// Those of [`Volume::open`] and [`Volume::masked`]; [`Error::OutOfRange`] if the sequence has no such step.
     pub fn step(&self, n: usize) -> Result<Volume<'static>, Error> {
         let expected = "the number of a step of the sequence, from 0";
         let step = self.steps.get(n).ok_or_else(|| Error::OutOfRange { name: "step", value: n.to_string(), expected })?;
         let volume = Volume::open(&step.path, &OpenOptions { frame: step.frame, ..self.options.clone() })?;
-        match self.background {
-            Some(value) => volume.with_background(value),
+        let volume = match self.background {
+            Some(value) => volume.with_background(value)?,
+            None => volume,
+        };
+        match &self.mask {
+            Some(mask) => mask.applied_to(&volume),
             None => Ok(volume),
         }
     }

@@ -1,7 +1,7 @@
 // Several fields and labels, as a user shows and hides them.
 
 import assert from "node:assert/strict";
-import { copyFile, mkdtemp, rm } from "node:fs/promises";
+import { copyFile, mkdtemp, rm, writeFile } from "node:fs/promises";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before } from "node:test";
@@ -12,21 +12,29 @@ const LABELS = new URL("../../formats/files/labels/layers.seg.nrrd", import.meta
 
 const two = pages("builtin:hydrogen@32", "--with", "builtin:gyroid@32,color=#3388ff,opacity=p60:0,p99:0.1");
 
+/** Labels of the left and the right half of 32³ voxels. */
+const HALVES = Uint8Array.from({ length: 32 ** 3 }, (_, n) => (n % 32 < 16 ? 3 : 7));
+
 let folder;
 let server;
+let tinted;
 let browser;
 before(async () => {
   folder = await mkdtemp(join(tmpdir(), "layersplat-test-"));
   await copyFile(LABELS, join(folder, "layers.seg.nrrd"));
   server = await serveIn(folder, "layers.seg.nrrd");
+  await writeFile(join(folder, "halves_32x32x32_uint8.raw"), HALVES);
+  tinted = await serveIn(folder, "builtin:hydrogen@32", "--label-colors", "halves_32x32x32_uint8.raw", "--label", "3:#ff0000", "--label", "7:#0000ff");
   browser = await launch();
 });
 after(async () => {
   await browser.close();
   await server.end();
+  await tinted.end();
   await rm(folder, { recursive: true });
 });
 const labelled = pagesOf(() => [browser, server.url]);
+const colored = pagesOf(() => [browser, tinted.url]);
 
 two("channels are hidden, weighed and coloured, and undo takes it back", async (page, first) => {
   const second = page.locator("#channels li").nth(1);
@@ -65,7 +73,8 @@ two("the curve is that of the chosen channel", async (page, first) => {
 });
 
 two("what several fields do not have is disabled, with a reason", async (page) => {
-  assert.ok(await page.locator("#quality option[value=paper]").isDisabled());
+  // Playwright's isDisabled is that of the list.
+  assert.ok(await page.locator("#quality option[value=paper]").evaluate((option) => option.disabled));
   assert.match(await page.locator("#quality option[value=paper]").getAttribute("title"), /one channel/);
   await page.locator("#picture").focus();
   await page.keyboard.press("v");
@@ -98,4 +107,28 @@ labelled("labels are hidden and shown alone, and named under the cursor", async 
   await page.mouse.move(box.x + box.width / 2 + (x * box.width) / 2, box.y + half - y * half);
   await page.waitForFunction(() => document.getElementById("reading").textContent);
   assert.ok((await page.locator("#reading").textContent()).includes(name), await page.locator("#reading").textContent());
+});
+
+colored("labels that colour a scan are listed, hidden and coloured, and named beside the value", async (page, first) => {
+  const rows = page.locator("#channels li");
+  assert.equal(await page.locator("#channels-title").textContent(), "Labels");
+  assert.equal(await rows.count(), 2);
+  assert.match(await page.locator("#facts").textContent(), /voxels of uint8, 0 to \d+, 2 labels$/);
+  await rows.nth(1).locator("[type=checkbox]").uncheck();
+  const hidden = await refined(page);
+  isDifferent(hidden, first, "a hidden label");
+  assert.ok(measured(hidden).mean[2] < measured(first).mean[2] - 2, "less blue");
+  await rows.nth(1).locator("[type=checkbox]").check();
+  isSame(await refined(page), first, "shown again");
+  await set(page, "#channels li:nth-child(2) [type=color]", "#00ff00");
+  assert.ok(measured(await refined(page)).mean[1] > measured(first).mean[1] + 2, "green");
+  await page.locator("#undo").click();
+  isSame(await refined(page), first, "undone");
+  // The curve is that of the scan.
+  assert.ok(await page.locator("#curve").evaluate((curve) => curve.closest("[inert]") === null));
+  const box = await page.locator("#picture").boundingBox();
+  const { x, y } = measured(hidden);
+  await page.mouse.move(box.x + box.width / 2 + (x * box.width) / 2, box.y + box.height / 2 - (y * box.height) / 2);
+  await page.waitForFunction(() => document.getElementById("reading").textContent);
+  assert.match(await page.locator("#reading").textContent(), /^label [37], value \S+ at /);
 });

@@ -1,5 +1,6 @@
 """Channels from arrays, and pictures of channels, colours and labels."""
 
+import os
 from typing import Any, Dict, List, Optional, Sequence, Tuple, Union
 
 import numpy as np
@@ -7,9 +8,9 @@ import numpy as np
 from . import _images, _options
 from ._checks import accepting
 from ._errors import InvalidType, InvalidValue
-from ._layersplat import Camera, Channel, Colors, Device, Labels, Renderer, Settings, TransferFunction, Volume, channel_colors
+from ._layersplat import Channel, Colors, Labels, Renderer, TransferFunction, Volume, channel_colors
 from ._transfer import _color, transfer_function
-from ._types import Background, Blend, Quality, Shading, Size
+from ._types import Blend, Shading
 
 GATHERING = ("maximum", "minimum", "average")
 """Blend modes that show values: their colours rise from black."""
@@ -135,34 +136,26 @@ def _refuse(options: Dict[str, Any], reason: str) -> None:
         raise InvalidValue(f"{', '.join(given)}: leave out, {reason}")
 
 
-def picture(
-    fields: Fields,
-    blend: Optional[Blend] = None,
-    shade: Optional[Union[bool, Shading]] = None,
-    *,
-    size: Size = (512, 512),
-    azimuth: float = 30.0,
-    elevation: float = 20.0,
-    roll: float = 0.0,
-    zoom: float = 1.0,
-    field_of_view: Optional[float] = None,
-    camera: Optional[Camera] = None,
-    background: Background = "black",
-    quality: Optional[Quality] = None,
-    settings: Optional[Settings] = None,
-    device: Optional[Union[Device, str, int]] = None,
-) -> np.ndarray:
+def labels_of(given: Any, table: Any = None) -> Labels:
+    """Labels that colour a volume: Labels, a file, or ids of voxels, the last two possibly with a table."""
+    if isinstance(given, Labels):
+        if table is not None:
+            raise InvalidValue("labels: leave it out, the Labels have a table")
+        return given
+    return Labels.open(given, table) if isinstance(given, (str, os.PathLike)) else Labels(given, table)
+
+
+def picture(fields: Fields, blend: Optional[Blend] = None, shade: Optional[Union[bool, Shading]] = None, **view: Any) -> np.ndarray:
     """The picture of channels, colours or labels, with the options of View."""
-    settings = _options.settings(settings, quality, blend, shade)
-    if camera is None:
-        if isinstance(fields, list):
-            # Hidden channels do not count, unless there are no others.
-            shown = [channel for channel in fields if channel.visible] or fields
-            framing = shown[0].framing(settings)
-            for channel in shown[1:]:
-                framing = framing.joined(channel.framing(settings))
-        else:
-            framing = fields.framing()
-        camera = framing.camera(size, azimuth=azimuth, elevation=elevation, roll=roll, zoom=zoom, field_of_view=field_of_view)
-    renderer = Renderer(fields, device=_options.device(device))
-    return renderer.render(camera, size, settings, background=background)
+    options = _options.ViewOptions(**view)
+    settings = _options.settings(options.settings, options.quality, blend, shade)
+    if isinstance(fields, list):
+        # Hidden channels do not count, unless there are no others.
+        shown = [channel for channel in fields if channel.visible] or fields
+        framing = shown[0].framing(settings)
+        for channel in shown[1:]:
+            framing = framing.joined(channel.framing(settings))
+    else:
+        framing = fields.framing()
+    renderer = Renderer(fields, device=_options.device(options.device))
+    return renderer.render(options.camera_for(framing), options.size, settings, background=options.background)

@@ -10,11 +10,7 @@ from ._errors import InvalidType, InvalidValue
 from ._layersplat import Volume
 from ._transfer import _color
 
-MOST_LABELS = 65535
-"""Most different ids besides the background: indices have 16 bits."""
 LARGEST_ID = 2**32 - 1
-DENSE = 1 << 24
-"""Ids below this are found by a table, which is faster than sorting."""
 KEYS = ("name", "color", "opacity", "visible")
 
 
@@ -52,34 +48,10 @@ def _components(data, expected, what):
     return [array[..., n] for n in range(array.shape[3])]
 
 
-def indices(data, spacing):
-    """Positions (z, y, x) of the ids of voxels among all ids, from 1, 0 for the background; the affine, see ``_arrays.placed``; the ids."""
+def ids(data, spacing):
+    """Ids of voxels (z, y, x), contiguous and in native byte order, and the affine, see ``_arrays.placed``."""
     voxels, affine, _ = _arrays.placed(data, spacing)
-    low, high = (voxels.min(), voxels.max()) if voxels.size else (0, 0)
-    # Written so that NaN is refused.
-    if not (low >= 0 and high <= LARGEST_ID and (voxels.dtype.kind != "f" or bool((voxels == np.floor(voxels)).all()))):
-        raise InvalidValue(f"ids of labels are whole numbers from 0 to {LARGEST_ID}, found values from {low} to {high}")
-    if voxels.dtype.kind == "f":
-        voxels = voxels.astype(np.uint32)
-    high = int(high)
-    if high < DENSE:
-        has = np.zeros(high + 1, bool)
-        has[voxels] = True
-        has[0] = False
-        ids = np.flatnonzero(has)
-    else:
-        ids = np.unique(voxels)
-        ids = ids[ids > 0]
-    if len(ids) > MOST_LABELS:
-        raise InvalidValue(f"the voxels have {len(ids)} different ids, and at most {MOST_LABELS} are possible: crop them, or merge labels")
-    narrow = np.uint8 if len(ids) < 256 else np.uint16
-    if high < DENSE:
-        place = np.zeros(high + 1, narrow)
-        place[ids] = np.arange(1, len(ids) + 1)
-        places = place[voxels]
-    else:
-        places = np.searchsorted(np.concatenate([[0], ids]), voxels).astype(narrow)
-    return places, affine, [int(one) for one in ids]
+    return np.require(voxels, voxels.dtype.newbyteorder("="), "CA"), affine
 
 
 def table(given):

@@ -535,10 +535,10 @@ class LiveScene:
     """The voxels of a View on a device, shared by its renderer and its pages. Not for users.
 
     volume: a Volume, which is uploaded, or streamed if the device has a memory budget. transfer: the transfer function that the pages
-    call the first one. device: a Device.
+    call the first one. device: a Device. labels: Labels in whose colours the volume is drawn, or None.
     """
 
-    def __new__(cls, volume: Volume, transfer: TransferFunction, device: Device) -> LiveScene: ...
+    def __new__(cls, volume: Volume, transfer: TransferFunction, device: Device, labels: Optional[Labels] = None) -> LiveScene: ...
     def renderer(self, transfer: TransferFunction) -> Renderer:
         """A renderer of these voxels."""
     def show(self, settings: Settings, background: Background) -> None:
@@ -623,9 +623,9 @@ class Colors:
     intensities up to the largest number of their type; floats are 0 … 1. spacing: one number or (z, y, x), in world units. opacity:
     alpha, the fourth component, per smallest spacing; luminance; or a background colour (red, green, blue), 0 … 1, from which colours
     differ. By default alpha if there is one, else luminance. transfer: its opacities apply to luminance and to the difference from the
-    background, in units of the components; by default they rise from 0 to 0.3. direction: whether data are vectors, an array
-    (z, y, x, 3) of the components x, y and z of any type. Their colours are (|x|, |y|, |z|) / norm, and their opacity that of transfer
-    at the norm, automatic by default. Vectors that are 0 or have a component that is not a number are transparent.
+    background, in units of the components; by default they rise from 0 to 0.3. direction: whether data are vectors, an array (z, y, x,
+    3) of the components x, y and z of any type. Their colours are (|x|, |y|, |z|) / norm, and their opacity that of transfer at the
+    norm, automatic by default. Vectors that are 0 or have a component that is not a number are transparent.
 
     Extinction and extinction times colour are interpolated, so transparent voxels do not bleed their colour. Colours are drawn in
     point-sampled layers with the blend mode composite.
@@ -656,7 +656,7 @@ class Labels:
     an entry are opaque, in a colour that depends on the id. changes: texts such as 3,7-9:#ff0000:0.4 or liver:only, which change the
     table: colour, opacity, and show, hide, only or highlight. spacing: one number, or one per axis of the data.
 
-    Labels are drawn in point-sampled layers with the blend mode composite.
+    Labels are drawn in point-sampled layers with the blend mode composite. Renderer.set_label_colors draws a volume in their colours.
     """
 
     def __new__(
@@ -668,10 +668,12 @@ class Labels:
         changes: Optional[Sequence[str]] = None,
     ) -> Labels: ...
     @staticmethod
-    def open(path: Path, table: Optional[Path] = None, *, changes: Optional[Sequence[str]] = None) -> Labels:
+    def open(path: Path, table: Any = None, *, changes: Optional[Sequence[str]] = None) -> Labels:
         """Opens a file: .seg.nrrd, also with segments that overlap, NIfTI, OME-Zarr, or any volume of whole numbers. Names and colours come
-        from the file table, otherwise from the volume's own metadata. changes: see Labels.
+        from table, otherwise from the volume's own metadata. table and changes: see Labels.
         """
+    def changed(self, changes: Sequence[str]) -> Labels:
+        """A copy after further changes, see Labels. It shares the voxels."""
     def framing(self) -> Framing:
         """The framing of the visible labels. Scans all voxels."""
     @property
@@ -790,6 +792,14 @@ class Renderer:
 
         Raises InvalidType for voxels on a device (a DeviceVolume or a pyopencl.array.Array): they need a new Renderer. Raises
         OutOfMemory if device memory is insufficient; the renderer may then have no volume until one is set.
+        """
+    def set_label_colors(self, labels: Optional[Labels]) -> None:
+        """Draws the volume in the colours of labels from the next frame on, or in its own again: labels is None. Its opacities stay. The
+        colour C of the volume becomes (1 - w) C + w L where a label has the colour L and the opacity w, before lighting; hidden labels
+        leave it. Labels without a placement, as arrays, lie where a volume of their shape does.
+
+        Point-sampled layers and ray casting have them, with the blend modes composite and iso; other frames, slices, and frames of
+        channels, Colors or Labels raise InvalidValue. So do labels that lie outside the volume, and renderers that stream.
         """
     def stream_plan(self, camera: Camera, size: Size, settings: Optional[Settings] = None) -> Optional[Dict[str, Any]]:
         """The streaming plan of a view, a dict; None if the renderer holds all voxels.

@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING, Any, Dict, List, Optional, Sequence, Tuple, Un
 import numpy as np
 
 from . import _options
-from ._channels import fields_of, picture
+from ._channels import fields_of, labels_of, picture
 from ._checks import accepting, cannot_write
 from ._errors import InvalidValue
-from ._layersplat import Camera, Device, Framing, LiveScene, Settings, TransferFunction, Volume
+from ._layersplat import Camera, Device, Framing, Labels, LiveScene, Settings, TransferFunction, Volume
 from ._observed import Attribute, Change, Observed
+from ._options import DEFAULT
 from ._png import png
 from ._transfer import transfer_function
 from ._types import Background, Blend, Path, Quality, Shading, Size
@@ -34,10 +35,11 @@ class View(Observed):
     plane, about the view direction. zoom: magnification relative to the fitted view. field_of_view: vertical angle of a perspective in
     degrees; None: parallel. camera: a Camera that replaces the angles, zoom and field_of_view; setting one of these sets it to None.
     background: ``transparent``, ``black``, ``white``, ``grey``, ``#rrggbb`` or (red, green, blue), 0 … 1. settings: Settings. transfer:
-    the TransferFunction.
+    the TransferFunction. label_colors: the Labels in whose colours the volume is drawn, see Renderer.set_label_colors; they are given as
+    Labels, as an array of ids, or as a file, and cannot be set.
 
     Where anywidget is installed (``pip install 'layersplat[widget]'``), a notebook shows the viewer's page instead of a picture: drag to
-    turn, ``?`` for all keys. camera, settings, transfer and background follow the hand, and what is set is shown at once. ``observe``
+    turn, ``?`` for all keys. camera, settings, transfer, background and label_colors follow the hand, and what is set is shown at once. ``observe``
     calls a handler after each change. The quality ``standard``, which is the default, is refined at rest; others stay as they are.
     """
 
@@ -51,6 +53,7 @@ class View(Observed):
     background: Attribute[Background] = Attribute()
     settings: Attribute[Settings] = Attribute()
     transfer: Attribute[TransferFunction] = Attribute()
+    label_colors: Attribute[Optional[Labels]] = Attribute()
 
     def __init__(
         self,
@@ -62,17 +65,18 @@ class View(Observed):
         blend: Optional[Blend] = None,
         shade: Optional[Union[bool, Shading]] = None,
         *,
-        size: Size = (512, 512),
-        azimuth: float = 30.0,
-        elevation: float = 20.0,
-        roll: float = 0.0,
-        zoom: float = 1.0,
-        field_of_view: Optional[float] = None,
-        camera: Optional[Camera] = None,
-        background: Background = "black",
-        quality: Optional[Quality] = None,
-        settings: Optional[Settings] = None,
-        device: Optional[Union[Device, str, int]] = None,
+        size: Size = DEFAULT.size,
+        azimuth: float = DEFAULT.azimuth,
+        elevation: float = DEFAULT.elevation,
+        roll: float = DEFAULT.roll,
+        zoom: float = DEFAULT.zoom,
+        field_of_view: Optional[float] = DEFAULT.field_of_view,
+        camera: Optional[Camera] = DEFAULT.camera,
+        background: Background = DEFAULT.background,
+        quality: Optional[Quality] = DEFAULT.quality,
+        settings: Optional[Settings] = DEFAULT.settings,
+        device: Optional[Union[Device, str, int]] = DEFAULT.device,
+        label_colors: Any = None,
     ) -> None:
         settings = _options.settings(settings, quality, blend, shade)
         if isinstance(data, Volume) and spacing is not None:
@@ -82,12 +86,13 @@ class View(Observed):
         self.volume = data if isinstance(data, Volume) else Volume(data, spacing)
         device = _options.device(device)
         transfer = transfer_function(self.volume, cmap, clim, opacity)
-        self._scene = LiveScene(self.volume, transfer, device)
+        self._labels = None if label_colors is None else labels_of(label_colors)
+        self._scene = LiveScene(self.volume, transfer, device, self._labels)
         self._renderer = self._scene.renderer(transfer)
         self._framed: Optional[Tuple[Tuple[TransferFunction, Settings], Framing]] = None
         angles = {"azimuth": azimuth, "elevation": elevation, "roll": roll, "zoom": zoom, "field_of_view": field_of_view}
         shown = {"size": size, "camera": camera, "background": background, "settings": settings, "transfer": transfer}
-        self._values.update(angles, **shown)
+        self._values.update(angles, **shown, label_colors=self._labels)
 
     @property
     def widget(self) -> "Widget":
@@ -152,6 +157,8 @@ class View(Observed):
 
     def _set(self, values: Dict[str, Any]) -> None:
         """Changes attributes by the program, and shows them."""
+        if "label_colors" in values:
+            raise InvalidValue("label_colors cannot be set: make another View, or use Renderer.set_label_colors")
         if "transfer" in values:
             self._renderer.transfer = values["transfer"]
         if ANGLES & values.keys():
@@ -167,6 +174,9 @@ class View(Observed):
         framing = self._framing() if self.camera is None else None
         if "transfer" in values:
             self._renderer.transfer = values["transfer"]
+        if "label_changes" in values and self._labels is not None:
+            values["label_colors"] = self._labels.changed(values.pop("label_changes"))
+            self._renderer.set_label_colors(values["label_colors"])
         changes = self._assign(values)
         if framing is not None:
             self._framed = ((self.transfer, self.settings), framing)
@@ -246,6 +256,7 @@ def render(
     names: Optional[Sequence[Optional[str]]] = None,
     colors: Optional[str] = None,
     labels: Any = None,
+    label_colors: Any = None,
     **view: Any,
 ) -> np.ndarray:
     """The picture of :func:`volshow`: (height, width, 4), uint8, straight alpha, row 0 on top.
@@ -253,9 +264,14 @@ def render(
     Several volumes are drawn together: a list of them, or of Channels; an array of four axes with channel_axis; or an xarray with a dimension
     ``c`` or ``channel``. cmap, clim, opacity, color, factor, visible and names are lists then, see :func:`channels`. colors: ``direct`` for an array (z, y, x, 3) or
     (z, y, x, 4) of colours, ``direction`` for (z, y, x, 3) of vectors, see Colors. labels: True for an array of ids, or their table, see Labels. data may also be a Colors or a Labels.
+    label_colors: draws the volume in the colours of labels: Labels, an array of ids, or a file; labels is their table then.
     """
     options = {"clim": clim, "cmap": cmap, "opacity": opacity, "color": color, "factor": factor, "visible": visible, "names": names}
+    if label_colors is not None:
+        label_colors, labels = labels_of(label_colors, None if labels is True else labels), None
     fields = fields_of(data, spacing, options, channel_axis, colors, labels, blend)
-    if fields is not None:
-        return picture(fields, blend, shade, **view)
-    return View(data, spacing, clim, cmap, opacity, blend, shade, **view).render()
+    if fields is None:
+        return View(data, spacing, clim, cmap, opacity, blend, shade, label_colors=label_colors, **view).render()
+    if label_colors is not None:
+        raise InvalidValue("label_colors: leave it out, they are for a single volume of values")
+    return picture(fields, blend, shade, **view)

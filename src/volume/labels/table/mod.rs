@@ -1,13 +1,15 @@
 //! Files of names and colours.
 
+mod columns;
 mod json;
 mod text;
 
 #[cfg(feature = "zarr")]
 pub(in crate::volume) use json::image_label;
 
-use super::LabelTable;
+use super::{Label, LabelTable, MOST};
 use crate::error::Error;
+use std::collections::HashMap;
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
@@ -35,7 +37,42 @@ pub(super) fn read(path: &Path) -> Result<LabelTable, Error> {
         wrong(path, line, "it is no text in UTF-8: a table of labels is text or JSON")
     })?;
     let text = text.trim_start_matches('\u{feff}');
-    if text.trim_start().starts_with(['{', '[']) { json::read(path, text) } else { text::read(path, text) }
+    if text.trim_start().starts_with(['{', '[']) {
+        json::read(path, text)
+    } else if columns::has_headings(text) {
+        columns::read(path, text)
+    } else {
+        text::read(path, text)
+    }
+}
+
+/// The labels of the lines of a table.
+struct Lines<'a> {
+    path: &'a Path,
+    /// The line of each id.
+    known: HashMap<u32, u64>,
+    labels: Vec<Label>,
+}
+
+impl<'a> Lines<'a> {
+    fn new(path: &'a Path) -> Self {
+        Self { path, known: HashMap::new(), labels: Vec::new() }
+    }
+
+    /// Adds the label of a line, unless it is the background.
+    fn add(&mut self, line: u64, label: Label) -> Result<(), Error> {
+        if let Some(before) = self.known.insert(label.id, line) {
+            let problem = format!("label {} is in line {before}, too: give each label a separate id", label.id);
+            return Err(wrong(self.path, line, problem));
+        }
+        if self.known.len() > MOST {
+            return Err(wrong(self.path, line, format!("more than {MOST} labels: leave out those that no voxel has")));
+        }
+        if label.id > 0 {
+            self.labels.push(label);
+        }
+        Ok(())
+    }
 }
 
 fn wrong(path: &Path, line: u64, problem: impl Into<String>) -> Error {

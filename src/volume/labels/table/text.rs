@@ -1,9 +1,8 @@
 //! Tables of a line per label: `id name R G B A` (FreeSurfer, 3D Slicer) and `id R G B A visible mesh "name"` (ITK-SNAP).
 
-use super::wrong;
+use super::{Lines, wrong};
 use crate::error::Error;
-use crate::volume::labels::{Label, LabelTable, MOST};
-use std::collections::HashMap;
+use crate::volume::labels::{Label, LabelTable};
 use std::path::Path;
 
 /// Begins the comment of 3D Slicer's colour tables, whose alpha is opacity. FreeSurfer's is transparency.
@@ -44,8 +43,7 @@ pub(super) fn read(path: &Path, text: &str) -> Result<LabelTable, Error> {
         Some(_) if text.lines().any(|line| line.starts_with(SLICER)) => Layout::Slicer,
         Some(_) => Layout::FreeSurfer,
     };
-    let mut lines: HashMap<u32, u64> = HashMap::new();
-    let mut labels = Vec::new();
+    let mut lines = Lines::new(path);
     for (line, number) in text.lines().map(str::trim).zip(1..) {
         if !is_data(&line) {
             continue;
@@ -54,16 +52,9 @@ pub(super) fn read(path: &Path, text: &str) -> Result<LabelTable, Error> {
         let label = layout.label(line);
         let label =
             label.ok_or_else(|| wrong(path, number, format!("'{shortened}' is no label: expected {}", layout.expected())))?;
-        if let Some(before) = lines.insert(label.id, number) {
-            let problem = format!("label {} is in line {before}, too: give each label a separate id", label.id);
-            return Err(wrong(path, number, problem));
-        }
-        if lines.len() > MOST {
-            return Err(wrong(path, number, format!("more than {MOST} labels: leave out those that no voxel has")));
-        }
-        labels.push(label);
+        lines.add(number, label)?;
     }
-    labels.retain(|label| label.id > 0);
+    let mut labels = lines.labels;
     if layout == Layout::FreeSurfer && labels.iter().all(|label| label.opacity == 0.0) {
         // Some programs write 255 for opaque into this format (SimNIBS). A table of nothing but transparent labels has no other use.
         labels.iter_mut().for_each(|label| label.opacity = 1.0);
