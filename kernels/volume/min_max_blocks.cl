@@ -1,8 +1,8 @@
 // Smallest and largest voxel that a kernel of a given radius uses in the cells of a block, within a layer.
 //
-// One work-item per (block u, block v, layer 0 ... n-1), u fastest; on CPUs per row of blocks. limits[2*((layer*blocks_v + v)*blocks_u + u)] is the smallest, and
-// the next element the largest, of BLOCK_U x BLOCK_V voxels, with radius - 1 more before and radius more behind them: neighbouring blocks
-// overlap. Block 0 is the margin before voxel 0.
+// One work-item per (block u, block v, layer 0 ... n-1), u fastest; on CPUs per row of blocks. limits[2*((layer*blocks_v + v)*blocks_u +
+// u)] is the smallest, and the next element the largest, of BLOCK_U x BLOCK_V voxels, with radius - 1 more before and radius more behind
+// them: neighbouring blocks overlap. Block 0 is the margin before voxel 0.
 
 #include "shared/elementary.cl"
 #include "shared/volume.cl"
@@ -84,6 +84,10 @@ __kernel void min_max_blocks(__global const VOXEL *voxels, VolumeView view, int 
     for (int b = 0; b < blocks_u; b += STRIP) {
         const int first_u = FIRST_IN_BLOCK(b, BLOCK_U) - (radius - 1);
         VOXEL least[STRIP_COLUMNS], largest[STRIP_COLUMNS];
+        // The rows that the next work-item needs in addition: CPUs do not foresee them, since each is short.
+        if (!layers_first)
+            for (int v = last_v + 1; v <= min(last_v + BLOCK_V, view.dims_v - 1); v++)
+                PREFETCH(voxels + max(first_u, 0) + (v - first_v) * view.stride_v);
         for (int w = 0; w < STRIP_COLUMNS; w += WINDOW) {
             const int u = first_u + w;
             Window lo = below, hi = above;

@@ -2,10 +2,10 @@
 // cells has opacity. Neighbouring blocks share voxels. A value interpolated from several blocks, or on a path from one to the next, has
 // no opacity if all of these blocks are invisible.
 //
-// One work-item per (block u, block v, chunk of 8 slabs), u fastest; on CPUs per VW blocks of a chunk. Slab q = 0 ... n + 2 radius - 2 lies between layers q - radius and q
-// - radius + 1; its samples use radius - 1 further layers on each side. Sums of kernels can overshoot by `overshoot` times the distance
-// between the smallest and the largest voxel of the support, and by `slack` times that from the background. The result is bit q % 8 of
-// visible[(chunk * blocks_v + v) * blocks_u + u].
+// One work-item per (block u, block v, chunk of 8 slabs), u fastest; on CPUs per VW blocks of a chunk. Slab q = 0 ... n + 2 radius - 2 lies
+// between layers q - radius and q - radius + 1; its samples use radius - 1 further layers on each side. Sums of kernels can overshoot by
+// `overshoot` times the distance between the smallest and the largest voxel of the support, and by `slack` times that from the background.
+// The result is bit q % 8 of visible[(chunk * blocks_v + v) * blocks_u + u].
 
 #include "volume/opacity_range.cl"
 
