@@ -2,13 +2,15 @@
 //!
 //! `cargo bench --bench movements -- SIDE…` for volumes of other sides than 256 and 512 voxels. A new renderer makes all changes in turn,
 //! several times. Prints Markdown: medians of wall time, and of CPU time in brackets, of the first frame after each change and of the
-//! next one.
+//! next one. `cargo bench --bench movements -- process` prints instead what a process spends that draws one picture of a raw file.
 
 use cpu_time::ProcessTime;
 use layersplat::volume::Volume;
 use layersplat::{
     Background, Camera, Device, DeviceChoice, OpenOptions, Orbit, Quality, Renderer, Settings, TransferFunction, Viewport,
 };
+use std::path::Path;
+use std::process::Command;
 use std::time::Instant;
 
 const SIDES: [usize; 2] = [256, 512];
@@ -137,11 +139,69 @@ fn table(device: &Device, (name, density, source, opacities): (&str, &str, &str,
     }
 }
 
+/// What a process does in turn that draws one picture of a file, and the times of each, on standard output.
+fn draw_once(file: &Path) {
+    let report = |name: &str, Times { wall, cpu }: Times| println!("{name}\t{wall}\t{cpu}");
+    let (device, times) = measured(|| Device::open(&DeviceChoice::Default).expect("a device"));
+    report("OpenCL start", times);
+    let ((volume, transfer), times) = measured(|| {
+        let volume = Volume::open(file, &OpenOptions::default()).expect("the volume");
+        let transfer = TransferFunction::automatic(&volume);
+        (volume, transfer)
+    });
+    report("range pass", times);
+    let (mut renderer, times) = measured(|| Renderer::new(&device, &volume, &transfer).expect("a renderer"));
+    report("upload", times);
+    let viewport = Viewport::new(512, 512).expect("a valid size");
+    let camera = Camera::fit_parallel(volume.grid().centre(), volume.grid().diagonal(), viewport, Orbit::default());
+    let mut draw = || measured(|| renderer.render(&camera, viewport, &Settings::default()).expect("a frame").0);
+    let (frame, first) = draw();
+    let (_, next) = draw();
+    report("program load, min-max blocks, visibility", Times { wall: first.wall - next.wall, cpu: first.cpu - next.cpu });
+    report("frame", next);
+    let (_, times) = measured(|| frame.save(file.with_extension("png"), Some(Background::BLACK)).expect("a picture"));
+    report("PNG", times);
+}
+
+/// Medians of what processes spend on one picture.
+fn process_table() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let made = Volume::open("builtin:gyroid@256", &OpenOptions::default()).expect("a built-in volume");
+    let file = made.save(folder.path().join("gyroid_256x256x256_uint8.raw")).expect("a file");
+    let mut stages: Vec<(String, Vec<Times>)> = vec![];
+    for round in 0..=2 * ROUNDS {
+        let mut process = Command::new(std::env::current_exe().expect("this program"));
+        let (output, times) = measured(|| process.arg("draw").arg(&file).output().expect("a process"));
+        let text = String::from_utf8(output.stdout).expect("UTF-8") + &format!("whole process\t{}\t0", times.wall);
+        for line in text.lines() {
+            let fields: Vec<&str> = line.split('\t').collect();
+            let [name, wall, cpu] = fields[..] else { panic!("{line}") };
+            let times = Times { wall: wall.parse().expect("ms"), cpu: cpu.parse().expect("ms") };
+            match stages.iter_mut().find(|stage| stage.0 == name) {
+                // The first process builds the kernels.
+                Some(stage) => stage.1.push(times),
+                None => stages.push((name.to_owned(), vec![])),
+            }
+        }
+        assert!(output.status.success(), "round {round}");
+    }
+    println!("| part | wall, ms | CPU, ms |\n|---|---|---|");
+    for (name, times) in &stages {
+        let Times { wall, cpu } = median(times);
+        println!("| {name} | {wall:.0} | {cpu:.0} |");
+    }
+}
+
 fn main() {
-    let device = Device::open(&DeviceChoice::Default).expect("the benches need an OpenCL device: scripts/test installs PoCL");
     // `cargo bench` adds --bench.
-    let sides: Vec<usize> =
-        std::env::args().skip(1).filter(|argument| argument != "--bench").map(|side| side.parse().expect("a side")).collect();
+    let arguments: Vec<String> = std::env::args().skip(1).filter(|argument| argument != "--bench").collect();
+    match &arguments[..] {
+        [what, file] if what == "draw" => return draw_once(Path::new(file)),
+        [what] if what == "process" => return process_table(),
+        _ => (),
+    }
+    let device = Device::open(&DeviceChoice::Default).expect("the benches need an OpenCL device: scripts/test installs PoCL");
+    let sides: Vec<usize> = arguments.iter().map(|side| side.parse().expect("a side")).collect();
     for &side in if sides.is_empty() { &SIDES[..] } else { &sides } {
         SCENES.iter().for_each(|&scene| table(&device, scene, side));
     }

@@ -1,9 +1,8 @@
 // The layout for layer axis x: from (x fastest, then y, then z) to (z fastest, then y, then x).
 //
 // One work-item per TRANSPOSED_ROWS rows of the result, with neighbouring x and the same y. For several rows, id = x / TRANSPOSED_ROWS *
-// dims_y + y. The work-item advances along z in steps of one cache line, so that each line is read and written once. Voxels are first
-// copied to a compact block, since lines a power of two apart evict each other from the cache. For one row, id = y * dims_x + x:
-// neighbouring work-items read neighbouring voxels, and no block is needed. Source rows are `pitch_y` voxels apart, layers `pitch_z`; the
+// dims_y + y: the work-item advances along z in steps of one cache line, and turns squares of 16 x 16 voxels in registers. For one row,
+// id = y * dims_x + x: neighbouring work-items read neighbouring voxels. Source rows are `pitch_y` voxels apart, layers `pitch_z`; the
 // first voxel is at `first`.
 
 #include "shared/volume.cl"
