@@ -144,12 +144,10 @@ fn draw_once(file: &Path) {
     let report = |name: &str, Times { wall, cpu }: Times| println!("{name}\t{wall}\t{cpu}");
     let (device, times) = measured(|| Device::open(&DeviceChoice::Default).expect("a device"));
     report("OpenCL start", times);
-    let ((volume, transfer), times) = measured(|| {
-        let volume = Volume::open(file, &OpenOptions::default()).expect("the volume");
-        let transfer = TransferFunction::automatic(&volume);
-        (volume, transfer)
-    });
+    let (volume, times) = measured(|| Volume::open(file, &OpenOptions::default()).expect("the volume"));
     report("range pass", times);
+    let (transfer, times) = measured(|| TransferFunction::automatic(&volume));
+    report("automatic transfer function", times);
     let (mut renderer, times) = measured(|| Renderer::new(&device, &volume, &transfer).expect("a renderer"));
     report("upload", times);
     let viewport = Viewport::new(512, 512).expect("a valid size");
