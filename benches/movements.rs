@@ -14,11 +14,21 @@ use std::process::Command;
 use std::time::Instant;
 
 const SIDES: [usize; 2] = [256, 512];
-/// Volume, density, and opacities by value.
-const SCENES: [(&str, &str, &str, &[(f64, f64)]); 3] = [
-    ("gyroid", "dense", "builtin:gyroid", &[(18.0, 0.0), (118.0, 0.12)]),
-    ("hydrogen", "sparse", "builtin:hydrogen", &[(200.0, 0.0), (230.0, 0.3)]),
-    ("torus-knot", "dense", "builtin:torus-knot", &[(30.0, 0.0), (41.0, 0.12), (51.0, 0.0), (222.0, 0.0), (242.0, 0.4)]),
+/// A built-in volume with opacities by value.
+struct Scene {
+    name: &'static str,
+    density: &'static str,
+    opacities: &'static [(f64, f64)],
+}
+
+const SCENES: [Scene; 3] = [
+    Scene { name: "gyroid", density: "dense", opacities: &[(18.0, 0.0), (118.0, 0.12)] },
+    Scene { name: "hydrogen", density: "sparse", opacities: &[(200.0, 0.0), (230.0, 0.3)] },
+    Scene {
+        name: "torus-knot",
+        density: "dense",
+        opacities: &[(30.0, 0.0), (41.0, 0.12), (51.0, 0.0), (222.0, 0.0), (242.0, 0.4)],
+    },
 ];
 /// Times that all changes are made, after once for the kernels.
 const ROUNDS: usize = 5;
@@ -115,12 +125,12 @@ fn round(device: &Device, volume: &Volume, bytes: &[u8], transfer: &TransferFunc
     change("size 300 × 300", &other, view(30.0, 20.0, 300));
 }
 
-fn table(device: &Device, (name, density, source, opacities): (&str, &str, &str, &[(f64, f64)]), side: usize) {
-    let made = Volume::open(&format!("{source}@{side}"), &OpenOptions::default()).expect("a built-in volume");
+fn table(device: &Device, Scene { name, density, opacities }: &Scene, side: usize) {
+    let made = Volume::open(format!("builtin:{name}@{side}"), &OpenOptions::default()).expect("a built-in volume");
     // Voxels of a built-in volume are computed when they are read, and those of a file are in the page cache.
     let folder = tempfile::tempdir().expect("a folder");
     let bytes = std::fs::read(made.save(folder.path().join("voxels.raw")).expect("a file")).expect("its bytes");
-    let volume = Volume::new(name, made.grid().clone(), &bytes[..]).expect("a volume");
+    let volume = Volume::new(*name, made.grid().clone(), &bytes[..]).expect("a volume");
     let transfer = TransferFunction::grey_ramp(&volume).with_opacities(opacities.to_vec()).expect("opacities");
     round(device, &volume, &bytes, &transfer, &mut vec![]);
     let mut changes = vec![];
@@ -200,6 +210,6 @@ fn main() {
     let device = Device::open(&DeviceChoice::Default).expect("the benches need an OpenCL device: scripts/test installs PoCL");
     let sides: Vec<usize> = arguments.iter().map(|side| side.parse().expect("a side")).collect();
     for &side in if sides.is_empty() { &SIDES[..] } else { &sides } {
-        SCENES.iter().for_each(|&scene| table(&device, scene, side));
+        SCENES.iter().for_each(|scene| table(&device, scene, side));
     }
 }
