@@ -121,7 +121,8 @@ def main():
         wanted = pictures(folder)
         for name, arguments in wanted:
             extension = "png" if name.startswith("background") else "npy"
-            one, other = (render(binary, arguments, folder / f"{which}.{extension}") for which, binary in (("before", before), ("after", after)))
+            # One name for both, since the command line stands in a PNG.
+            one, other = (render(binary, arguments, folder / f"picture.{extension}") for binary in (before, after))
             if one == other and one is not None:
                 continue
             different += 1

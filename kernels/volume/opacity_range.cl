@@ -26,3 +26,15 @@ static inline bool any_visible(float lo, float hi, float least, float largest, f
     const int end = CLAMP((hi + slack - table_first) * table_per_value + 0.52f, 0.0f, last);
     return visible_before[end + 1] > visible_before[first];
 }
+
+#if VW > 1
+// The same of vectors of values: all bits set where any can be.
+static inline intv any_visible_of(realv lo, realv hi, float least, float largest, float table_first, float table_per_value, int table_last,
+                                  __global const uint *visible_before) {
+    const realv slack = 2e-5f * MAX(fabs(lo), fabs(hi)), last = table_last;
+    const intv first = CONVERT_INTV(CLAMP((lo - slack - table_first) * table_per_value + 0.48f, (realv)(0.0f), last));
+    const intv end = CONVERT_INTV(CLAMP((hi + slack - table_first) * table_per_value + 0.52f, (realv)(0.0f), last));
+    const intv more = GATHER_AS(uintv, visible_before, end + 1) > GATHER_AS(uintv, visible_before, first);
+    return more & ~(hi + slack < least | lo - slack > largest);
+}
+#endif

@@ -2,6 +2,7 @@
 
 use super::kind::DeviceKind;
 use crate::error::Error;
+use crate::volume::VoxelType;
 use serde::Serialize;
 
 /// Kernels keep one bit per tile row in an int.
@@ -135,8 +136,8 @@ impl Tuning {
 
     /// Rows per work-item when a layout is transposed. CPUs reuse whole cache lines; GPUs coalesce reads of neighbouring
     /// work-items.
-    pub(super) fn transposed_rows(&self) -> usize {
-        if self.vector_width == 1 { 1 } else { 16 }
+    pub(super) fn transposed_rows(&self, voxel_type: VoxelType) -> usize {
+        if self.vector_width == 1 { 1 } else { 64 / voxel_type.bytes() }
     }
 
     /// Samples along u per tile of a parallel view.

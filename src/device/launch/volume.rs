@@ -9,7 +9,7 @@ use crate::volume::VoxelType;
 
 /// Options of the program that prepares volumes.
 fn prepare_defines(tuning: &Tuning, voxels: VoxelKind) -> String {
-    Defines::new(tuning.vector_width).with_values(voxels).with("TRANSPOSED_ROWS", tuning.transposed_rows()).0
+    Defines::new(tuning.vector_width).with_values(voxels).with("TRANSPOSED_ROWS", tuning.transposed_rows(voxels.voxel_type)).0
 }
 
 kernel! {
@@ -38,7 +38,7 @@ impl Launch for Transpose {
     }
 
     fn items(a: &TransposeArguments, tuning: &Tuning) -> usize {
-        (a.dims_x as usize).div_ceil(tuning.transposed_rows()) * a.dims_y as usize
+        (a.dims_x as usize).div_ceil(tuning.transposed_rows(a.voxels.voxel_type())) * a.dims_y as usize
     }
 }
 
@@ -186,8 +186,9 @@ impl Launch for FillMinMaxBlocks {
         prepare_defines(tuning, voxels)
     }
 
-    fn items(a: &MinMaxArguments, _: &Tuning) -> usize {
-        large_grid(a.blocks_u as usize * a.blocks_v as usize * a.view.dims[2] as usize)
+    fn items(a: &MinMaxArguments, tuning: &Tuning) -> usize {
+        let rows = a.blocks_v as usize * a.view.dims[2] as usize;
+        large_grid(if tuning.vector_width == 1 { a.blocks_u as usize * rows } else { rows })
     }
 }
 
@@ -231,8 +232,13 @@ impl Launch for SlabVisibility {
         prepare_defines(tuning, voxels)
     }
 
-    fn items(a: &SlabVisibilityArguments, _: &Tuning) -> usize {
-        large_grid(a.visible.len())
+    fn items(a: &SlabVisibilityArguments, tuning: &Tuning) -> usize {
+        let width = tuning.vector_width as usize;
+        if width == 1 {
+            return large_grid(a.visible.len());
+        }
+        let (per_layer, slabs) = (a.blocks_u as usize * a.blocks_v as usize, (a.layers + 2 * a.radius - 1) as usize);
+        large_grid(per_layer.div_ceil(width) * slabs.div_ceil(8))
     }
 }
 
