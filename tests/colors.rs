@@ -363,23 +363,24 @@ fn labels_have_their_colors() {
         }
     });
     let uploaded = UploadedVolume::new(&device, &labels).unwrap();
-    let draw = |entries: &[[f64; 4]]| {
-        let mut renderer =
-            Renderer::from_colors(&UploadedColors::from_labels(&[(&uploaded, entries)], LabelSurfaces::Smooth).unwrap()).unwrap();
+    let draw_with = |entries: &[[f64; 4]], surfaces| {
+        let colors = UploadedColors::from_labels(&[(&uploaded, entries)], surfaces).unwrap();
+        let mut renderer = Renderer::from_colors(&colors).unwrap();
         renderer.render(&cameras()[0], VIEWPORT, &Settings { shading: None, ..Settings::default() }).unwrap().0
     };
+    let draw = |entries: &[[f64; 4]]| draw_with(entries, LabelSurfaces::Smooth);
     let centre = (VIEWPORT.height / 2 * VIEWPORT.width + VIEWPORT.width / 2) as usize;
     let outer = draw(&[[0.0; 4], [0.9, 0.1, 0.0, 0.9], [0.0, 0.2, 1.0, 1.0]]).pixels()[centre];
     assert!(outer[0] > 0.85 && outer[2] < 0.05, "{outer:?}");
     let inner = draw(&[[0.0; 4], [0.9, 0.1, 0.0, 0.0], [0.0, 0.2, 1.0, 1.0]]).pixels()[centre];
     assert!(inner[0] < 1e-6 && inner[2] > 0.95, "{inner:?}");
-    // Layers that overlap: extinctions add, so that of two equal ones each may have half of it.
+    // Layers that overlap: extinctions add, so that of two equal ones each may have half of it. Smooth surfaces share opacities.
     let colors: [[f64; 4]; 3] = [[0.0; 4], [0.9, 0.1, 0.0, 0.0], [0.0, 0.2, 1.0, 0.75]];
     let half = colors.map(|[r, g, b, opacity]| [r, g, b, 1.0 - (1.0 - opacity).sqrt()]);
-    let layers = UploadedColors::from_labels(&[(&uploaded, &half), (&uploaded, &half)], LabelSurfaces::Smooth).unwrap();
+    let layers = UploadedColors::from_labels(&[(&uploaded, &half), (&uploaded, &half)], LabelSurfaces::Voxels).unwrap();
     let unlit = Settings { shading: None, ..Settings::default() };
     let both = Renderer::from_colors(&layers).unwrap().render(&cameras()[0], VIEWPORT, &unlit).unwrap().0;
-    let expected = draw(&colors);
+    let expected = draw_with(&colors, LabelSurfaces::Voxels);
     let pairs = both.pixels().iter().zip(expected.pixels());
     assert!(pairs.flat_map(|(a, b)| (0..4).map(|c| (a[c] - b[c]).abs())).fold(0.0, f32::max) < 1e-5);
     // Ids beyond the table.

@@ -200,7 +200,9 @@ impl TransferFunction {
     /// Number of *effective splats* (the paper's term): voxels whose value has an opacity above 0.
     pub fn effective_splats(&self, volume: &Volume) -> u64 {
         let background = volume.background();
-        let visible = |count: &mut u64, value: Option<f64>| *count += u64::from(self.opacity(value.unwrap_or(background)) > 0.0);
+        let visible = |sum: &mut u64, value: Option<f64>, count| {
+            *sum += if self.opacity(value.unwrap_or(background)) > 0.0 { count } else { 0 };
+        };
         let mut count = [volume.sum_blocks(visible).into_iter().sum()];
         volume.count_all(&mut count);
         count[0]

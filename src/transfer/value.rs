@@ -83,9 +83,9 @@ impl Default for Counts {
 
 fn counted(volume: &Volume, lo: f64, hi: f64) -> Counts {
     let scale = HISTOGRAM_BINS as f64 / (hi - lo);
-    let blocks = volume.sum_blocks(|counts: &mut Counts, value: Option<f64>| match value {
-        Some(value) if value < lo => counts.below += 1,
-        Some(value) if value <= hi => counts.bins[(((value - lo) * scale) as usize).min(HISTOGRAM_BINS - 1)] += 1,
+    let blocks = volume.sum_blocks(|counts: &mut Counts, value: Option<f64>, count| match value {
+        Some(value) if value < lo => counts.below += count,
+        Some(value) if value <= hi => counts.bins[(((value - lo) * scale) as usize).min(HISTOGRAM_BINS - 1)] += count,
         _ => {}
     });
     let mut total = Counts::default();

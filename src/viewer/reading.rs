@@ -11,7 +11,7 @@ use crate::renderer::{FieldKind, depth_settings};
 use crate::settings::{Algorithm, Blend, Classification, Layered, Settings};
 use crate::shown::{IndexedLabels, Shown, name_of};
 use crate::viewport::Viewport;
-use crate::volume::{LabelLayer, LabelTable, Volume};
+use crate::volume::{LabelLayer, LabelSurfaces, LabelTable, Volume};
 use glam::DVec3;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -138,9 +138,13 @@ impl Seen<'_> {
                 true
             }
             Drawn::Shown(Shown::Labels(all)) => {
-                // Labels are interpolated by this kernel, or by a narrower one.
+                // Labels are interpolated by the cubic kernel, or by a narrower one; smooth surfaces reach one voxel further.
+                let kernel = match all.labels().surfaces() {
+                    LabelSurfaces::Smooth => Kernel::BSpline,
+                    LabelSurfaces::Voxels => Kernel::Cubic,
+                };
                 let extinction = |opacity: f64| -(-opacity.min(MOST_OPAQUE)).ln_1p();
-                labels = self.labels_at(all, position, Kernel::Cubic, extinction)?;
+                labels = self.labels_at(all, position, kernel, extinction)?;
                 !labels.is_empty()
             }
             Drawn::LabelColors(all) => {

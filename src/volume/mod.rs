@@ -118,6 +118,14 @@ impl Volume<'static> {
     }
 }
 
+/// Work on many voxels, compiled for each type of voxels.
+pub(crate) trait ReadsValues {
+    /// The result.
+    type Read;
+    /// Works with the values of voxels by index, x fastest.
+    fn read(self, value: impl Fn(usize) -> f64 + Sync) -> Self::Read;
+}
+
 impl<'a> Volume<'a> {
     /// Creates a volume from voxels in memory: a vector, a slice, an `Arc` of either, or any other [`Storage`]; x fastest unless it has
     /// strides. `name` appears in messages and reports. Stored numbers equal values until [`with_rescale`](Self::with_rescale).
@@ -234,10 +242,22 @@ impl<'a> Volume<'a> {
 
     /// Passes `at` a fast version of [`value`](Self::value), for access to many voxels.
     pub(crate) fn look<R>(&self, at: impl FnOnce(&(dyn Fn(usize) -> f64 + Sync)) -> R) -> R {
+        struct Looks<F>(F);
+        impl<R, F: FnOnce(&(dyn Fn(usize) -> f64 + Sync)) -> R> ReadsValues for Looks<F> {
+            type Read = R;
+            fn read(self, value: impl Fn(usize) -> f64 + Sync) -> R {
+                self.0(&value)
+            }
+        }
+        self.read_by(Looks(at))
+    }
+
+    /// As [`look`](Self::look), with code of its own for each type of voxels.
+    pub(crate) fn read_by<R: ReadsValues>(&self, reader: R) -> R::Read {
         let (rescale, background) = (self.description.rescale, self.background());
         with_voxel_type!(self.voxel_type(), T => match self.voxels.as_values::<T>().filter(|_| self.shared.is_none()) {
-            None => at(&|index| self.value(index)),
-            Some(numbers) => at(&|index| {
+            None => reader.read(|index| self.value(index)),
+            Some(numbers) => reader.read(|index| {
                 let number: f64 = numbers[index].into();
                 if is_valid(number) { rescale.value(number) } else { background }
             }),
@@ -259,16 +279,24 @@ impl<'a> Volume<'a> {
         all
     }
 
-    /// Reduces blocks of voxel values in parallel; invalid voxels are `None`. Returns one result per block, in order. The blocks depend on
-    /// the number of voxels only, so results are reproducible. Of a distributed volume, covers the voxels owned by this process.
-    pub(crate) fn sum_blocks<R: Send + Default>(&self, add: impl Fn(&mut R, Option<f64>) + Sync) -> Vec<R> {
+    /// Reduces blocks of voxel values in parallel: `add` gets a value and a number of voxels that have it; invalid voxels are `None`. Returns
+    /// one result per block, in order. The blocks depend on the number of voxels only, so results are reproducible. Of a distributed
+    /// volume, covers the voxels owned by this process.
+    pub(crate) fn sum_blocks<R: Send + Default>(&self, add: impl Fn(&mut R, Option<f64>, u64) + Sync) -> Vec<R> {
         let rescale = self.description.rescale;
         let Some(voxels) = self.own_voxels() else { return Vec::new() };
         with_voxel_type!(self.voxel_type(), T => voxels.map_blocks::<T, _>(|numbers| {
             let mut sum = R::default();
-            for &number in numbers {
+            let mut add_all = |number: T, count: u64| {
                 let number: f64 = number.into();
-                add(&mut sum, is_valid(number).then(|| rescale.value(number)));
+                add(&mut sum, is_valid(number).then(|| rescale.value(number)), count);
+            };
+            if size_of::<T>() == 1 {
+                let counts = counts_of_bytes(bytemuck::cast_slice(numbers));
+                let found = (0u8..).zip(counts).filter(|&(_, count)| count > 0);
+                found.for_each(|(byte, count)| add_all(bytemuck::pod_read_unaligned(&[byte]), count));
+            } else {
+                numbers.iter().for_each(|&number| add_all(number, 1));
             }
             sum
         }))
@@ -287,6 +315,17 @@ impl<'a> Volume<'a> {
     pub fn statistics(&self) -> Statistics {
         Statistics::new(self)
     }
+}
+
+/// How many bytes have each value. Equal bytes in a row count in tables of their own: a count waits for the one before in its table.
+fn counts_of_bytes(bytes: &[u8]) -> [u64; 256] {
+    let mut tables = [[0u32; 256]; 4];
+    let fours = bytes.chunks_exact(4);
+    fours.remainder().iter().for_each(|&byte| tables[0][usize::from(byte)] += 1);
+    for four in fours {
+        tables.iter_mut().zip(four).for_each(|(table, &byte)| table[usize::from(byte)] += 1);
+    }
+    std::array::from_fn(|n| tables.iter().map(|table| u64::from(table[n])).sum())
 }
 
 #[cfg(test)]

@@ -42,10 +42,10 @@ impl Statistics {
     pub(super) fn new(volume: &Volume) -> Self {
         let (min, max) = volume.range();
         let scale = if max > min { HISTOGRAM_BINS as f64 / (max - min) } else { 0.0 };
-        let blocks = volume.sum_blocks(|sums: &mut Sums, value| {
+        let blocks = volume.sum_blocks(|sums: &mut Sums, value, count| {
             if let Some(v) = value {
-                sums.sum += v;
-                sums.histogram[(((v - min) * scale) as usize).min(HISTOGRAM_BINS - 1)] += 1;
+                sums.sum += v * count as f64;
+                sums.histogram[(((v - min) * scale) as usize).min(HISTOGRAM_BINS - 1)] += count;
             }
         });
         let mut total = Sums::default();

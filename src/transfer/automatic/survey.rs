@@ -1,7 +1,7 @@
 //! A sampled pass over a volume: a joint histogram of values and gradient magnitudes, and a histogram of the volume's faces.
 
 use crate::transfer::value::percentile;
-use crate::volume::{Statistics, Volume, VoxelType};
+use crate::volume::{ReadsValues, Statistics, Volume, VoxelType};
 use rayon::prelude::*;
 
 /// Largest number of value bins. Integers of a smaller range have a bin each.
@@ -40,7 +40,7 @@ impl Survey {
     pub fn new(statistics: &Statistics, volume: &Volume) -> Self {
         let (lo, hi, bins) = range(statistics, volume);
         let sampler = Sampler { volume, lo, per_value: bins as f64 / (hi - lo), per_range: 1.0 / (hi - lo), bins };
-        let (mut joint, mut faces) = volume.look(|value| (sampler.joint(value), sampler.faces(value)));
+        let (mut joint, mut faces) = volume.read_by(&sampler);
         volume.count_all(&mut joint);
         volume.count_all(&mut faces);
         let rows: Vec<&[u64]> = joint.chunks_exact(GRADIENTS).collect();
@@ -104,13 +104,21 @@ struct Sampler<'a> {
     bins: usize,
 }
 
+impl ReadsValues for &Sampler<'_> {
+    type Read = (Vec<u64>, Vec<u64>);
+
+    fn read(self, value: impl Fn(usize) -> f64 + Sync) -> Self::Read {
+        (self.joint(&value), self.faces(&value))
+    }
+}
+
 impl Sampler<'_> {
     fn bin(&self, value: f64) -> usize {
         (((value - self.lo) * self.per_value).max(0.0) as usize).min(self.bins - 1)
     }
 
     /// Counts of value and gradient bins, gradient fastest.
-    fn joint(&self, value: &(dyn Fn(usize) -> f64 + Sync)) -> Vec<u64> {
+    fn joint(&self, value: &(impl Fn(usize) -> f64 + Sync)) -> Vec<u64> {
         let count = self.volume.grid().voxel_count();
         let every = count.div_ceil(SAMPLES);
         let runs = count.div_ceil(every).div_ceil(RUN);
@@ -134,7 +142,7 @@ impl Sampler<'_> {
     }
 
     /// The bin of a voxel; `None` if another process owns it, or if it lies on a face across which the volume is thicker than 2 voxels.
-    fn joint_bin(&self, index: usize, value: &dyn Fn(usize) -> f64) -> Option<usize> {
+    fn joint_bin(&self, index: usize, value: &impl Fn(usize) -> f64) -> Option<usize> {
         let grid = self.volume.grid();
         let (dims, place) = (grid.dims(), grid.place(index));
         if !self.volume.own_box().has(place) {
@@ -157,7 +165,7 @@ impl Sampler<'_> {
     }
 
     /// Counts of value bins on the six faces.
-    fn faces(&self, value: &dyn Fn(usize) -> f64) -> Vec<u64> {
+    fn faces(&self, value: &impl Fn(usize) -> f64) -> Vec<u64> {
         let dims = self.volume.grid().dims();
         let own = self.volume.own_box();
         let mut sums = vec![0; self.bins];
