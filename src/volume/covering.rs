@@ -56,10 +56,15 @@ const ROUNDING: f64 = 1e-6;
 /// The first and the last whole voxels of a grid that hold all of another, with one voxel beyond its outermost ones. `place` tells where
 /// a voxel of the other lies.
 pub(crate) fn reach(dims: [usize; 3], place: impl Fn(DVec3) -> DVec3) -> [DVec3; 2] {
-    let corner = |n: usize| DVec3::from_array([0, 1, 2].map(|axis| if n >> axis & 1 == 0 { -1.0 } else { dims[axis] as f64 }));
-    (0..8).map(|n| place(corner(n))).fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[lowest, highest], place| {
+    corners(dims, 1.0).map(place).into_iter().fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[lowest, highest], place| {
         [lowest.min((place + ROUNDING).floor()), highest.max((place - ROUNDING).ceil())]
     })
+}
+
+/// Corners so many voxels beyond the outermost ones of a grid.
+fn corners(dims: [usize; 3], beyond: f64) -> [DVec3; 8] {
+    let at = |n: usize, axis: usize| if n >> axis & 1 == 0 { -beyond } else { dims[axis] as f64 - 1.0 + beyond };
+    std::array::from_fn(|n| DVec3::new(at(n, 0), at(n, 1), at(n, 2)))
 }
 
 /// Distance along a direction in the world between planes of voxels, weighted by how much each axis is along it. `to_voxels` is the linear
@@ -101,16 +106,11 @@ mod tests {
         let dims = [9, 4, 7];
         let grid = Grid::covering(dims, sheared()).unwrap();
         let last = DVec3::from_array(grid.dims().map(|n| n as f64 - 1.0));
-        let places = |beyond: f64| {
-            let corner = |n: usize, axis: usize| if n >> axis & 1 == 0 { -beyond } else { dims[axis] as f64 - 1.0 + beyond };
-            (0..8)
-                .map(move |n| DVec3::new(corner(n, 0), corner(n, 1), corner(n, 2)))
-                .map(|voxel| sheared().transform_point3(voxel))
-        };
+        let places = |beyond: f64| corners(dims, beyond).map(|voxel| grid.world_to_voxel(sheared().transform_point3(voxel)));
         let outside = |place: DVec3| place.cmplt(DVec3::splat(-1e-6)).any() || place.cmpgt(last + 1e-6).any();
-        assert!(!places(1.0).any(|corner| outside(grid.world_to_voxel(corner))));
+        assert!(!places(1.0).into_iter().any(outside));
         // It is no larger than it must be: with another voxel, corners lie outside at all six sides.
-        let far: Vec<DVec3> = places(2.0).map(|corner| grid.world_to_voxel(corner)).collect();
+        let far = places(2.0);
         for axis in 0..3 {
             assert!(far.iter().any(|place| place[axis] < 0.0) && far.iter().any(|place| place[axis] > last[axis]), "{axis}");
         }
