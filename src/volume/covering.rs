@@ -20,7 +20,7 @@ impl Grid {
     /// let tilt = 20f64.to_radians();
     /// let axes = DMat3::from_cols(DVec3::X, DVec3::Y, 3.0 * DVec3::new(0.0, tilt.sin(), tilt.cos()));
     /// let grid = Grid::covering([64, 64, 24], DAffine3::from_mat3(axes))?;
-    /// assert_eq!((grid.direction(), grid.dims()), (DMat3::IDENTITY, [66, 91, 37]));
+    /// assert_eq!((grid.direction(), grid.dims()), (DMat3::IDENTITY, [66, 93, 38]));
     /// # Ok::<(), layersplat::Error>(())
     /// ```
     ///
