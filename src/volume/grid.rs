@@ -74,14 +74,10 @@ impl Grid {
     /// Grid with voxel (i, j, k) at `index_to_world · (i, j, k)`. Rotations and mirrored axes are allowed.
     ///
     /// # Errors
-    /// As [`Grid::oriented`]: sheared grids and axes of length 0 cannot be rendered.
+    /// As [`Grid::oriented`]: sheared grids ([`covering`](Self::covering)) and axes of length 0 cannot be rendered.
     pub fn from_affine(dims: [usize; 3], index_to_world: DAffine3) -> Result<Self, Error> {
         let axes = index_to_world.matrix3;
-        let spacing = DVec3::new(axes.x_axis.length(), axes.y_axis.length(), axes.z_axis.length());
-        if !spacing.is_finite() || spacing.min_element() == 0.0 {
-            let problem = format!("the transform from voxels to the world, {axes}, has an axis of length 0 or a non-finite one");
-            return Err(Error::Grid { problem });
-        }
+        let spacing = lengths(axes)?;
         Self::oriented(dims, spacing, index_to_world.translation, axes * DMat3::from_diagonal(1.0 / spacing))
     }
 
@@ -189,6 +185,24 @@ impl Grid {
 /// Tolerance of the lengths of directions and of the cosines between them.
 const ORTHONORMAL: f64 = 1e-4;
 
+/// Lengths of the axes of a transform.
+pub(super) fn lengths(axes: DMat3) -> Result<DVec3, Error> {
+    let lengths = DVec3::new(axes.x_axis.length(), axes.y_axis.length(), axes.z_axis.length());
+    if !lengths.is_finite() || lengths.min_element() == 0.0 {
+        let problem = format!("the transform from voxels to the world, {axes}, has an axis of length 0 or a non-finite one");
+        return Err(Error::Grid { problem });
+    }
+    Ok(lengths)
+}
+
+/// Rejects directions of length 1 that lie in one plane.
+pub(super) fn check_plane(direction: DMat3) -> Result<(), Error> {
+    if direction.determinant().abs() < ORTHONORMAL {
+        return Err(Error::Grid { problem: format!("its axes, {direction}, lie in one plane") });
+    }
+    Ok(())
+}
+
 /// Rejects directions that are not orthonormal.
 fn check_directions(direction: DMat3) -> Result<(), Error> {
     let products = direction.transpose() * direction;
@@ -196,9 +210,7 @@ fn check_directions(direction: DMat3) -> Result<(), Error> {
     if !unit {
         return Err(Error::Grid { problem: format!("the directions of its axes, {direction}, must have length 1") });
     }
-    if direction.determinant().abs() < ORTHONORMAL {
-        return Err(Error::Grid { problem: format!("its axes, {direction}, lie in one plane") });
-    }
+    check_plane(direction)?;
     for (i, j) in [(0, 1), (0, 2), (1, 2)] {
         let cosine = products.col(i)[j];
         if cosine.abs() >= ORTHONORMAL {

@@ -79,21 +79,34 @@ impl Field {
         CropBox { lowest: DVec3::from_array(ends.map(|end| end.0)), highest: DVec3::from_array(ends.map(|end| end.1)) }
     }
 
-    /// The grid in the world, for a transform from the object to the world.
-    ///
-    /// # Errors
-    /// If the transform shears the axes of the grid.
-    pub fn grid(&self, placement: DAffine3) -> Result<Grid, Error> {
-        let in_object = DAffine3::from_mat3_translation(DMat3::from_diagonal(self.spacing), self.origin);
-        Grid::from_affine(self.dims, placement * in_object)
+    /// Transform from voxels to the world, for one from the object to the world.
+    pub fn index_to_world(&self, placement: DAffine3) -> DAffine3 {
+        placement * DAffine3::from_mat3_translation(DMat3::from_diagonal(self.spacing), self.origin)
     }
 
-    /// The volume in the world. Fixed-point numbers are values from 0 to 1, or −1 to 1.
+    /// Whether a transform that [`grid`](Self::grid) takes shears the axes of the voxels.
+    pub fn is_sheared(&self, placement: DAffine3) -> bool {
+        Grid::from_affine(self.dims, self.index_to_world(placement)).is_err()
+    }
+
+    /// The grid in the world, for a transform from the object to the world: that of the voxels; if they are sheared, one that covers them.
+    ///
+    /// # Errors
+    /// If the transform is singular, and for numbers that the library does not take.
+    pub fn grid(&self, placement: DAffine3) -> Result<Grid, Error> {
+        let index_to_world = self.index_to_world(placement);
+        Grid::from_affine(self.dims, index_to_world).or_else(|_| Grid::covering(self.dims, index_to_world))
+    }
+
+    /// The volume in the world; if it is sheared, with the same spacings without shear. Fixed-point numbers are values from 0 to 1, or −1 to 1.
     ///
     /// # Errors
     /// Those of the grid, and ranges of values that the library does not take.
     pub fn volume(&self, placement: DAffine3) -> Result<Volume<'static>, Error> {
-        let grid = self.grid(placement)?;
+        let index_to_world = self.index_to_world(placement);
+        let axes = index_to_world.matrix3;
+        let spacing = || DVec3::new(axes.x_axis.length(), axes.y_axis.length(), axes.z_axis.length());
+        let grid = Grid::from_affine(self.dims, index_to_world).or_else(|_| Grid::new(self.dims, spacing()))?;
         let (voxel_type, largest) = match self.element {
             ANARI_UFIXED8 => (VoxelType::Uint8, f64::from(u8::MAX)),
             ANARI_UFIXED16 => (VoxelType::Uint16, f64::from(u16::MAX)),

@@ -22,15 +22,20 @@ pub struct Renderers {
 pub struct Kept {
     /// Its volumes, at least one.
     places: Vec<Place>,
-    /// The same on the device, if there are several.
+    /// The same on the device, unless there is one on its own grid.
     uploaded: Vec<OnDevice>,
     pub renderer: Box<Renderer>,
+}
+
+/// The volume of a scene with one, if it is drawn on its own grid.
+fn on_its_own_grid(shown: &[Shown]) -> Option<&Shown> {
+    if let [one] = shown { Some(one).filter(|one| !one.is_sheared()) } else { None }
 }
 
 impl Kept {
     /// Sets the transfer functions of all its volumes.
     fn show(&mut self, device: &Device, shown: &[Shown]) -> Result<(), Error> {
-        if let [one] = shown {
+        if let Some(one) = on_its_own_grid(shown) {
             if *self.renderer.transfer_function() != one.transfer {
                 self.renderer.set_transfer_function(&one.transfer);
             }
@@ -102,7 +107,7 @@ impl Renderers {
             stale.push(self.kept.remove(0));
         }
         let known: Vec<OnDevice> = stale.iter().chain(&self.kept).flat_map(|kept| kept.uploaded.clone()).collect();
-        if let [one] = shown {
+        if let Some(one) = on_its_own_grid(shown) {
             let renderer = self.one(device, one, stale, &known)?;
             return Ok(Kept { places, uploaded: Vec::new(), renderer });
         }
@@ -128,7 +133,7 @@ impl Renderers {
             return Ok(Box::new(layersplat::Renderer::from_uploaded(volume, &shown.transfer)?));
         }
         let volume = shown.field.volume(shown.placement)?;
-        let reused = stale.into_iter().find(|kept| kept.places.len() == 1);
+        let reused = stale.into_iter().find(|kept| kept.uploaded.is_empty());
         if let Some(Kept { mut renderer, .. }) = reused
             && renderer.set_volume(&volume).is_ok()
         {

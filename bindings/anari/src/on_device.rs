@@ -1,7 +1,8 @@
 //! Volumes on the OpenCL device, to be drawn together.
 //!
-//! A volume alone ends with its grid. The common grid of volumes with other grids is larger, and around a volume has its background, by
-//! default the smallest value. Where that is visible, a background below it, which the transfer function hides, keeps the volume in its grid.
+//! A volume alone ends with its grid. The common grid of volumes with other grids is larger, as is one that covers a sheared volume. Around a
+//! volume it has its background, by default the smallest value. Where that is visible, a background below it, which the transfer function
+//! hides, keeps the volume in its grid.
 
 use crate::volume::{Place, Shown};
 use layersplat::renderer::{Channel, UploadedVolume};
@@ -21,10 +22,10 @@ pub struct OnDevice {
     is_enclosed: bool,
 }
 
-/// Whether volumes have other grids than the first.
+/// Whether volumes have other grids than the first, or are sheared.
 fn grids_differ(shown: &[Shown]) -> bool {
     let grid = |volume: &Shown| volume.field.grid(volume.placement).ok();
-    shown.iter().any(|volume| grid(volume) != grid(&shown[0]))
+    shown.iter().any(|volume| volume.is_sheared() || grid(volume) != grid(&shown[0]))
 }
 
 /// Length of a range of values. Constants have one, too.
@@ -37,7 +38,7 @@ fn length((lowest, highest): (f64, f64)) -> f64 {
 }
 
 impl OnDevice {
-    /// Uploads a volume.
+    /// Uploads a volume, and resamples it if it is sheared.
     fn new(device: &Device, shown: &Shown, grids_differ: bool) -> Result<Self, Error> {
         let mut volume = shown.field.volume(shown.placement)?;
         let range = volume.range();
@@ -45,7 +46,11 @@ impl OnDevice {
         if is_enclosed {
             volume = volume.with_background(range.0 - BACKGROUND * length(range))?;
         }
-        Ok(Self { place: shown.place(), volume: UploadedVolume::new(device, &volume)?, is_enclosed })
+        let mut volume = UploadedVolume::new(device, &volume)?;
+        if shown.is_sheared() {
+            volume = volume.with_placement(shown.field.index_to_world(shown.placement))?;
+        }
+        Ok(Self { place: shown.place(), volume, is_enclosed })
     }
 
     /// Whether it can be drawn as this volume.
@@ -54,7 +59,7 @@ impl OnDevice {
         self.place == shown.place() && if self.is_enclosed { grids_differ } else { !grids_differ || !is_visible_around() }
     }
 
-    /// The volume, if it can be drawn alone as this one.
+    /// The volume, if one that is not sheared can be drawn alone as this one.
     pub fn alone(&self, shown: &Shown) -> Option<&UploadedVolume> {
         self.fits(shown, false).then_some(&self.volume)
     }

@@ -46,6 +46,11 @@ impl Look {
         if shown.len() > 1 && std::mem::take(&mut clips_to_bounds) {
             refused("clipToBounds has no effect");
         }
+        if shown.iter().any(Shown::is_sheared) && std::mem::take(&mut clips_to_bounds) {
+            let text =
+                "the volume is sheared: clipToBounds has no effect, and it fades within one voxel beyond its outermost values";
+            problems.push(Problem::argument(text));
+        }
         Self { settings, background: background(objects, renderer), samples, clips_to_bounds }
     }
 }

@@ -33,10 +33,15 @@ impl Shown {
         Place { field: self.field.key, placement: self.placement }
     }
 
+    /// Whether its instance shears it.
+    pub fn is_sheared(&self) -> bool {
+        self.field.is_sheared(self.placement)
+    }
+
     /// The volume of an object.
     ///
     /// # Errors
-    /// If it has no field or no transfer function, or its instance shears it.
+    /// If it has no field or no transfer function, or the transform of its instance is singular.
     pub fn from_object(objects: &Objects, handle: Handle, placement: DAffine3, index: u32) -> Result<Self, Problem> {
         let volume = objects.known(handle)?;
         let field = volume.object(c"value").ok_or_else(|| Problem::argument("the volume has no field: commit one as value"))?;

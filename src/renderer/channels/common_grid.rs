@@ -1,7 +1,7 @@
 //! The grid on which fields with grids of their own are drawn together.
 
 use crate::error::Error;
-use crate::volume::Grid;
+use crate::volume::{Grid, reach, spacing_along};
 use glam::DVec3;
 
 /// Finer spacings up to this share of a voxel need no further voxels.
@@ -20,36 +20,24 @@ pub(super) fn common_grid(grids: &[&Grid]) -> Result<Grid, Error> {
     }
     let refined: DVec3 = std::array::from_fn::<f64, 3, _>(|axis| {
         let own = base.spacing()[axis];
-        let finest = grids.iter().map(|grid| spacing_along(grid, base.direction().col(axis))).fold(own, f64::min);
+        let finest =
+            grids.iter().map(|grid| spacing_along(grid.world_to_voxel_linear(), base.direction().col(axis))).fold(own, f64::min);
         (own / finest - SLACK).ceil().max(1.0)
     })
     .into();
-    let (mut lowest, mut highest) = (DVec3::ZERO, last(base) * refined);
-    for grid in grids.iter().filter(|grid| **grid != base) {
-        let (from, to) = (DVec3::splat(-1.0), last(grid) + 1.0);
-        for corner in 0..8u8 {
-            let at = |axis: usize| if corner >> axis & 1 == 0 { from[axis] } else { to[axis] };
-            let world = grid.index_to_world().transform_point3(DVec3::new(at(0), at(1), at(2)));
-            let place = base.world_to_voxel(world) * refined;
-            (lowest, highest) = (lowest.min((place + ROUNDING).floor()), highest.max((place - ROUNDING).ceil()));
-        }
-    }
+    let place = |grid: &Grid, voxel| base.world_to_voxel(grid.index_to_world().transform_point3(voxel)) * refined;
+    let others = grids.iter().filter(|grid| **grid != base);
+    let [lowest, highest] = others
+        .map(|grid| reach(grid.dims(), |voxel| place(grid, voxel)))
+        .fold([DVec3::ZERO, last(base) * refined], |[lowest, highest], [from, to]| [lowest.min(from), highest.max(to)]);
     let dims = (highest - lowest + 1.0).to_array().map(|n| n as usize);
     let origin = base.index_to_world().transform_point3(lowest / refined);
     let grid = Grid::oriented(dims, base.spacing() / refined, origin, base.direction())?;
     Ok(if base.has_anatomy() { grid.with_anatomy() } else { grid })
 }
 
-/// Share of a voxel by which corners may be off.
-const ROUNDING: f64 = 1e-6;
-
 fn last(grid: &Grid) -> DVec3 {
     DVec3::from_array(grid.dims().map(|n| n as f64 - 1.0))
-}
-
-/// Distance along a direction in the world between planes of voxels, weighted by how much each axis is along it.
-fn spacing_along(grid: &Grid, direction: DVec3) -> f64 {
-    1.0 / (grid.world_to_voxel_linear() * direction).length()
 }
 
 #[cfg(test)]

@@ -258,7 +258,7 @@ impl Fields {
             let field = match kept {
                 Some(kept) => kept,
                 None => {
-                    let field = source.resampled(&mut kernels.field, device, &grid, ends)?;
+                    let field = source.resampled(&mut kernels.field, device, own.grid().index_to_world(), &grid, ends)?;
                     self.resampled.push(Resampled { source: version, field: field.clone() });
                     field
                 }

@@ -1,10 +1,12 @@
 //! Voxels on a device, shared by renderers.
 
-use super::{Field, Placement};
+use super::super::check_whole;
+use super::{Field, FieldKernels, Placement};
 use crate::device::Device;
 use crate::device::launch::VoxelBuffer;
 use crate::error::Error;
-use crate::volume::{Description, Held, Volume, VolumePart, VoxelBox};
+use crate::volume::{Description, Grid, Held, Volume, VolumePart, VoxelBox};
+use glam::DAffine3;
 
 /// The voxels of a volume, or of a part of one, on a device: uploaded, or in the caller's memory ([`in_place`](Self::in_place)).
 /// Cheap to clone. Clones and all renderers created from it share the voxels and the data derived from them alone: the layout of
@@ -51,6 +53,30 @@ impl UploadedVolume {
         let held_box = VoxelBox { first: held.first, dims: held.dims() };
         let field = Field::new(held.description, held_box, voxels, Placement::dense(held_box.dims), false);
         Ok(Self { device: device.clone(), field })
+    }
+
+    /// The same voxels elsewhere in the world, also on sheared axes: (i, j, k) lies at `index_to_world · (i, j, k)`. They are resampled as
+    /// floats (Catmull-Rom) onto the grid at right angles that [covers](Grid::covering) them. Its corners beyond the voxels hold the
+    /// [background](Description::background), so where that is visible, set one that the transfer function hides. Opacities are per
+    /// smallest distance of adjacent voxels. A transform without shear needs no resampling: see
+    /// [`Volume::with_grid`](crate::Volume::with_grid).
+    ///
+    /// Costs one pass over the new voxels, of which there are more than before by one at each side and with the shear, each of four
+    /// bytes. Smooth fields change little; details of about a voxel become weaker.
+    ///
+    /// # Errors
+    /// Those of [`Grid::covering`]; if this is a part of a volume; and if the new voxels do not fit into a buffer of the device.
+    pub fn with_placement(&self, index_to_world: DAffine3) -> Result<Self, Error> {
+        check_whole(self)?;
+        let own = self.description().grid();
+        let grid = Grid::covering(own.dims(), index_to_world)?;
+        let grid = if own.has_anatomy() { grid.with_anatomy() } else { grid };
+        let device = self.device.with_own_sequence();
+        device.begin(&[])?;
+        let field = self.field.resampled(&mut FieldKernels::default(), &device, index_to_world, &grid, false)?;
+        // Renderers have sequences of their own, which do not wait for this one.
+        device.finish()?;
+        Ok(Self { device: self.device.clone(), field })
     }
 
     /// Description of the whole volume.

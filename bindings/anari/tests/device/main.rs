@@ -10,3 +10,4 @@ mod random;
 mod scene;
 mod settings;
 mod several;
+mod sheared;
