@@ -295,7 +295,7 @@ impl<'a> Volume<'a> {
             };
             if size_of::<T>() == 1 {
                 let counts = counts_of_bytes(bytemuck::cast_slice(numbers));
-                let found = (0u8..).zip(counts).filter(|&(_, count)| count > 0);
+                let found = (0..=u8::MAX).zip(counts).filter(|&(_, count)| count > 0);
                 found.for_each(|(byte, count)| add_all(bytemuck::pod_read_unaligned(&[byte]), count));
             } else {
                 numbers.iter().for_each(|&number| add_all(number, 1));
