@@ -78,9 +78,9 @@ __kernel void slab_visibility(__global const VOXEL *limits, int blocks_u, int bl
                               ulong first_item) {
     const int slabs = layers + 2 * radius - 1, per_layer = blocks_u * blocks_v, groups = (per_layer + VW - 1) / VW;
     const size_t id = first_item + get_global_id(0);
-    const int chunk = id / groups, block = id % groups * VW;
-    if (chunk >= (slabs + 7) / 8)
+    if (id >= (size_t)groups * ((slabs + 7) / 8))
         return;
+    const int chunk = id / groups, block = id % groups * VW;
     const int count = min(per_layer - block, VW), reached = 2 * radius, first = 8 * chunk + 1 - reached;
     realv lo[LAYERS], hi[LAYERS];
     realv from = INFINITY, to = -INFINITY;
