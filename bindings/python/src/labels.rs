@@ -120,7 +120,10 @@ impl Labels {
 #[pymethods]
 impl Labels {
     #[new]
-    #[pyo3(signature = (data, table = None, spacing = None, *, changes = None, surfaces = Argument::Default("smooth".into())))]
+    #[pyo3(
+        signature = (data, table = None, spacing = None, *, changes = None, surfaces = Argument::Default("smooth".into())),
+        text_signature = "(data, table=None, spacing=None, *, changes=None, surfaces='smooth')"
+    )]
     fn new(
         data: &Bound<PyAny>,
         table: Option<&Bound<PyAny>>,
@@ -149,7 +152,10 @@ impl Labels {
     /// Opens a file: .seg.nrrd, also with segments that overlap, NIfTI, OME-Zarr, or any volume of whole numbers. Names and colours come from
     /// table, otherwise from the volume's own metadata. table, changes and surfaces: see Labels.
     #[staticmethod]
-    #[pyo3(signature = (path, table = None, *, changes = None, surfaces = Argument::Default("smooth".into())))]
+    #[pyo3(
+        signature = (path, table = None, *, changes = None, surfaces = Argument::Default("smooth".into())),
+        text_signature = "(path, table=None, *, changes=None, surfaces='smooth')"
+    )]
     fn open(
         py: Python,
         path: Argument<PathBuf>,
