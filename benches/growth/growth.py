@@ -1,4 +1,7 @@
-"""Time against active samples, viewport and volume, and the cost of empty space. growth.py WORK"""
+"""Time against active samples, viewport and volume, beside VTK where pictures grow with volumes, and the cost of empty space.
+
+growth.py WORK
+"""
 
 import json
 import pathlib
@@ -15,20 +18,61 @@ import matplotlib.pyplot as plt  # noqa: E402
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 WORK = pathlib.Path(sys.argv[1])
 LAYERSPLAT = ROOT / "target/release/layersplat"
+VTK = ROOT / "benches/peers/vtk_frames.py"
+TRANSFER = ROOT / "benches/hydrogen.json"
 FRAMES = 25
 VIEWPORTS = [256, 512, 1024, 2048]
 VOLUMES = [64, 128, 256, 512]
+# Volumes with pictures as wide as they are, and the largest of them whose gradients VTK has memory for.
+GROWING = ["gyroid", "torus-knot"]
+SIDES, VTK_SIDE = [64, 128, 256, 512, 1024], 512
+FROM = 256  # the side that the others are compared with
 THRESHOLDS = [200, 140, 100, 70, 50, 35, 25, 15, 8, 4, 2]
 # Radius of a ball with 0.5 % of the voxels of 512³.
 SIDE, RADIUS = 512, 54
 
 
-def bench(volume, *options):
-    command = [LAYERSPLAT, "bench", volume, "--frames", FRAMES, "--json", *options]
+def output(command):
     result = subprocess.run([str(c) for c in command], capture_output=True, text=True)
     if result.returncode:
         sys.exit(f"{command}\n{result.stderr}")
-    return json.loads(result.stdout.splitlines()[-1])
+    return result.stdout
+
+
+def bench(volume, *options):
+    return json.loads(output([LAYERSPLAT, "bench", volume, "--frames", FRAMES, "--json", *options]).splitlines()[-1])
+
+
+def builtin_file(name, side):
+    """A built-in volume as a raw file, which VTK reads too."""
+    path = WORK / f"{name}_{side}x{side}x{side}_uint8.raw"
+    if not path.exists():
+        output([LAYERSPLAT, "convert", f"builtin:{name}@{side}", path])
+    return path
+
+
+def nanoseconds(b):
+    """CPU time of an active sample."""
+    return 1e6 * b["cpu_ms"] / b["active_samples"]
+
+
+def growing(name):
+    """Rows of a table: a volume with pictures as wide in pixels as it is in voxels."""
+    ours, theirs = {}, {}
+    for side in SIDES:
+        file = builtin_file(name, side)
+        ours[side] = bench(file, "--size", f"{side}x{side}", "--transfer", TRANSFER, "--elevation", 20)
+        if side <= VTK_SIDE:
+            options = ["--size", side, "--frames", FRAMES, "--shaded"]
+            theirs[side] = json.loads(output([sys.executable, VTK, file, TRANSFER, *options]).splitlines()[-1])
+    rows = []
+    for side, b in ours.items():
+        vtk = theirs.get(side)
+        ratio = f"{vtk['cpu_ms']:.0f} = {vtk['cpu_ms'] / b['cpu_ms']:.1f}×" if vtk else ""
+        per_sample = nanoseconds(b)
+        rows.append([f"{name}, {side}³", f"{b['active_samples']:,}", f"{b['median_ms']:.1f}", f"{b['cpu_ms']:.1f}", f"{per_sample:.1f}",
+                     f"{per_sample / nanoseconds(ours[FROM]):.2f}", ratio])
+    return rows
 
 
 def thin_fog(threshold):
@@ -57,9 +101,9 @@ def row(label, b):
     return [label, f"{b['active_samples']:,}", f"{b['median_ms']:.2f}", f"{b['cpu_ms']:.2f}"]
 
 
-def table(first, rows):
-    head = [first, "active samples", "median ms", "CPU ms"]
-    return "\n".join("| " + " | ".join(r) + " |" for r in [head, ["---"] * 4, *rows])
+def table(first, rows, *more):
+    head = [first, "active samples", "median ms", "CPU ms", *more]
+    return "\n".join("| " + " | ".join(r) + " |" for r in [head, ["---"] * len(head), *rows])
 
 
 def panel(axis, x, y, title, label, proportional, ticks=None):
@@ -78,7 +122,7 @@ def panel(axis, x, y, title, label, proportional, ticks=None):
 
 def main():
     fog = [bench("builtin:hydrogen@128", "--transfer", thin_fog(t)) for t in THRESHOLDS]
-    pinned = ["--transfer", ROOT / "benches/hydrogen.json"]
+    pinned = ["--transfer", TRANSFER]
     sizes = [bench("builtin:hydrogen@128", "--size", f"{n}x{n}", *pinned) for n in VIEWPORTS]
     volumes = [bench(f"builtin:hydrogen@{n}", *pinned) for n in VOLUMES]
     box = 2 * (RADIUS + 4)
@@ -103,6 +147,9 @@ def main():
             table("pixels", [row(f"{n}²", b) for n, b in zip(VIEWPORTS, sizes)]),
             "**Volume.** Built-in hydrogen in 512² pixels:",
             table("voxels", [row(f"{n}³", b) for n, b in zip(VOLUMES, volumes)]),
+            "**Volume and picture.** Built-in volumes in pictures as wide in pixels as they are in voxels, one turn at elevation 20°; VTK's "
+            "fixed-point ray caster with step 1, shaded, as above:",
+            table("volume", [r for name in GROWING for r in growing(name)], "CPU ns per sample", f"of that at {FROM}³", "VTK, CPU ms"),
             f"**Empty space.** A ball that is 0.5 % of 512³ voxels, and the same cropped to its box, at one scale: the whole takes "
             f"{whole['median_ms'] / cropped['median_ms']:.2f} times as long.",
             table("volume", [row(f"{SIDE}³", whole), row(f"{box}³", cropped)]),

@@ -1,6 +1,6 @@
 """Times VTK's fixed-point ray caster over one turn, with layersplat's camera and transfer function. Prints JSON.
 
-vtk_frames.py RAW TRANSFER.json --step S --frames N [--shaded] [--picture FRAME PNG]
+vtk_frames.py RAW TRANSFER.json --step S --frames N [--size PIXELS] [--shaded] [--picture FRAME PNG]
 RAW is NAME_XxYxZ_uint8.raw.
 """
 
@@ -16,7 +16,6 @@ import vtk
 from vtk.util.numpy_support import numpy_to_vtk
 
 ELEVATION = 20.0
-SIDE = 512
 
 
 def volume_mapper(path, step):
@@ -63,6 +62,7 @@ def main():
     parser.add_argument("transfer")
     parser.add_argument("--step", type=float, default=1)
     parser.add_argument("--frames", type=int, default=25)
+    parser.add_argument("--size", type=int, default=512, help="pixels per side")
     parser.add_argument("--shaded", action="store_true")
     parser.add_argument("--picture", nargs=2)
     options = parser.parse_args()
@@ -74,7 +74,7 @@ def main():
     window, renderer = vtk.vtkRenderWindow(), vtk.vtkRenderer()
     window.SetOffScreenRendering(1)
     window.SetMultiSamples(0)
-    window.SetSize(SIDE, SIDE)
+    window.SetSize(options.size, options.size)
     # The update rate of a still picture, so that the mapper does not reduce quality.
     window.SetDesiredUpdateRate(1e-5)
     window.AddRenderer(renderer)
