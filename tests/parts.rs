@@ -162,7 +162,7 @@ fn in_parts_by_a_work_item_per_sample() {
     let (dims, size) = ([40, 44, 36], viewport(61, 47));
     let (volume, transfer) = (random_volume(dims, DVec3::new(1.0, 0.9, 1.2), SEED), smooth_transfer());
     let device = device();
-    let samples = device.with_tuning(Tuning::new(DeviceKind::Gpu, "", 1)).unwrap();
+    let samples = device.with_tuning(Tuning::new(DeviceKind::Gpu, "", 1, 1)).unwrap();
     for (n, (axis, camera)) in views(&volume, size).into_iter().enumerate() {
         let settings = Settings { culling: n % 3 != 0, ..forced(axis, sampled()[[2, 1, 2, 3][n % 4]]) };
         let shot = Shot { device: samples.clone(), volume: &volume, transfer: &transfer, axis, camera, size, settings };

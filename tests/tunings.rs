@@ -28,7 +28,7 @@ fn devices() -> Vec<(String, Device)> {
     let own = *device.tuning();
     let with = |name: String, tuning| (name, device.with_tuning(tuning).unwrap());
     let widths = [16, 8, 4, 1].map(|width| with(format!("vectors of {width}"), Tuning { vector_width: width, ..own }));
-    let [cpu, gpu] = [DeviceKind::Cpu, DeviceKind::Gpu].map(|kind| Tuning::new(kind, "", 1));
+    let [cpu, gpu] = [DeviceKind::Cpu, DeviceKind::Gpu].map(|kind| Tuning::new(kind, "", 1, 4));
     let other = if own.lattice_schedule == gpu.lattice_schedule { cpu } else { gpu };
     assert!(other.lattice_schedule != own.lattice_schedule, "the device's own tuning shows nothing new");
     widths.into_iter().chain([with("the tuning of the other kind of device".into(), other)]).collect()
@@ -44,6 +44,23 @@ fn everything() -> Vec<Algorithm> {
     });
     let cast = Algorithm::Raycast { kernel: Kernel::BSpline, step: 0.6 };
     algorithms().into_iter().chain(sheets).chain(smooth).chain([cast]).collect()
+}
+
+/// Each tile is rendered once, in whatever order: also if runs are longer than a row, or than the whole picture.
+#[test]
+fn the_order_of_tiles_changes_nothing() {
+    let (volume, transfer, size) = (bump(), smooth_transfer(), viewport(150, 130));
+    let camera = parallel(&volume, size, 25.0, 15.0);
+    let device = device();
+    let frame = |tile_run| {
+        let device = device.with_tuning(Tuning { tile_run, point_tile_rows: 4, ..*device.tuning() }).unwrap();
+        Renderer::new(&device, &volume, &transfer).unwrap().render(&camera, size, &Settings::default()).unwrap().0
+    };
+    let first = frame(1);
+    assert!(first.pixels().iter().filter(|pixel| pixel[3] > 0.1).count() > 1000);
+    for tile_run in [2, 3, 8, 19, 4096] {
+        assert!(frame(tile_run).pixels() == first.pixels(), "runs of {tile_run} tiles");
+    }
 }
 
 #[test]

@@ -3,13 +3,12 @@
 #include "layered/point_layer.cl"
 #include "layered/ray_lattice.cl"
 
-// The order in which tiles are rendered. Threads take runs of consecutive work-items, and shorter runs near the end (PoCL: 64 at most).
-// Most volumes are densest in the middle of the picture. Rows of tiles therefore go from the top to the middle and then from the bottom
-// to the middle, so that the expensive ones come last, in short runs. From top to bottom, one of two threads idled for up to a sixth of a
-// frame. The result is tile_v*tiles_u + tile_u.
+// The order in which tiles are rendered. A thread of PoCL takes its share of the work-items that are left, which are consecutive. So that
+// each thread gets expensive and cheap tiles, consecutive runs of tiles come from all over the picture (src/renderer/tiles.rs). Tiles that
+// no run takes come last. The result is tile_v*tiles_u + tile_u.
 static inline int scheduled_tile(const RayLatticeParams *p, int order) {
-    const int row = order / p->tiles_u, above = p->tiles_v / 2;
-    return order % p->tiles_u + (row < above ? row : p->tiles_v - 1 - (row - above)) * p->tiles_u;
+    const int runs = p->tiles_u * p->tiles_v / p->tiles_per_run, run = order / p->tiles_per_run;
+    return run < runs ? (int)((ulong)run * p->next_run % runs) * p->tiles_per_run + order % p->tiles_per_run : order;
 }
 
 // Rays of a tile: its columns, its rows, and the outermost of both, from the layer of the volume's centre.

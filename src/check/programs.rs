@@ -32,7 +32,7 @@ struct Programs {
 /// A fresh device, tuned as a GPU.
 fn device() -> Device {
     let device = Device::open(&DeviceChoice::Default).expect("the tests need an OpenCL device: scripts/test installs PoCL");
-    device.with_tuning(Tuning::new(DeviceKind::Gpu, "", 1)).unwrap()
+    device.with_tuning(Tuning::new(DeviceKind::Gpu, "", 1, 1)).unwrap()
 }
 
 fn values() -> Vec<f64> {

@@ -97,10 +97,11 @@ fn sheets() -> Settings {
 }
 
 /// The parameters in the order of tuning: those that others depend on come first.
-const KNOBS: [Knob; 11] = [
+const KNOBS: [Knob; 12] = [
     Knob { name: "vector_width", values: |t| each([16, 8, 4, 1], |n| Tuning { vector_width: n, ..t }), frames: layers },
     Knob { name: "tile_group", values: |t| each([1, 8, 32, 64], |n| Tuning { tile_group: n as usize, ..t }), frames: layers },
     Knob { name: "point_tile_rows", values: |t| each([2, 4, 8, 16, 24], |n| Tuning { point_tile_rows: n, ..t }), frames: layers },
+    Knob { name: "tile_run", values: |t| each([1, 4, 8], |n| Tuning { tile_run: n, ..t }), frames: layers },
     Knob { name: "lattice_schedule", values: schedules, frames: layers },
     Knob { name: "sample_tile", values: sample_tiles, frames: layers },
     Knob { name: "block", values: blocks, frames: layers },
@@ -230,7 +231,7 @@ mod tests {
     /// Otherwise its time would count as infinite, and any other value would win.
     #[test]
     fn the_current_tuning_is_a_candidate() {
-        for own in [DeviceKind::Cpu, DeviceKind::Gpu].map(|kind| Tuning::new(kind, "", 16)) {
+        for own in [DeviceKind::Cpu, DeviceKind::Gpu].map(|kind| Tuning::new(kind, "", 16, 2)) {
             let odd = Tuning { block: [48, 5], tile_rows: 3, ..own };
             for (tuning, knob) in [own, odd].iter().flat_map(|tuning| KNOBS.iter().map(move |knob| (tuning, knob))) {
                 let tried = knob.candidates(*tuning);

@@ -8,8 +8,8 @@ use std::time::{Duration, Instant};
 
 /// Time that a band is meant to take. At most two are enqueued at once.
 const BAND: Duration = Duration::from_millis(8);
-/// Share by which the known time of a work-item falls per band: the next frame may be cheaper. Slow enough that the bands of a frame's dense
-/// middle, which comes last, are not made longer by its empty edges.
+/// Share by which the known time of a work-item falls per band: the next frame may be cheaper. Slow enough that a few
+/// bands of cheap tiles do not make the next one, with expensive ones, much longer.
 const DECAY: f64 = 0.98;
 /// Work-groups per compute unit in the first band of a kernel, whose time is unknown.
 const FIRST_GROUPS: usize = 2;

@@ -163,6 +163,7 @@ fn no_device(answers: &[(String, Result<usize, String>)]) -> Error {
 pub(super) fn describe(device: &ClDevice, index: Option<usize>, platform: &str) -> DeviceInfo {
     let kind = DeviceKind::from_device_type(device.dev_type().unwrap_or(0), platform);
     let text = |value: opencl3::Result<String>| value.unwrap_or_default().trim().to_owned();
+    let compute_units = device.max_compute_units().unwrap_or(0);
     DeviceInfo {
         index,
         name: text(device.name()),
@@ -170,10 +171,10 @@ pub(super) fn describe(device: &ClDevice, index: Option<usize>, platform: &str) 
         platform: platform.trim().to_owned(),
         version: text(device.version()),
         driver: text(device.driver_version()),
-        compute_units: device.max_compute_units().unwrap_or(0),
+        compute_units,
         memory_bytes: device.global_mem_size().unwrap_or(0),
         largest_buffer_bytes: device.max_mem_alloc_size().unwrap_or(0),
-        tuning: Tuning::new(kind, platform, device.native_vector_width_float().unwrap_or(0)),
+        tuning: Tuning::new(kind, platform, device.native_vector_width_float().unwrap_or(0), compute_units),
     }
 }
 
@@ -193,7 +194,7 @@ mod tests {
             compute_units: 0,
             memory_bytes: 0,
             largest_buffer_bytes: 0,
-            tuning: Tuning::new(kind, platform, 16),
+            tuning: Tuning::new(kind, platform, 16, 1),
         }
     }
 

@@ -20,11 +20,13 @@ pub(super) struct Tiles {
     pub numbers: [u32; 2],
     /// Number of counts per tile.
     pub counts: u32,
+    /// Number of tiles that are rendered one after another where they are in one row.
+    run: u32,
 }
 
 impl Tiles {
     fn new(samples: [u32; 2], size: [u32; 2]) -> Self {
-        Self { size, numbers: [0, 1].map(|i| samples[i].div_ceil(size[i])), counts: 1 }
+        Self { size, numbers: [0, 1].map(|i| samples[i].div_ceil(size[i])), counts: 1, run: 1 }
     }
 
     /// Tiles of a lattice with point-sampled layers.
@@ -34,7 +36,7 @@ impl Tiles {
 
     /// Tiles of a lattice with point-sampled layers whose kernels have a work-item per tile on every device.
     pub fn for_tiled_points(lattice: &Lattice, tuning: &Tuning) -> Self {
-        Self::new(lattice.size, [tuning.vector_width, tuning.point_tile_rows])
+        Self { run: tuning.tile_run, ..Self::new(lattice.size, [tuning.vector_width, tuning.point_tile_rows]) }
     }
 
     /// Tiles of a lattice with splatted layers that is not rendered in phases.
@@ -52,7 +54,7 @@ impl Tiles {
             LatticeSchedule::Tiles => [tuning.vector_width, rows],
             LatticeSchedule::Samples => tuning.sample_tile,
         };
-        Self::new(lattice.size, size)
+        Self { run: tuning.tile_run, ..Self::new(lattice.size, size) }
     }
 
     /// Tiles of a lattice rendered in phases. The tile of each phase has its own count.
@@ -82,10 +84,26 @@ impl Tiles {
         self.numbers[0] as usize * self.numbers[1] as usize * self.counts as usize
     }
 
+    /// Tiles of a run, and how many runs farther the next one lies in the picture. Steps of about a golden section of all runs spread any
+    /// number of consecutive ones evenly; they have no factor in common with the number of runs, so that each is reached once.
+    pub fn runs(self) -> [i32; 2] {
+        let runs = (u64::from(self.numbers[0]) * u64::from(self.numbers[1]) / u64::from(self.run)).max(1);
+        let golden = (runs as f64 * GOLDEN_SECTION).ceil() as u64;
+        let next = (golden..).find(|&step| greatest_common_divisor(step, runs) == 1).expect("runs + 1, at the latest");
+        [self.run as i32, next as i32]
+    }
+
     /// Kernel argument.
     pub fn for_kernels(self) -> [i32; 2] {
         self.numbers.map(|n| n as i32)
     }
+}
+
+/// (√5 - 1) / 2.
+const GOLDEN_SECTION: f64 = 0.618_033_988_749_895;
+
+fn greatest_common_divisor(a: u64, b: u64) -> u64 {
+    if b == 0 { a } else { greatest_common_divisor(b, a % b) }
 }
 
 /// RGBA of lattice samples or screen pixels.
@@ -167,4 +185,23 @@ pub(super) fn read_samples(buffer: &Buffer<Float4>, device: &Device, count: usiz
         samples.copy_from_slice(bytemuck::cast_slice(piece));
     }
     Ok(samples)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_run_is_reached_once() {
+        for numbers in [[1, 1], [2, 1], [3, 2], [19, 26], [32, 32], [31, 7], [4096, 4096]] {
+            for run in [1, 3, 8, 4096] {
+                let tiles = Tiles { run, ..Tiles::new(numbers, [1, 1]) };
+                let [length, next] = tiles.runs().map(|n| n as usize);
+                let runs = (numbers[0] * numbers[1]) as usize / length;
+                let mut reached = vec![0; runs];
+                (0..runs).for_each(|n| reached[n * next % runs] += 1);
+                assert!(reached.iter().all(|&times| times == 1), "{numbers:?} tiles in runs of {run}");
+            }
+        }
+    }
 }

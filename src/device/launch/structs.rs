@@ -335,6 +335,8 @@ kernel_struct! {
         stagger as [first_stagger, stagger_per_column]: u32,
         /// How many voxel rows farther than their row staggered columns lie, at most: 1 or 2; 0 where they are not.
         farthest: i32,
+        /// Tiles of a run, and how many runs farther the next one lies in the picture.
+        runs as [tiles_per_run, next_run]: i32,
     }
 }
 

@@ -303,5 +303,6 @@ pub(super) fn lattice_params(
         rays: [affine(0), affine(1)],
         stagger: [lattice.stagger.first, lattice.stagger.per_column],
         farthest: farthest(lattice),
+        runs: tiles.runs(),
     }
 }
