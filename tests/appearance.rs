@@ -23,7 +23,14 @@ const LIGHTS: [(f64, f64, f64, f64, Option<DVec3>); 5] = [
 ];
 
 fn lit((ambient, diffuse, specular, power, light): (f64, f64, f64, f64, Option<DVec3>)) -> Option<Shading> {
-    Some(Shading { ambient, diffuse, specular, power, lights: light.map_or_else(Lights::default, one_light) })
+    Some(Shading {
+        ambient,
+        ambient_color: [1.0; 3],
+        diffuse,
+        specular,
+        power,
+        lights: light.map_or_else(Lights::default, one_light),
+    })
 }
 
 /// Values increase by 1, 4 and 2 per voxel along x, y and z; the spacing along y is 2. Normals are (1, 2, 2) / 3.
@@ -67,7 +74,7 @@ fn a_lit_slope_has_the_colour_worked_out_by_hand() {
         for (lights, power, expected) in [(&three[..1], 4.0, expected), (&three[..1], 8.0, sharper), (&three[..], 4.0, of_three)]
         {
             let lights = Lights::new(lights).unwrap();
-            let shading = Shading { ambient: 0.1, diffuse: 0.5, specular: 0.4, power, lights };
+            let shading = Shading { ambient: 0.1, ambient_color: [1.0; 3], diffuse: 0.5, specular: 0.4, power, lights };
             let settings = Settings { shading: Some(shading), ..settings };
             let frame = render(&volume, &transfer, &camera, viewport(7, 7), &settings);
             let what = format!("{:?}", settings.algorithm);

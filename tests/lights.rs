@@ -61,6 +61,84 @@ fn device_and_reference() {
     }
 }
 
+const AMBIENT_COLOR: [f64; 3] = [0.3, 0.6, 1.0];
+
+/// Red from the side, bluish from the camera, and green from above.
+fn colored() -> [Light; 3] {
+    let [a, b, c] = three();
+    [Light { color: [1.0, 0.2, 0.1], ..a }, Light { color: [0.5, 0.6, 1.0], ..b }, Light { color: [0.0, 1.0, 0.0], ..c }]
+}
+
+/// Colours of lights and of the ambient light, also where gradients are too weak for shading.
+#[test]
+fn colored_lights_of_device_and_reference() {
+    let (volume, views) = scene();
+    let flat = cube([14, 11, 12], DVec3::ONE);
+    let with = |color, lights: &[Light], settings| {
+        let shading = shaded(lights).map(|shading| Shading { ambient_color: color, ..shading });
+        Settings { shading, ..settings }
+    };
+    let size = viewport(25, 22);
+    let surfaces = algorithms().into_iter().filter(|&a| has(a, Blend::Iso(ISO))).map(|a| settings(a, Blend::Iso(ISO)));
+    for settings in each().chain(surfaces) {
+        // Edges of the flat volume are too sharp for the tolerance in perspectives.
+        for (volume, camera, is_parallel) in [(&volume, views[0], true), (&volume, views[1], false), (&flat, views[0], true)] {
+            let what = format!("{:?}, parallel {is_parallel}", settings.algorithm);
+            let tolerance = tolerance_of(&settings, is_parallel).max(tolerance(&settings, is_parallel));
+            // Several lights, and by default a single one, which has a program of its own.
+            let first = if settings == Settings::default() { 1 } else { colored().len() };
+            for count in [first, colored().len()] {
+                let lights = &colored()[..count];
+                let settings = with(AMBIENT_COLOR, lights, settings);
+                Pair::of(volume, &smooth_transfer(), &camera, size, &settings).assert_same(&what, tolerance);
+            }
+            if !is_parallel {
+                continue;
+            }
+            let [a, b, c] = colored();
+            let swapped = Light { color: [0.1, 0.2, 1.0], ..a };
+            let drawn = with(AMBIENT_COLOR, &colored(), settings);
+            for other in [with(AMBIENT_COLOR, &[swapped, b, c], settings), with([1.0; 3], &colored(), settings)] {
+                let pair = Pair::against(volume, &smooth_transfer(), &camera, size, &drawn, &other);
+                assert!(pair.differing(2.0 * tolerance) > 0.1, "{what}: another colour must be detected");
+            }
+        }
+    }
+}
+
+/// Each component of a colour is lit as white lights of its strengths light it, where gradients are strong enough for shading.
+#[test]
+fn components_are_lit_apart() {
+    let (volume, views) = scene();
+    let standard = Settings::default();
+    let shading = shaded(&colored()).map(|shading| Shading { ambient_color: AMBIENT_COLOR, ..shading });
+    for camera in views {
+        let found = draw(&volume, &camera, &Settings { shading, ..standard });
+        for i in 0..3 {
+            let white = colored().map(|light| Light { strength: light.strength * light.color[i], color: [1.0; 3], ..light });
+            let shading = shaded(&white).map(|shading| Shading { ambient: shading.ambient * AMBIENT_COLOR[i], ..shading });
+            let expected = draw(&volume, &camera, &Settings { shading, ..standard });
+            let largest = |i: usize, j: usize| {
+                let pairs = found.pixels().iter().zip(expected.pixels());
+                pairs.map(|(found, expected)| (found[i] - expected[j]).abs()).fold(0.0, f32::max)
+            };
+            assert!(f64::from(largest(i, i)) < REORDERED_LIGHTS, "component {i}: {}", largest(i, i));
+            assert!(f64::from(largest((i + 1) % 3, i)) > 100.0 * REORDERED_LIGHTS, "another component must differ");
+        }
+    }
+}
+
+/// White light is the same with the programs of colours.
+#[test]
+fn almost_white_is_white() {
+    let (volume, views) = scene();
+    let nearly = three().map(|light| Light { color: [1.0, 1.0, 1.0 - 1e-9], ..light });
+    for camera in views {
+        let [white, nearly] = [three(), nearly].map(|lights| draw(&volume, &camera, &lit(&lights, Settings::default())));
+        assert_close("nearly white", &nearly, &white, REORDERED_LIGHTS);
+    }
+}
+
 #[test]
 fn cut_and_of_surfaces() {
     let (volume, [camera, _]) = scene();
@@ -121,6 +199,8 @@ fn refusals() {
         vec![light([1.0, 0.0, 0.0], -0.1)],
         vec![Light { strength: f64::NAN, ..Light::AT_CAMERA }],
         vec![Light { strength: 100.5, ..Light::AT_CAMERA }],
+        vec![Light { color: [0.5, 1.1, 0.5], ..Light::AT_CAMERA }],
+        vec![Light { color: [0.5, -0.1, f64::NAN], ..Light::AT_CAMERA }],
     ];
     for lights in wrong {
         let refused = Lights::new(&lights);

@@ -137,9 +137,9 @@ static inline intv open_rays(const SampleParams *p, const Accumulator *a) { retu
 ALWAYS_INLINE void accumulate_lit(const SampleParams *p, realv r, realv g, realv b, realv opacity, const Lighting *lighting,
                                   Accumulator *a) {
     if (p->light.shading) {
-        r = lit_channel(p, r, lighting, p->light.cue_r);
-        g = lit_channel(p, g, lighting, p->light.cue_g);
-        b = lit_channel(p, b, lighting, p->light.cue_b);
+        r = lit_red(p, r, lighting);
+        g = lit_green(p, g, lighting);
+        b = lit_blue(p, b, lighting);
 #ifdef THINNED
         opacity = scale_opacity(p, opacity, lighting->extinction_scale);
 #endif

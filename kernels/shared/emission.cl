@@ -13,9 +13,9 @@ typedef struct {
 // A lit colour, weighted by its extinction.
 static inline void add_emission(const SampleParams *p, realv r, realv g, realv b, const Emission *e, realv *sum) {
     if (p->light.shading) {
-        r = lit_channel(p, r, &e->lighting, p->light.cue_r);
-        g = lit_channel(p, g, &e->lighting, p->light.cue_g);
-        b = lit_channel(p, b, &e->lighting, p->light.cue_b);
+        r = lit_red(p, r, &e->lighting);
+        g = lit_green(p, g, &e->lighting);
+        b = lit_blue(p, b, &e->lighting);
     }
     sum[0] += e->depth * r, sum[1] += e->depth * g, sum[2] += e->depth * b;
 }

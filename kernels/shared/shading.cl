@@ -10,10 +10,25 @@ static inline intv table_index(const SampleParams *p, realv value) {
     return CONVERT_INTV(CLAMP(x, (realv)(0.0f), (realv)(p->classification.table_last)));
 }
 
-// Factor of a colour, added highlight, and weight in interpolation with other lighting. THINNED: also the factor of the extinction.
+// COLORED_LIGHTS: lights have colours, so red, green and blue are lit apart. Otherwise one factor and one highlight serve all three.
+#ifdef COLORED_LIGHTS
+#define LIT_COMPONENTS 3
+#define COMPONENT(i) (i)
+#define OF_LIGHT(p, number, i, amount) ((p)->light.colors[3 * (number) + (i)] * (amount))
+#define OF_AMBIENT(p, i, amount) ((p)->light.ambient_color[i] * (amount))
+#else
+#define LIT_COMPONENTS 1
+#define COMPONENT(i) 0
+#define OF_LIGHT(p, number, i, amount) (amount)
+#define OF_AMBIENT(p, i, amount) (amount)
+#endif
+// Unrolled: GPUs would keep components indexed by a variable in memory.
+#define FOR_LIT_COMPONENTS(i) _Pragma("unroll") for (int i = 0; i < LIT_COMPONENTS; i++)
+
+// Factors of a colour, added highlights, and weight in interpolation with other lighting. THINNED: also the factor of the extinction.
 // DEPTH_CUED: also the share of the background that the lit colour fades to, before it is clamped.
 typedef struct {
-    realv factor, highlight, weight;
+    realv factor[LIT_COMPONENTS], highlight[LIT_COMPONENTS], weight;
 #ifdef THINNED
     realv extinction_scale;
 #endif
@@ -41,7 +56,7 @@ static inline realv gradient_length(const SampleParams *p, Gradient gradient) {
     return squared * inverse_sqrt(MAX(squared, (realv)(1e-20f)));
 }
 
-// Lighting of a point with a value and gradient: two-sided Blinn-Phong with white directional lights. Gradients below 1e-3 of the value
+// Lighting of a point with a value and gradient: two-sided Blinn-Phong with directional lights. Gradients below 1e-3 of the value
 // range per voxel leave the colour unlit, with a smooth fade up to 2e-3, so that rounding cannot toggle the lighting. LIGHT_VOLUME: each
 // light and the ambient light are dimmed by what reaches the point; the colour of weak gradients, too.
 static inline Lighting shade(const SampleParams *p, LightVolume volume, Point point, realv value, Gradient gradient) {
@@ -69,14 +84,18 @@ static inline Lighting shade(const SampleParams *p, LightVolume volume, Point po
                          normal_a * p->light.light_volume.eye_a;
     const realv sky = reaching_sky(p, volume, off_surface(p, point, normal_u, normal_v, normal_a, to_eye));
     const realv reaching = reaching_light(p, volume, off_surface(p, point, normal_u, normal_v, normal_a, to_light), 0);
-    realv unshaded = p->light.light_volume.unshaded + p->light.light_volume.unshaded_ambient * sky +
-                     p->light.light_volume.unshaded_lights[0] * reaching;
-    realv factor = p->light.ambient * sky + p->light.diffuse * reaching * facing;
-    lighting.highlight = lit * p->light.specular * reaching * power(mirror, p->light.power);
+    realv unshaded[LIT_COMPONENTS];
+    FOR_LIT_COMPONENTS(i) {
+        unshaded[i] = p->light.light_volume.unshaded + OF_AMBIENT(p, i, p->light.light_volume.unshaded_ambient) * sky +
+                      OF_LIGHT(p, 0, i, p->light.light_volume.unshaded_lights[0]) * reaching;
+        lighting.factor[i] = OF_AMBIENT(p, i, p->light.ambient) * sky + OF_LIGHT(p, 0, i, p->light.diffuse) * reaching * facing;
+        lighting.highlight[i] = lit * OF_LIGHT(p, 0, i, p->light.specular) * reaching * power(mirror, p->light.power);
+    }
 #else
-    const realv unshaded = 1.0f;
-    realv factor = p->light.ambient + p->light.diffuse * facing;
-    lighting.highlight = lit * p->light.specular * power(mirror, p->light.power);
+    FOR_LIT_COMPONENTS(i) {
+        lighting.factor[i] = OF_AMBIENT(p, i, p->light.ambient) + OF_LIGHT(p, 0, i, p->light.diffuse) * facing;
+        lighting.highlight[i] = lit * OF_LIGHT(p, 0, i, p->light.specular) * power(mirror, p->light.power);
+    }
 #endif
 #ifdef SEVERAL_LIGHTS
     // Unrolled: GPUs would keep lights indexed by a variable in memory.
@@ -90,17 +109,31 @@ static inline Lighting shade(const SampleParams *p, LightVolume volume, Point po
 #ifdef LIGHT_VOLUME
         const realv to_other = normal_u * light[0] + normal_v * light[1] + normal_a * light[2];
         const realv other = reaching_light(p, volume, off_surface(p, point, normal_u, normal_v, normal_a, to_other), i + 1);
-        unshaded += p->light.light_volume.unshaded_lights[i + 1] * other;
-        factor += light[6] * other * fabs(u * light[0] + v * light[1] + a * light[2]) * inverse;
-        lighting.highlight +=
-            lit * light[7] * other * power(fabs(u * half_way[0] + v * half_way[1] + a * half_way[2]) * inverse, p->light.power);
+        FOR_LIT_COMPONENTS(n) {
+            unshaded[n] += OF_LIGHT(p, i + 1, n, p->light.light_volume.unshaded_lights[i + 1]) * other;
+            lighting.factor[n] += OF_LIGHT(p, i + 1, n, light[6]) * other * fabs(u * light[0] + v * light[1] + a * light[2]) * inverse;
+            lighting.highlight[n] += lit * OF_LIGHT(p, i + 1, n, light[7]) * other *
+                                     power(fabs(u * half_way[0] + v * half_way[1] + a * half_way[2]) * inverse, p->light.power);
+        }
 #else
-        factor += light[6] * fabs(u * light[0] + v * light[1] + a * light[2]) * inverse;
-        lighting.highlight += lit * light[7] * power(fabs(u * half_way[0] + v * half_way[1] + a * half_way[2]) * inverse, p->light.power);
+        FOR_LIT_COMPONENTS(n) {
+            lighting.factor[n] += OF_LIGHT(p, i + 1, n, light[6]) * fabs(u * light[0] + v * light[1] + a * light[2]) * inverse;
+            lighting.highlight[n] += lit * OF_LIGHT(p, i + 1, n, light[7]) *
+                                     power(fabs(u * half_way[0] + v * half_way[1] + a * half_way[2]) * inverse, p->light.power);
+        }
 #endif
     }
 #endif
-    lighting.factor = unshaded + lit * (factor - unshaded);
+    FOR_LIT_COMPONENTS(i) {
+#ifdef LIGHT_VOLUME
+        const realv base = unshaded[i];
+#elif defined(COLORED_LIGHTS)
+        const float base = p->light.unshaded_color[i];
+#else
+        const float base = 1.0f;
+#endif
+        lighting.factor[i] = base + lit * (lighting.factor[i] - base);
+    }
 #ifdef THINNED
     lighting.extinction_scale = p->light.thinned ? gradient_extinction_scale(p, squared * inverse) : (realv)(1.0f);
 #endif
@@ -110,15 +143,28 @@ static inline Lighting shade(const SampleParams *p, LightVolume volume, Point po
     return lighting;
 }
 
-// One channel of a lit colour: times the factor, plus the highlight, at most 1. DEPTH_CUED: then faded to `background`. A cue of 0 keeps
+// One component of a lit colour: times the factor, plus the highlight, at most 1. DEPTH_CUED: then faded to `background`. A cue of 0 keeps
 // the colour exact to the bit.
-static inline realv lit_channel(const SampleParams *p, realv channel, const Lighting *lighting, float background) {
-    const realv lit = MIN(channel * lighting->factor + lighting->highlight, (realv)(1.0f));
+static inline realv lit_component(const SampleParams *p, realv component, realv factor, realv highlight, const Lighting *lighting,
+                                  float background) {
+    const realv lit = MIN(component * factor + highlight, (realv)(1.0f));
 #ifdef DEPTH_CUED
     return lit + CLAMP(lighting->cue, (realv)(0.0f), (realv)(p->light.cue_strength)) * (background - lit);
 #else
     return lit;
 #endif
+}
+
+static inline realv lit_red(const SampleParams *p, realv red, const Lighting *l) {
+    return lit_component(p, red, l->factor[0], l->highlight[0], l, p->light.cue_r);
+}
+
+static inline realv lit_green(const SampleParams *p, realv green, const Lighting *l) {
+    return lit_component(p, green, l->factor[COMPONENT(1)], l->highlight[COMPONENT(1)], l, p->light.cue_g);
+}
+
+static inline realv lit_blue(const SampleParams *p, realv blue, const Lighting *l) {
+    return lit_component(p, blue, l->factor[COMPONENT(2)], l->highlight[COMPONENT(2)], l, p->light.cue_b);
 }
 
 // Opacity of an optical depth, or of alpha times length.

@@ -64,8 +64,12 @@ static inline Lighting interpolate_lighting(const SampleParams *p, const LitSamp
 #endif
     const realv weight_back = place * (EVEN + other->weight);
     const realv mixed = weight_back * rough_reciprocal((1.0f - place) * (EVEN + one->weight) + weight_back);
-    Lighting lighting = {one->factor + mixed * (other->factor - one->factor),
-                         one->highlight + mixed * (other->highlight - one->highlight)};
+    Lighting lighting;
+    lighting.weight = 0.0f;
+    FOR_LIT_COMPONENTS(i) {
+        lighting.factor[i] = one->factor[i] + mixed * (other->factor[i] - one->factor[i]);
+        lighting.highlight[i] = one->highlight[i] + mixed * (other->highlight[i] - one->highlight[i]);
+    }
 #ifdef THINNED
     lighting.extinction_scale = extinction_scale_on_span(front, back, t);
 #endif

@@ -58,9 +58,9 @@ __kernel void sorted_splats(__global const ushort4 *places, __global const float
             const Gradient gradient = {content.y, content.z, content.w};
             const LightVolume none = NO_LIGHT_VOLUME;
             const Lighting lighting = shade(&sample, none, point, content.x, gradient);
-            color.x = lit_channel(&sample, color.x, &lighting, sample.light.cue_r);
-            color.y = lit_channel(&sample, color.y, &lighting, sample.light.cue_g);
-            color.z = lit_channel(&sample, color.z, &lighting, sample.light.cue_b);
+            color.x = lit_red(&sample, color.x, &lighting);
+            color.y = lit_green(&sample, color.y, &lighting);
+            color.z = lit_blue(&sample, color.z, &lighting);
             entry.w *= lighting.extinction_scale;
         }
         splat->content = color * MIN(entry.w, OPAQUE_EXTINCTION);

@@ -3,8 +3,9 @@
 use crate::error::Error;
 
 /// Field names as in [`Error::fields`], and the options that set them; sorted by field.
-const OPTIONS: [(&str, &str); 71] = [
+const OPTIONS: [(&str, &str); 72] = [
     ("algorithm", "--algorithm"),
+    ("ambient_color", "--ambient-color COLOR"),
     ("ambient_occlusion", "--ambient-occlusion on|off"),
     ("ao_reach", "--ao-reach inf|LENGTH"),
     ("array", "--array NAME"),
@@ -46,7 +47,7 @@ const OPTIONS: [(&str, &str); 71] = [
     ("labels", "--labels=TABLE"),
     ("layer_axis", "--layer-axis auto|x|y|z"),
     ("level", "--level N|auto"),
-    ("light", "--light X,Y,Z[:S[:DEGREES]]"),
+    ("light", "--light X,Y,Z[:S[:DEGREES]][:COLOR]"),
     ("light_grid", "--light-grid full|half|quarter"),
     ("longest", "--time-limit SECONDS"),
     ("memory", "--memory BYTES"),

@@ -8,7 +8,7 @@ use crate::error::Error;
 use crate::framing::Side;
 use crate::image::{Background, BitDepth};
 use crate::layers::{Axis, Correction, Density, MAX_SAMPLES_PER_VOXEL};
-use crate::settings::{ClipPlane, CropBox, Evaluation, GradientOpacity, LayerAxis, Light, Quality};
+use crate::settings::{ClipPlane, CropBox, Evaluation, GradientOpacity, LayerAxis, Light, Quality, WHITE};
 use crate::slice::SliceAxis;
 use crate::transfer::Value;
 use crate::viewport::Viewport;
@@ -130,23 +130,30 @@ pub(super) fn vector(text: &str) -> Result<DVec3, String> {
     vector.map(DVec3::from_array).ok_or_else(|| format!("invalid vector '{text}'; use X,Y,Z"))
 }
 
-/// Parses `X,Y,Z` or `camera`, with an optional `:STRENGTH` (default 1) and, of a direction, `:DEGREES` (default 0).
+/// Parses `X,Y,Z` or `camera`, with an optional `:STRENGTH` (default 1), of a direction `:DEGREES` (default 0), and at last `:COLOR` (default
+/// white).
 pub(super) fn light(text: &str) -> Result<Light, String> {
     let refused = || {
         format!(
             "invalid light '{text}'; use X,Y,Z, X,Y,Z:STRENGTH, X,Y,Z:STRENGTH:DEGREES, camera or camera:STRENGTH, with a strength from 0 to \
-             100 and an angular diameter from 0 to 45"
+             100 and an angular diameter from 0 to 45; a colour may follow: X,Y,Z:#ffc080"
         )
     };
-    let mut parts = text.split(':');
-    let place = parts.next().unwrap_or_default().trim();
+    let mut parts: Vec<&str> = text.split(':').map(str::trim).collect();
+    let place = parts.remove(0);
     let direction = if place == "camera" { None } else { Some(vector(place).map_err(|_| refused())?) };
-    let mut number = |default| parts.next().map_or(Ok(default), |text| finite(text.trim()).map_err(|_| refused()));
-    let (strength, angle) = (number(1.0)?, number(0.0)?);
-    if parts.next().is_some() || (direction.is_none() && text.matches(':').count() > 1) {
+    let color = match parts.last().and_then(|last| color(last).ok()) {
+        Some(color) => {
+            parts.pop();
+            color
+        }
+        None => WHITE,
+    };
+    if parts.len() > 1 + usize::from(direction.is_some()) {
         return Err(refused());
     }
-    Ok(Light { direction, strength, angle, ..Light::AT_CAMERA })
+    let number = |n: usize, default| parts.get(n).map_or(Ok(default), |text| finite(text).map_err(|_| refused()));
+    Ok(Light { direction, strength: number(0, 1.0)?, angle: number(1, 0.0)?, color, ..Light::AT_CAMERA })
 }
 
 /// Parses `X,Y,Z`, all above 0.
@@ -182,7 +189,7 @@ pub(super) fn clip_plane(text: &str) -> Result<ClipPlane, String> {
 pub(super) fn color(text: &str) -> Result<[f64; 3], String> {
     match text.parse()? {
         Background::Color(color) => Ok(color.map(f64::from)),
-        Background::Transparent => Err("a surface needs a colour: use white, grey, #rrggbb or R,G,B".into()),
+        Background::Transparent => Err("transparent is not a colour here: use white, grey, #rrggbb or R,G,B".into()),
     }
 }
 
@@ -395,6 +402,12 @@ mod tests {
         }
         assert_eq!(light("-1,0.5,2:0.25"), Ok(Light { strength: 0.25, ..Light::towards(DVec3::new(-1.0, 0.5, 2.0)) }));
         assert_eq!(light("0,0,1:0.5:10"), Ok(Light { strength: 0.5, angle: 10.0, ..Light::towards(DVec3::Z) }));
+        let red = Light { color: [1.0, 0.0, 0.0], ..Light::towards(DVec3::Z) };
+        for text in ["0,0,1:#ff0000", "0,0,1:1,0,0", "0,0,1:1:0:#ff0000"] {
+            assert_eq!(light(text), Ok(red), "{text}");
+        }
+        let orange = Light { strength: 0.5, color: [1.0, 0.5, 0.0], ..Light::AT_CAMERA };
+        assert_eq!(light("camera:0.5:1,0.5,0"), Ok(orange));
         assert_eq!((light("camera"), light("0,0,1")), (Ok(Light::AT_CAMERA), Ok(Light::towards(DVec3::Z))));
         for bad in ["", "%", "-1%", "101%", "x", "inf"] {
             assert!(along(bad).is_err(), "{bad}");

@@ -81,6 +81,15 @@ impl Rays {
         Ok(Self { origin, direction, start, pixel_size, to_eye, spacing: grid.spacing() })
     }
 
+    /// The rays through pixels that are `aspect` times as wide as high, about the same centre. Lattices are as dense as the shorter sides
+    /// of pixels require.
+    pub fn with_pixel_aspect(self, aspect: f64, viewport: Viewport) -> Self {
+        let half_width = f64::from(viewport.width) / 2.0;
+        let wider = |[base, right, down]: [DVec3; 3]| [base + right * half_width * (1.0 - aspect), right * aspect, down];
+        let pixel_size = self.pixel_size * aspect.min(1.0);
+        Self { origin: wider(self.origin), direction: wider(self.direction), pixel_size, ..self }
+    }
+
     /// Whether all rays are parallel.
     pub fn is_parallel(&self) -> bool {
         self.start == f64::NEG_INFINITY

@@ -60,27 +60,27 @@ pub(super) fn range_of_values(volume: &Volume) -> f64 {
 /// Constant term of the interpolation weight of lighting, for kernels with analytic gradients: kernels/shared/span_lighting.cl.
 const EVEN: f64 = 0.2;
 
-/// Lighting of a sample: factor of its colour, added highlight, interpolation weight (the root of the gradient's magnitude), and factor of its
+/// Lighting of a sample: factors of its red, green and blue, added highlights, interpolation weight (the root of the gradient's magnitude), and factor of its
 /// extinction.
 #[derive(Clone, Copy)]
 pub(super) struct Lighting {
-    factor: f64,
-    highlight: f64,
+    factor: DVec3,
+    highlight: DVec3,
     weight: f64,
     left: f64,
 }
 
 impl Lighting {
-    const NONE: Self = Self { factor: 1.0, highlight: 0.0, weight: 1e-5, left: 1.0 };
+    const NONE: Self = Self { factor: DVec3::ONE, highlight: DVec3::ZERO, weight: 1e-5, left: 1.0 };
 
     /// Lighting without a normal: by the light that reaches the sample, as a share of all.
-    fn unshaded(shading: Shading, Reached { lights, ambient }: Reached) -> f64 {
-        let (mut sum, mut all) = (shading.ambient * ambient, shading.ambient);
+    fn unshaded(shading: Shading, Reached { lights, ambient }: Reached) -> DVec3 {
+        let (mut sum, mut all) = (shading.ambient * ambient * DVec3::from(shading.ambient_color), shading.ambient);
         for (light, reached) in shading.lights.as_slice().iter().zip(lights) {
-            sum += shading.diffuse * light.strength * reached;
+            sum += shading.diffuse * light.strength * reached * DVec3::from(light.color);
             all += shading.diffuse * light.strength;
         }
-        if all > 0.0 { sum / all } else { 1.0 }
+        if all > 0.0 { sum / all } else { DVec3::ONE }
     }
 
     /// Blinn–Phong lighting with the fade for weak gradients (math.md, "Conventions"). `gradient` is per voxel, `to_eye` in grid axes.
@@ -97,12 +97,14 @@ impl Lighting {
         };
         let fade = ((gradient.length() - 1e-3) * 1e3).clamp(0.0, 1.0);
         let fade = fade * fade * (3.0 - 2.0 * fade);
-        let (mut factor, mut highlight) = (shading.ambient * look.reached.ambient, 0.0);
+        let (mut factor, mut highlight) =
+            (shading.ambient * look.reached.ambient * DVec3::from(shading.ambient_color), DVec3::ZERO);
         for (light, reached) in shading.lights.as_slice().iter().zip(look.reached.lights) {
             let to_light = light.direction.map_or(to_eye, |l| grid.world_to_grid_axes() * l.normalize());
             let half_way = (to_light + to_eye).normalize_or(to_eye);
-            factor += shading.diffuse * light.strength * reached * normal.dot(to_light).abs();
-            highlight += shading.specular * light.strength * reached * normal.dot(half_way).abs().powf(shading.power);
+            let light = light.strength * reached * DVec3::from(light.color);
+            factor += shading.diffuse * light * normal.dot(to_light).abs();
+            highlight += shading.specular * light * normal.dot(half_way).abs().powf(shading.power);
         }
         Self { factor: unshaded + fade * (factor - unshaded), highlight: fade * highlight, weight, left }
     }
@@ -118,11 +120,10 @@ impl Lighting {
     pub fn mix(self, other: Self, t: f64) -> Self {
         let even = t;
         let t = t * other.weight / ((1.0 - t) * self.weight + t * other.weight);
-        let mix = |a: f64, b: f64| a + t * (b - a);
         Self {
-            factor: mix(self.factor, other.factor),
-            highlight: mix(self.highlight, other.highlight),
-            weight: mix(self.weight, other.weight),
+            factor: self.factor.lerp(other.factor, t),
+            highlight: self.highlight.lerp(other.highlight, t),
+            weight: self.weight + t * (other.weight - self.weight),
             left: self.left + even * (other.left - self.left),
         }
     }
@@ -142,6 +143,6 @@ impl Lighting {
 
     /// Applies lighting to a colour.
     pub fn on(self, color: [f64; 3]) -> [f64; 3] {
-        color.map(|c| (c * self.factor + self.highlight).min(1.0))
+        (DVec3::from(color) * self.factor + self.highlight).min(DVec3::ONE).to_array()
     }
 }

@@ -5,12 +5,13 @@ use super::field::Field;
 use super::light::{LightSources, ValueGrid};
 use crate::device::launch::structs::{LightParams, LightVolumeParams};
 use crate::layers::{AxisFrame, Rays};
-use crate::settings::{GradientOpacity, Light, LightSpace, Lights, Settings, Shading};
+use crate::settings::{GradientOpacity, Light, LightSpace, Lights, Settings, Shading, WHITE};
 use crate::volume::Grid;
 use glam::DVec3;
 
 /// Shading that leaves colours unchanged, for frames with gradient opacity or depth cueing alone.
-const UNLIT: Shading = Shading { ambient: 1.0, diffuse: 0.0, specular: 0.0, power: 1.0, lights: Lights::AT_CAMERA };
+const UNLIT: Shading =
+    Shading { ambient: 1.0, ambient_color: WHITE, diffuse: 0.0, specular: 0.0, power: 1.0, lights: Lights::AT_CAMERA };
 
 /// The lighting of a field in one view. Directions are along the axes of the grid.
 #[derive(Clone, Debug, PartialEq)]
@@ -89,6 +90,7 @@ impl Lighting {
     pub fn params(&self, frame: AxisFrame) -> LightParams {
         let Shading { ambient, diffuse, specular, power, .. } = self.shading;
         let lights = self.shading.lights.as_slice();
+        let narrow = |color: [f64; 3]| color.map(|c| c as f32);
         let strength = |share: f64, light: &Light| (share * light.strength) as f32;
         let [direction, half_way] = self.directions[0].local(frame);
         let further = std::array::from_fn(|i| {
@@ -107,6 +109,9 @@ impl Lighting {
             power: power as f32,
             more_lights: lights.len() as i32 - 1,
             lights: further,
+            colors: std::array::from_fn(|i| lights.get(i).map_or([0.0; 3], |light| narrow(light.color))),
+            ambient_color: narrow(self.shading.ambient_color),
+            unshaded_color: narrow(self.shading.unshaded_color()),
             thinned: i32::from(self.gradient_opacity.is_some()),
             least_thinned: least_thinned as f32,
             rises: rises.map(|rise| rise.map(|number| number.clamp(f64::from(f32::MIN), f64::from(f32::MAX)) as f32)),

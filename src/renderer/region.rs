@@ -57,7 +57,14 @@ impl Region {
         let rendering = rendering(scene, Kernel::Cubic, blend, clipped);
         let estimator = extinction_estimator(settings).unwrap_or(GradientEstimator::Central);
         let gradients = Gradients { estimate: estimator.into(), voxels: None };
-        let rendering = Rendering { several_lights: false, depth_cue: false, light_volume: false, gradients, ..rendering };
+        let rendering = Rendering {
+            several_lights: false,
+            colored_lights: false,
+            depth_cue: false,
+            light_volume: false,
+            gradients,
+            ..rendering
+        };
         Self::cropped(scene, (DVec3::splat(-margin), last + margin), rendering)
     }
 
@@ -161,6 +168,7 @@ fn rendering(scene: &Scene, kernel: Kernel, blend: BlendMode, clipped: bool) -> 
         clipped,
         gradient_opacity: settings.gradient_opacity.is_some(),
         several_lights,
+        colored_lights: settings.shading.is_some_and(|shading| !shading.is_white()),
         depth_cue: settings.fading().is_some(),
         light_volume: settings.sweeps_light(),
         gradients,

@@ -60,7 +60,7 @@ impl World {
             let expected = "between 1e-30 and 1e30 times the smallest spacing";
             return Err(Error::OutOfRange { name: "scale", value: format!("{:e}", scale * self.unit), expected });
         }
-        Ok((Rays::new(&normalised, viewport, grid)?, self.settings(settings)))
+        Ok((Rays::new(&normalised, viewport, grid)?.with_pixel_aspect(settings.pixel_aspect, viewport), self.settings(settings)))
     }
 
     pub fn settings(self, settings: &Settings) -> Settings {

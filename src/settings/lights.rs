@@ -4,7 +4,7 @@ use crate::camera::{Basis, Camera};
 use crate::error::Error;
 use glam::DVec3;
 
-/// A white directional light.
+/// A directional light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Light {
     /// Direction towards the light, of any length above 0; `None` for a headlight at the camera.
@@ -15,6 +15,19 @@ pub struct Light {
     pub strength: f64,
     /// Angular diameter in degrees, 0 … 45: how soft the edges of its shadows are. Shading treats it as a point at infinity.
     pub angle: f64,
+    /// Red, green and blue, 0 … 1: factors of its diffuse and specular light. White by default.
+    pub color: [f64; 3],
+}
+
+/// White, as red, green and blue.
+pub(crate) const WHITE: [f64; 3] = [1.0; 3];
+
+/// Checks that red, green and blue are from 0 to 1.
+pub(super) fn check_color(name: &'static str, color: [f64; 3]) -> Result<(), Error> {
+    if color.iter().all(|c| (0.0..=1.0).contains(c)) {
+        return Ok(());
+    }
+    Err(Error::OutOfRange { name, value: format!("{color:?}"), expected: "red, green and blue from 0 to 1" })
 }
 
 /// Coordinates of the direction to a light.
@@ -28,15 +41,15 @@ pub enum LightSpace {
 }
 
 impl Light {
-    /// A headlight of strength 1.
-    pub const AT_CAMERA: Self = Self { direction: None, space: LightSpace::World, strength: 1.0, angle: 0.0 };
+    /// A white headlight of strength 1.
+    pub const AT_CAMERA: Self = Self { direction: None, space: LightSpace::World, strength: 1.0, angle: 0.0, color: WHITE };
 
-    /// A light of strength 1 from a world direction.
+    /// A white light of strength 1 from a world direction.
     pub const fn towards(direction: DVec3) -> Self {
         Self { direction: Some(direction), ..Self::AT_CAMERA }
     }
 
-    /// A light of strength 1 that moves with the camera, from a direction (right, up, towards the viewer).
+    /// A white light of strength 1 that moves with the camera, from a direction (right, up, towards the viewer).
     pub const fn from_camera(direction: DVec3) -> Self {
         Self { space: LightSpace::Camera, ..Self::towards(direction) }
     }
@@ -62,7 +75,7 @@ impl Light {
             _ if !(0.0..=45.0).contains(&self.angle) => {
                 refuse(self.angle.to_string(), "an angular diameter from 0 to 45 degrees")
             }
-            _ => Ok(()),
+            _ => check_color("light", self.color),
         }
     }
 }
@@ -106,7 +119,7 @@ impl Lights {
     /// Creates a list of one to four lights.
     ///
     /// # Errors
-    /// [`Error::OutOfRange`] for another number of lights, a direction that is 0 or not finite, or a strength outside 0 … 100.
+    /// [`Error::OutOfRange`] for another number of lights, a direction that is 0 or not finite, or a number outside its range.
     pub fn new(lights: &[Light]) -> Result<Self, Error> {
         if !(1..=Self::MOST).contains(&lights.len()) {
             return Err(Error::OutOfRange {

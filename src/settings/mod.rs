@@ -17,6 +17,7 @@ pub use clipping::{ClipPlane, Clipping, CropBox};
 pub use depth_cue::DepthCue;
 pub use gradient_opacity::GradientOpacity;
 pub use layered::{Classification, Evaluation, Footprints, LayerAxis, Layered};
+pub(crate) use lights::WHITE;
 pub use lights::{Light, LightSpace, Lights};
 pub use quality::Quality;
 pub use shading::Shading;
@@ -65,11 +66,15 @@ pub struct Settings {
     /// Whether tiles stop when all their rays transmit less than 1/4096 of the light. Default: on. The error is below half a step of an
     /// 8-bit picture.
     pub early_termination: bool,
+    /// Width of a pixel in heights of a pixel, 1/16 … 16: the viewport is this much wider in the world. Default: 1.
+    pub pixel_aspect: f64,
     /// World distance to which the opacities apply. Default: the smallest spacing.
     pub unit_distance: Option<f64>,
     /// Whether invisible layers are skipped. Does not change any bit of the picture; disabling it serves verification only.
     pub culling: bool,
 }
+
+const PIXEL_ASPECTS: std::ops::RangeInclusive<f64> = 1.0 / 16.0..=16.0;
 
 impl Default for Settings {
     fn default() -> Self {
@@ -93,6 +98,7 @@ impl From<Algorithm> for Settings {
             gradient_opacity: None,
             depth_cue: None,
             early_termination: true,
+            pixel_aspect: 1.0,
             unit_distance: None,
             culling: true,
         }
@@ -170,6 +176,14 @@ impl Settings {
         self.shading.map_or(Ok(()), |shading| shading.check())?;
         self.depth_cue.map_or(Ok(()), |cue| cue.check())?;
         self.check_light()?;
+        if !PIXEL_ASPECTS.contains(&self.pixel_aspect) {
+            let value = self.pixel_aspect.to_string();
+            return Err(Error::OutOfRange {
+                name: "pixel_aspect",
+                value,
+                expected: "a ratio of width to height from 1/16 to 16",
+            });
+        }
         match self.unit_distance {
             Some(d) if !(d.is_finite() && d > 0.0) => {
                 Err(Error::OutOfRange { name: "unit_distance", value: d.to_string(), expected: "a finite number above 0" })

@@ -1,12 +1,13 @@
 //! Shading.
 
-use super::lights::Lights;
+use super::lights::{Lights, WHITE, check_color};
 use crate::error::Error;
 
-/// Two-sided Blinn–Phong shading with white lights, from the gradient of the reconstructed field.
+/// Two-sided Blinn–Phong shading from the gradient of the reconstructed field.
 ///
-/// Colours are multiplied by ambient + diffuse × Σ strength × |n · l| over the lights. Specular highlights add up likewise. The result is
-/// clamped to 1.
+/// Colours are multiplied by ambient × its colour + diffuse × Σ strength × colour × |n · l| over the lights. Specular highlights add up
+/// likewise. The result is clamped to 1. Where the gradient is too weak for a normal, colours stay as they are under white lights, and
+/// otherwise are multiplied by the mean colour of all light.
 ///
 /// ```
 /// use layersplat::glam::DVec3;
@@ -22,9 +23,11 @@ use crate::error::Error;
 pub struct Shading {
     /// Ambient factor, 0 … 100.
     pub ambient: f64,
+    /// Red, green and blue of the ambient light, 0 … 1. White by default.
+    pub ambient_color: [f64; 3],
     /// Diffuse factor, 0 … 100.
     pub diffuse: f64,
-    /// Specular factor of the white highlights, 0 … 100.
+    /// Specular factor of the highlights, which have the colours of the lights, 0 … 100.
     pub specular: f64,
     /// Specular exponent, > 0 and ≤ 10000.
     pub power: f64,
@@ -34,13 +37,14 @@ pub struct Shading {
 
 impl Default for Shading {
     fn default() -> Self {
-        Self { ambient: 0.2, diffuse: 0.7, specular: 0.3, power: 20.0, lights: Lights::AT_CAMERA }
+        Self { ambient: 0.2, ambient_color: WHITE, diffuse: 0.7, specular: 0.3, power: 20.0, lights: Lights::AT_CAMERA }
     }
 }
 
 impl Shading {
     /// Checks all ranges.
     pub(super) fn check(&self) -> Result<(), Error> {
+        check_color("ambient color", self.ambient_color)?;
         let good = [self.ambient, self.diffuse, self.specular].iter().all(|c| (0.0..=100.0).contains(c));
         if good && self.power > 0.0 && self.power <= 1e4 {
             return Ok(());
@@ -49,6 +53,28 @@ impl Shading {
             name: "shading",
             value: format!("{},{},{},{}", self.ambient, self.diffuse, self.specular, self.power),
             expected: "ambient, diffuse and specular from 0 to 100, power above 0 and at most 10000",
+        })
+    }
+
+    /// Whether all lights are white, the ambient light included.
+    pub(crate) fn is_white(&self) -> bool {
+        self.ambient_color == WHITE && self.lights.as_slice().iter().all(|light| light.color == WHITE)
+    }
+
+    /// Shares of the ambient light and of each light in a colour without shading. None without any light.
+    pub(crate) fn shares(&self) -> Option<(f64, [f64; Lights::MOST])> {
+        let lights = self.lights.as_slice();
+        let diffuse = std::array::from_fn(|n| lights.get(n).map_or(0.0, |light| self.diffuse * light.strength));
+        let sum = self.ambient + diffuse.iter().sum::<f64>();
+        (sum > 0.0).then(|| (self.ambient / sum, diffuse.map(|part| part / sum)))
+    }
+
+    /// Factor of a colour where gradients are too weak for shading and no light is dimmed: the mean colour of all light.
+    pub(crate) fn unshaded_color(&self) -> [f64; 3] {
+        let Some((ambient, shares)) = self.shares() else { return WHITE };
+        let lights = self.lights.as_slice();
+        std::array::from_fn(|i| {
+            ambient * self.ambient_color[i] + lights.iter().zip(shares).map(|(light, share)| share * light.color[i]).sum::<f64>()
         })
     }
 }

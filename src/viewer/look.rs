@@ -5,7 +5,7 @@ use crate::annotation::{Annotations, Legend};
 use crate::error::Error;
 use crate::image::Background;
 use crate::layers::{GradientEstimator, Kernel};
-use crate::settings::{Blend, ClipPlane, Clipping, CropBox, Light, LightSpace, Lights, Quality, Settings};
+use crate::settings::{Blend, ClipPlane, Clipping, CropBox, Light, LightSpace, Lights, Quality, Settings, WHITE};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
@@ -55,7 +55,7 @@ pub struct Look {
     pub labels: PageLabels,
 }
 
-/// A white light.
+/// A light.
 #[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct PageLight {
@@ -65,6 +65,13 @@ pub struct PageLight {
     pub strength: f64,
     /// Angular diameter in degrees, 0 … 45.
     pub angle: f64,
+    /// Red, green and blue, 0 … 1. Links of earlier versions have none: white.
+    #[serde(default = "white")]
+    pub color: [f64; 3],
+}
+
+fn white() -> [f64; 3] {
+    WHITE
 }
 
 /// A quality preset.
@@ -250,12 +257,13 @@ impl Look {
 
 impl PageLight {
     fn of(light: &Light) -> Self {
-        Self { direction: light.direction.map(|d| d.to_array()), strength: light.strength, angle: light.angle }
+        let Light { strength, angle, color, .. } = *light;
+        Self { direction: light.direction.map(|d| d.to_array()), strength, angle, color }
     }
 
     pub(super) fn light(&self) -> Light {
         let direction = self.direction.map(DVec3::from_array);
-        Light { direction, strength: self.strength, angle: self.angle, ..Light::AT_CAMERA }
+        Light { direction, strength: self.strength, angle: self.angle, color: self.color, ..Light::AT_CAMERA }
     }
 }
 
@@ -287,11 +295,12 @@ mod tests {
     #[test]
     fn bad_looks_are_refused() {
         let good = Look::of(&Settings::default(), Background::BLACK, 0.0, [4; 3]);
-        let light = PageLight { direction: Some([0.0; 3]), strength: 1.0, angle: 0.0 };
+        let light = PageLight { direction: Some([0.0; 3]), strength: 1.0, angle: 0.0, color: WHITE };
         let fine = PageLight { direction: None, ..light };
         for (what, bad) in [
             ("a direction of 0", Look { lights: vec![light], ..good.clone() }),
             ("five lights", Look { lights: vec![fine; 5], ..good.clone() }),
+            ("a colour beyond 1", Look { lights: vec![PageLight { color: [2.0, 0.0, 0.0], ..fine }], ..good.clone() }),
             ("a strong light", Look { lights: vec![PageLight { strength: 1e9, ..fine }], ..good.clone() }),
             ("seven planes", Look { clips: vec![[0.0, 0.0, 0.0, 1.0, 0.0, 0.0]; 7], ..good.clone() }),
             ("no normal", Look { clips: vec![[0.0; 6]], ..good.clone() }),

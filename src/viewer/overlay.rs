@@ -216,7 +216,7 @@ mod tests {
         let overlay = overlay(base);
         let own = overlay.look().clone();
         let settings = |look: &Look| overlay.settings(look, None).unwrap();
-        let light = PageLight { direction: Some([0.0, 0.0, 1.0]), strength: 0.5, angle: 3.0 };
+        let light = PageLight { direction: Some([0.0, 0.0, 1.0]), strength: 0.5, angle: 3.0, color: [1.0; 3] };
         let lit =
             settings(&Look { lights: vec![light], lights_follow: true, shadows: true, shadow_strength: 0.5, ..own.clone() });
         let shading = lit.shading.unwrap();

@@ -177,10 +177,26 @@ fn clipping(grid: Grid) -> impl Strategy<Value = Clipping> {
 fn shading() -> impl Strategy<Value = Shading> {
     let strength = || prop_oneof![3 => 0.0..1.0f64, 1 => 0.0..100.0f64];
     let direction = prop::option::of(prop::array::uniform3(-1.0..1.0f64).prop_map(|v| DVec3::from_array(v) + DVec3::splat(1e-3)));
-    let light = (direction, strength()).prop_map(|(direction, strength)| Light { direction, strength, ..Light::AT_CAMERA });
+    // Mostly white: lights with colours have programs of their own.
+    let color = || prop_oneof![3 => Just([1.0; 3]), 1 => prop::array::uniform3(0.0..=1.0f64)];
+    let light = (direction, strength(), color()).prop_map(|(direction, strength, color)| Light {
+        direction,
+        strength,
+        color,
+        ..Light::AT_CAMERA
+    });
     let lights = prop::collection::vec(light, 1..=Lights::MOST).prop_map(|lights| Lights::new(&lights).expect("good lights"));
-    (strength(), strength(), strength(), prop_oneof![3 => 1.0..100.0f64, 1 => 1e-3..1e4f64], lights)
-        .prop_map(|(ambient, diffuse, specular, power, lights)| Shading { ambient, diffuse, specular, power, lights })
+    let power = prop_oneof![3 => 1.0..100.0f64, 1 => 1e-3..1e4f64];
+    (strength(), color(), strength(), strength(), power, lights).prop_map(
+        |(ambient, ambient_color, diffuse, specular, power, lights)| Shading {
+            ambient,
+            ambient_color,
+            diffuse,
+            specular,
+            power,
+            lights,
+        },
+    )
 }
 
 fn gradient_opacity() -> impl Strategy<Value = Option<GradientOpacity>> {

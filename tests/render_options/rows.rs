@@ -237,6 +237,13 @@ pub const QUALITIES: &[Row] = &[
             s.settings.shading = Some(Shading { lights, ..Shading::default() });
         },
     ),
+    row("--light", "--light 0.5,1,0.25:0.8:#ff8000", |s| {
+        let light = Light { strength: 0.8, color: [1.0, 128.0 / 255.0, 0.0], ..Light::towards(DVec3::new(0.5, 1.0, 0.25)) };
+        s.settings.shading = Some(Shading { lights: Lights::new(&[light]).unwrap(), ..Shading::default() });
+    }),
+    row("--ambient-color", "--ambient-color 0.2,1,0.5", |s| {
+        s.settings.shading = Some(Shading { ambient_color: [0.2, 1.0, 0.5].map(|c| f64::from(c as f32)), ..Shading::default() });
+    }),
     row("--shadows", "--shadows on", |s| cast_shadows(s, Shadows::default())),
     beside(
         "--shadows on",

@@ -12,7 +12,7 @@ use layersplat::settings::{
 use layersplat::{Kernel, Quality};
 use std::mem::offset_of;
 
-/// A white directional light. Its angular diameter is in `light_angles` of layersplat_settings.
+/// A directional light. Its angular diameter is in `light_angles`, and its colour in `light_colors` of layersplat_settings.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Light {
@@ -70,7 +70,7 @@ pub struct Settings {
     pub ambient: f64,
     /// Diffuse coefficient.
     pub diffuse: f64,
-    /// Specular coefficient, of a white highlight.
+    /// Specular coefficient, of highlights in the colours of the lights.
     pub specular: f64,
     /// Specular exponent.
     pub power: f64,
@@ -115,13 +115,17 @@ pub struct Settings {
     pub ao_gain: f64,
     /// Angular diameters of `lights` in degrees, from 0 to 45: how soft the edges of their shadows are.
     pub light_angles: [f64; 4],
+    /// Red, green and blue of `lights`, from 0 to 1.
+    pub light_colors: [[f64; 3]; 4],
+    /// Red, green and blue of the ambient light, from 0 to 1.
+    pub ambient_color: [f64; 3],
 }
 
 /// Size in bytes of the first version of the struct, which ends before `shadows`.
 const FIRST_VERSION: usize = offset_of!(Settings, shadows);
 
 /// Sizes of all versions of the struct, all of which are accepted. Before fields are appended, the present size becomes a constant here.
-const VERSIONS: [usize; 2] = [FIRST_VERSION, size_of::<Settings>()];
+const VERSIONS: [usize; 3] = [FIRST_VERSION, offset_of!(Settings, light_colors), size_of::<Settings>()];
 
 fn from_quality(quality: QualityChoice) -> Settings {
     let Shading { ambient, diffuse, specular, power, .. } = Shading::default();
@@ -164,6 +168,8 @@ fn from_quality(quality: QualityChoice) -> Settings {
         ao_reach: 0.0,
         ao_gain: AmbientOcclusion::default().gain,
         light_angles: [0.0; 4],
+        light_colors: [[1.0; 3]; 4],
+        ambient_color: [1.0; 3],
     }
 }
 

@@ -21,10 +21,11 @@ use pyo3::prelude::*;
 /// quality: draft, standard, high or paper. algorithm: layered, axis-sheets, view-sheets, slicing or raycast. kernel: cubic, linear,
 /// catmull-rom or bspline; raycast also supports gaussian. Only for layered: samples_per_layer, 1 to 8; density, samples per voxel, 1 to
 /// 16; layer_axis, auto, x, y or z. step: for slicing and raycast, in units of the smallest spacing. sheet_distance: for view-sheets, 0.125
-/// to 4 voxels. blend: composite, maximum, minimum, average or ('iso', value). shading: True, False, or a dict of ambient, diffuse,
-/// specular, power and light. A light is a direction (x, y, z) towards it, None for a light at the camera, (direction, strength), or
-/// (direction, strength, angle) with an angular diameter of 0 to 45 degrees, which softens shadows; light is one of these, or a list of up
-/// to four. light_space: world, or camera, where directions of lights are (right, up, towards the viewer). shadows: True, False, their
+/// to 4 voxels. blend: composite, maximum, minimum, average or ('iso', value). shading: True, False, or a dict of ambient, ambient_color
+/// (red, green, blue), diffuse, specular, power and light. A light is a direction (x, y, z) towards it, None for a light at the camera,
+/// (direction, strength), (direction, strength, angle) with an angular diameter of 0 to 45 degrees, which softens shadows, or (direction,
+/// strength, angle, (red, green, blue)); light is one of these, or a list of up to four. Colours are from 0 to 1. light_space: world, or
+/// camera, where directions of lights are (right, up, towards the viewer). shadows: True, False, their
 /// share, 0 to 1, or a dict of strength, which is that share, and forgiveness, 1 to 1000: the factor of the light in shadows, by default 4.
 /// With shadows and without a light, the light is (-1, 1, 1) in camera space. ambient_occlusion: True, False, or a dict of reach, the world
 /// distance over which it decreases to 1/e, by default without limit, and gain, 1 to 1000: the factor of the ambient light, by default 3.

@@ -5,7 +5,7 @@ use super::given::{Given, GivenOption};
 use crate::cli::blending::BlendOptions;
 use crate::cli::options::{QualityOptions, quoted};
 use crate::error::Error;
-use crate::settings::{Quality, Settings};
+use crate::settings::{Quality, Settings, WHITE};
 use crate::transfer::Value;
 use crate::viewer::{FilmWanted, Look, PageBlend, PageProjection, Wanted};
 use crate::viewport::Viewport;
@@ -47,11 +47,12 @@ pub(super) fn of_look(look: &Look, quality: Option<Quality>, is_layered: bool) -
     if look.shading {
         for light in &look.lights {
             let strength = light.strength;
+            let color = if light.color == WHITE { String::new() } else { format!(":{}", list(&light.color)) };
             add(
                 "--light",
                 match light.direction {
-                    Some(direction) => format!("{}:{strength}:{}", list(&direction), light.angle),
-                    None => format!("camera:{strength}"),
+                    Some(direction) => format!("{}:{strength}:{}{color}", list(&direction), light.angle),
+                    None => format!("camera:{strength}{color}"),
                 },
             );
         }
@@ -194,6 +195,7 @@ fn annotations(look: &Look, length_units: Option<&str>) -> Vec<String> {
 /// Given options that go with a look: those of shadows only where there are shadows.
 fn kept<'a>(given: &'a [GivenOption], look: &'a Look) -> impl Iterator<Item = String> + 'a {
     let goes = |option: &&GivenOption| match option.id.as_str() {
+        "ambient_color" => look.shading,
         "shadow_forgiveness" => casts_shadows(look),
         "ao_reach" => has_occlusion(look),
         "light_grid" => casts_shadows(look) || has_occlusion(look),
@@ -254,8 +256,9 @@ mod tests {
     /// Settings become a look, and the look becomes the same settings.
     #[test]
     fn looks_and_settings_are_the_same() {
-        let light = PageLight { direction: Some([0.1, -0.30000000000000004, 1e-7]), strength: 0.7, angle: 3.0 };
-        let headlight = PageLight { direction: None, strength: 0.25, angle: 0.0 };
+        let light =
+            PageLight { direction: Some([0.1, -0.30000000000000004, 1e-7]), strength: 0.7, angle: 3.0, color: [1.0, 0.7, 0.1] };
+        let headlight = PageLight { direction: None, strength: 0.25, angle: 0.0, color: WHITE };
         let looks = [
             Look { blend: PageBlend::Iso, iso: -12.3456789012345, ..look() },
             Look { blend: PageBlend::Maximum, ..look() },

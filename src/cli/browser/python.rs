@@ -4,8 +4,9 @@ use super::arguments::{Source, casts_shadows, has_occlusion, name};
 use super::fields::FirstFields;
 use super::given::{Given, GivenOption};
 use crate::camera::{Camera, Projection};
+use crate::cli::parse;
 use crate::image::Background;
-use crate::settings::Quality;
+use crate::settings::{Quality, WHITE};
 use crate::viewer::{Look, PageBlend, PageLight, SavedFormat, Wanted};
 use glam::DVec3;
 
@@ -182,12 +183,24 @@ fn light(drawing: &[GivenOption], look: &Look) -> Vec<(&'static str, String)> {
     let mut named = Vec::new();
     if !look.shading {
         named.push(("shading", "False".into()));
-    } else if !look.lights.is_empty() {
-        let light = |light: &PageLight| match light.direction {
-            Some(direction) => format!("({}, {}, {})", tuple(direction), light.strength, light.angle),
-            None => format!("(None, {})", light.strength),
+    } else {
+        let light = |&PageLight { direction, strength, angle, color }: &PageLight| {
+            let place = direction.map_or("None".to_owned(), tuple);
+            let color = if color == WHITE { String::new() } else { format!(", {}", tuple(color)) };
+            match direction {
+                None if color.is_empty() => format!("({place}, {strength})"),
+                None => format!("({place}, {strength}, 0{color})"),
+                Some(_) => format!("({place}, {strength}, {angle}{color})"),
+            }
         };
-        named.push(("shading", format!("{{\"light\": [{}]}}", look.lights.iter().map(light).collect::<Vec<_>>().join(", "))));
+        let ambient = value(drawing, "ambient_color").and_then(|color| parse::color(&color).ok());
+        let mut parts: Vec<String> = ambient.map(|color| format!("\"ambient_color\": {}", tuple(color))).into_iter().collect();
+        if !look.lights.is_empty() {
+            parts.push(format!("\"light\": [{}]", look.lights.iter().map(light).collect::<Vec<_>>().join(", ")));
+        }
+        if !parts.is_empty() {
+            named.push(("shading", format!("{{{}}}", parts.join(", "))));
+        }
         if look.lights_follow && look.lights.iter().any(|light| light.direction.is_some()) {
             named.push(("light_space", string("camera")));
         }
@@ -267,12 +280,12 @@ mod tests {
         let drawing = vec![option("sublayers", "2"), option("shadow_forgiveness", "3"), option("gradient_opacity", "5:0,20:1")];
         let reading = vec![option("dims", "4x5x6"), option("device", "1")];
         let given = Given { volume: r#"a "name".raw"#.into(), reading, drawing, ..Given::default() };
-        let light = PageLight { direction: Some([1.0, 0.5, 0.0]), strength: 0.7, angle: 3.0 };
+        let light = PageLight { direction: Some([1.0, 0.5, 0.0]), strength: 0.7, angle: 3.0, color: [1.0, 0.5, 0.0] };
         let look = Look {
             quality: Some(PageQuality::High),
             blend: PageBlend::Iso,
             iso: 61.5,
-            lights: vec![light, PageLight { direction: None, ..light }],
+            lights: vec![light, PageLight { direction: None, color: [1.0; 3], ..light }],
             lights_follow: true,
             shadows: true,
             gradient: Some("sobel".into()),
@@ -288,7 +301,7 @@ mod tests {
             "# Not included: --device 1.",
             "# Not included: legend, box and axes",
             r#"quality="high", samples_per_layer=2, blend=("iso", 61.5), gradient="sobel""#,
-            r#"shading={"light": [((1, 0.5, 0), 0.7, 3), (None, 0.7)]}, light_space="camera""#,
+            r#"shading={"light": [((1, 0.5, 0), 0.7, 3, (1, 0.5, 0)), (None, 0.7)]}, light_space="camera""#,
             r#"shadows={"strength": 1, "forgiveness": 3}"#,
             "gradient_opacity=[(5, 0), (20, 1)]",
             "crop=((0, 0, 0), (1, 2, 3)), planes=[((1, 2, 3), (0, 0, -1))]",

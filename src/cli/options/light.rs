@@ -10,10 +10,13 @@ pub(in crate::cli) struct LightOptions {
     /// Gradient shading
     #[arg(long, value_parser = parse::switch, value_name = "on|off")]
     pub(super) shading: Option<bool>,
-    /// White light from a direction, or from the camera, with strength S (1) and angular diameter (0). Repeatable, up to 4 [default: camera;
-    /// with shadows -1,1,1 in camera space]
-    #[arg(long, value_parser = parse::light, value_name = "X,Y,Z[:S[:DEGREES]]", allow_hyphen_values = true)]
+    /// Light from a direction, or from the camera, with strength S (1), angular diameter (0) and colour (white). Repeatable, up to 4
+    /// [default: camera; with shadows -1,1,1 in camera space]
+    #[arg(long, value_parser = parse::light, value_name = "X,Y,Z[:S[:DEGREES]][:COLOR]", allow_hyphen_values = true)]
     pub(super) light: Vec<Light>,
+    /// Colour of the ambient light: white, grey, #rrggbb or R,G,B [default: white]
+    #[arg(long, value_parser = parse::color, value_name = "COLOR")]
+    pub(super) ambient_color: Option<[f64; 3]>,
     /// Axes of --light: world, or camera (right, up, towards the viewer), in which lights move with the camera [default: world]
     #[arg(long, value_name = "NAME", value_parser = names::of_enum::<LightSpaceName>())]
     pub(super) light_space: Option<LightSpaceName>,
@@ -101,20 +104,21 @@ impl LightOptions {
     /// The preset's shading with the options applied.
     fn shading(&self, own: Option<Shading>) -> Result<Option<Shading>, crate::Error> {
         let shading = self.shading.map_or(own, |on| on.then(Shading::default));
+        let Some(shading) = shading else {
+            let refuse = |field, problem: &str| Err(crate::Error::Settings { field, problem: problem.into() });
+            return match (&self.light[..], self.ambient_color) {
+                ([], None) => Ok(None),
+                ([], _) => refuse("ambient_color", "shading is off: omit the colour, or enable shading"),
+                _ => refuse("light", "shading is off: omit the light, or enable shading"),
+            };
+        };
         let lights = match &self.light[..] {
             // A light at the camera casts no visible shadow.
             [] if self.shadows == Some(true) => Lights::BESIDE_CAMERA,
-            [] => return Ok(shading),
+            [] => shading.lights,
             given => Lights::new(&given.iter().map(|&light| self.placed(light)).collect::<Vec<_>>())?,
         };
-        match shading {
-            Some(shading) => Ok(Some(Shading { lights, ..shading })),
-            None if self.light.is_empty() => Ok(None),
-            None => {
-                let problem = "shading is off: omit the light, or enable shading".into();
-                Err(crate::Error::Settings { field: "light", problem })
-            }
-        }
+        Ok(Some(Shading { lights, ambient_color: self.ambient_color.unwrap_or(shading.ambient_color), ..shading }))
     }
 
     fn placed(&self, light: Light) -> Light {

@@ -40,6 +40,7 @@ impl LightOptions {
         let light = lights.iter().map(|light| parse::light(&text(light)).map_err(|problem| format!("light: {problem}")));
         Ok(Self {
             light: light.collect::<Result<_, _>>()?,
+            ambient_color: take(fields, "ambient_color", parse::color)?,
             shading: take(fields, "shading", parse::switch)?,
             light_space: take(fields, "light_space", named)?,
             shadows: take(fields, "shadows", parse::switch)?,
@@ -60,6 +61,7 @@ impl LightOptions {
         Self {
             shading: self.shading.or(other.shading),
             light: if self.light.is_empty() { other.light.clone() } else { self.light },
+            ambient_color: self.ambient_color.or(other.ambient_color),
             light_space: self.light_space.or(other.light_space),
             shadows,
             shadow_strength: self.shadow_strength.or(other.shadow_strength.filter(|_| has_shadows)),

@@ -83,6 +83,8 @@ pub(crate) struct Rendering {
     pub gradient_opacity: bool,
     /// There may be several lights; the sample parameters decide.
     pub several_lights: bool,
+    /// Lights have colours.
+    pub colored_lights: bool,
     /// Colours may fade with depth; the sample parameters decide.
     pub depth_cue: bool,
     /// Shadows or ambient occlusion are read from light volumes; the sample parameters decide which.
@@ -100,6 +102,7 @@ impl Rendering {
         clipped: true,
         gradient_opacity: true,
         several_lights: true,
+        colored_lights: true,
         depth_cue: true,
         light_volume: false,
         gradients: Gradients { estimate: GradientEstimate::Central, voxels: None },
@@ -179,6 +182,7 @@ impl Defines {
     pub fn with_lighting(self, rendering: Rendering) -> Self {
         self.with_if(rendering.gradient_opacity, "THINNED")
             .with_if(rendering.several_lights, "SEVERAL_LIGHTS")
+            .with_if(rendering.colored_lights, "COLORED_LIGHTS")
             .with_if(rendering.depth_cue, "DEPTH_CUED")
             .with_if(rendering.light_volume, "LIGHT_VOLUME")
             .with_if(rendering.light_volume && matches!(rendering.blend, BlendMode::Iso { .. }), "LIFTED_LIGHT")

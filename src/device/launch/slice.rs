@@ -33,6 +33,7 @@ impl Launch for Slice {
             clipped: false,
             gradient_opacity: false,
             several_lights: false,
+            colored_lights: false,
             depth_cue: false,
             light_volume: false,
             gradients: Gradients { estimate: GradientEstimator::for_kernel(kernel).into(), voxels: None },

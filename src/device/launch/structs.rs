@@ -184,6 +184,11 @@ kernel_struct! {
         /// Number of further lights. Each has the direction to it, the direction between it and the eye, its diffuse and its specular.
         more_lights: i32,
         lights: [[f32; 8]; 3],
+        /// Red, green and blue, for programs in which lights have colours: of all lights, of the ambient light, and the factor of a
+        /// colour where gradients are too weak for shading and no light is dimmed.
+        colors: [[f32; 3]; 4],
+        ambient_color: [f32; 3],
+        unshaded_color: [f32; 3],
         /// Opacity depends on the gradient.
         thinned: i32,
         /// The share of the opacity where there is no gradient, and by how much it rises: (from this length, by this per length, to this

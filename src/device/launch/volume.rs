@@ -86,6 +86,7 @@ impl Launch for Resample {
             .with_rendering(Rendering {
                 gradient_opacity: false,
                 several_lights: false,
+                colored_lights: false,
                 depth_cue: false,
                 ..Rendering::EVERYTHING
             })

@@ -3,7 +3,7 @@
 use super::grid::ValueGrid;
 use crate::device::launch::structs::LightVolumeParams;
 use crate::layers::AxisFrame;
-use crate::settings::{Blend, Light, LightGrid, Settings, Shading};
+use crate::settings::{Blend, LightGrid, Settings, Shading};
 use crate::volume::Grid;
 use glam::DVec3;
 
@@ -98,10 +98,7 @@ impl LightSources {
             let towards = of_light(n).map_or(DVec3::ZERO, |i| self.swept[i].to_light * shift / self.spacing);
             narrow(self.shadows.position(towards))
         };
-        let lights = shading.lights.as_slice();
-        let diffuse = |light: &Light| shading.diffuse * light.strength;
-        let sum = shading.ambient + lights.iter().map(diffuse).sum::<f64>();
-        let share = |part: f64| if sum > 0.0 { (part / sum) as f32 } else { 0.0 };
+        let shares = shading.shares();
         LightVolumeParams {
             shadow_scale: self.shadows.values_per_voxel() as f32,
             sky_scale: self.sky.values_per_voxel() as f32,
@@ -116,9 +113,9 @@ impl LightSources {
             first_layers: [self.shadows, self.sky].map(|grid| grid.held().first[frame.a] as f32),
             strength: self.strength as f32,
             sky: i32::from(self.has_sky),
-            unshaded: if sum > 0.0 { 0.0 } else { 1.0 },
-            unshaded_ambient: share(shading.ambient),
-            unshaded_lights: std::array::from_fn(|n| lights.get(n).map_or(0.0, |light| share(diffuse(light)))),
+            unshaded: if shares.is_some() { 0.0 } else { 1.0 },
+            unshaded_ambient: shares.map_or(0.0, |(ambient, _)| ambient as f32),
+            unshaded_lights: shares.map_or([0.0; 4], |(_, lights)| lights.map(|share| share as f32)),
             lift: if self.is_surface { narrow(LIFT / self.spacing) } else { [0.0; 3] },
             eye: narrow(to_eye),
         }

@@ -14,6 +14,13 @@ const MOST = 4;
 /** Part of the ball that a key moves the light by. */
 const KEY_STEP = 0.08;
 
+const WHITE = [1, 1, 1];
+
+/** #rrggbb. @param {number[]} color */
+const hexOf = (color) => `#${color.map((part) => Math.round(255 * part).toString(16).padStart(2, "0")).join("")}`;
+/** @param {string} hex */
+const colorOf = (hex) => [1, 3, 5].map((at) => Number((parseInt(hex.slice(at, at + 2), 16) / 255).toFixed(4)));
+
 /** @param {string} id */
 const element = (id) => /** @type {HTMLInputElement} */ (document.getElementById(id));
 
@@ -58,11 +65,12 @@ export class Lighting {
     element("lights-follow").checked = look.lights_follow || isBeside;
     element("strength").value = String(light?.strength ?? 1);
     element("angle").value = String(light?.angle ?? 0);
+    element("light-color").value = hexOf(light?.color ?? WHITE);
     element("shadows").checked = look.shadows;
     element("shadow-strength").value = String(look.shadow_strength);
     element("ambient-occlusion").checked = look.ambient_occlusion;
     const isLit = look.shading && (look.blend === "composite" || look.blend === "iso");
-    const ids = ["headlight", "lights-follow", "strength", "shadows", "ambient-occlusion", "light", "add-light", "delete-light"];
+    const ids = ["headlight", "lights-follow", "strength", "light-color", "shadows", "ambient-occlusion", "light", "add-light", "delete-light"];
     for (const id of ids) element(id).disabled = !isLit || id in this.unavailable;
     element("lights-follow").disabled ||= look.lights.every(({ direction }) => direction === null) && !isBeside;
     element("shadow-strength").disabled = !isLit || !look.shadows || "shadows" in this.unavailable;
@@ -91,7 +99,7 @@ export class Lighting {
   /** The lights of a look as a list. @param {Look} look */
   listed(look) {
     if (look.lights.length > 0) return look.lights;
-    return [{ direction: look.shadows ? [...BESIDE] : null, strength: 1, angle: 0 }];
+    return [{ direction: look.shadows ? [...BESIDE] : null, strength: 1, angle: 0, color: WHITE }];
   }
 
   /** Changes the chosen light. @param {(light: Light, look: Look) => void} change @param {boolean} isDone */
@@ -125,7 +133,8 @@ export class Lighting {
       look.shadows = on;
       // A light at the camera casts no visible shadow.
       if (on && look.lights.every(({ direction }) => direction === null)) {
-        look.lights = [{ direction: [...BESIDE], strength: look.lights[0]?.strength ?? 1, angle: 0 }, ...look.lights.slice(1)];
+        const { strength, color } = this.listed(look)[0];
+        look.lights = [{ direction: [...BESIDE], strength, angle: 0, color }, ...look.lights.slice(1)];
         look.lights_follow = true;
       }
     });
@@ -144,7 +153,7 @@ export class Lighting {
       this.chosen = this.listed(/** @type {Look} */ (this.look)).length;
       page.change((look) => {
         if (look.lights.length === 0 && look.shadows) look.lights_follow = true;
-        look.lights = [...this.listed(look), { direction: null, strength: 0.5, angle: 0 }];
+        look.lights = [...this.listed(look), { direction: null, strength: 0.5, angle: 0, color: WHITE }];
         if (look.lights.every(({ direction }) => direction === null)) look.lights_follow = true;
         look.lights[this.chosen].direction = look.lights_follow ? [...ADDED] : page.toWorld(ADDED).map((x) => Number(x.toFixed(4)));
       }, true);
@@ -158,6 +167,11 @@ export class Lighting {
     };
     slide("strength", (value, isDone) => this.changeLight((light) => { light.strength = value; }, isDone));
     slide("angle", (value, isDone) => this.changeLight((light) => { light.angle = value; }, isDone));
+    for (const [event, isDone] of /** @type {const} */ ([["input", false], ["change", true]])) {
+      element("light-color").addEventListener(event, () => {
+        this.changeLight((light) => { light.color = colorOf(element("light-color").value); }, isDone);
+      });
+    }
     slide("shadow-strength", (value, isDone) => page.change((look) => { look.shadow_strength = value; }, isDone));
   }
 

@@ -3,7 +3,7 @@
 /**
  * @typedef {{ parallel_scale: number } | { perspective: [number, number] }} Projection
  * @typedef {{ azimuth: number, elevation: number, roll: number, center: number[], projection: Projection }} Camera
- * @typedef {{ direction: number[] | null, strength: number, angle: number }} Light
+ * @typedef {{ direction: number[] | null, strength: number, angle: number, color?: number[] }} Light
  * @typedef {{ quality: string | null, kernel: string | null, blend: string, iso: number, shading: boolean, lights: Light[],
  *   lights_follow: boolean, shadows: boolean, shadow_strength: number, ambient_occlusion: boolean, background: string,
  *   crop: number[][] | null, clips: number[][], gradient: string | null, legend: boolean, bounding_box: boolean, axes: boolean,

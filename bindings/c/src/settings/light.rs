@@ -7,9 +7,9 @@ use layersplat::settings::{self, AmbientOcclusion, LightSpace, Lights, Shading, 
 
 impl Settings {
     pub(super) fn shading(&self) -> Result<Option<Shading>, Failure> {
-        let Self { ambient, diffuse, specular, power, .. } = *self;
+        let Self { ambient, ambient_color, diffuse, specular, power, .. } = *self;
         let lights = self.lights()?;
-        Ok(flag("lit", self.lit)?.then_some(Shading { ambient, diffuse, specular, power, lights }))
+        Ok(flag("lit", self.lit)?.then_some(Shading { ambient, ambient_color, diffuse, specular, power, lights }))
     }
 
     pub(super) fn shadows(&self) -> Result<Option<Shadows>, Failure> {
@@ -31,13 +31,13 @@ impl Settings {
             true => LightSpace::Camera,
             false => LightSpace::World,
         };
-        let light = |(&Light { direction, strength }, &angle): (&Light, &f64)| {
+        let light = |((&Light { direction, strength }, &angle), &color): ((&Light, &f64), &[f64; 3])| {
             let direction = Some(DVec3::from_array(direction)).filter(|&direction| direction != DVec3::ZERO);
             // A light at the camera has no direction whose axes could matter.
             let space = direction.map_or(LightSpace::World, |_| space);
-            settings::Light { direction, space, strength, angle }
+            settings::Light { direction, space, strength, angle, color }
         };
-        let lights: Vec<_> = lights.iter().zip(&self.light_angles).map(light).collect();
+        let lights: Vec<_> = lights.iter().zip(&self.light_angles).zip(&self.light_colors).map(light).collect();
         Ok(match (&lights[..], self.shadows) {
             // A light at the camera casts no visible shadow.
             ([], 1) => Lights::BESIDE_CAMERA,

@@ -71,17 +71,23 @@ fn shadows_and_ambient_occlusion_reach_the_library() {
 }
 
 #[test]
-fn axes_and_angles_of_lights_reach_the_library() {
+fn axes_angles_and_colors_of_lights_reach_the_library() {
     let side = Light { direction: [1.0, 2.0, 3.0], strength: 0.5 };
     let lights = [side, Light { strength: 2.0, ..Light::default() }, side, side];
-    let standard =
-        Settings { light_count: 2, lights, light_angles: [5.0, 7.0, 99.0, 0.0], ..from_quality(QualityChoice::Standard) };
+    let light_colors = [[1.0, 0.5, 0.0], [1.0; 3], [9.0; 3], [9.0; 3]];
+    let standard = Settings {
+        light_count: 2,
+        lights,
+        light_angles: [5.0, 7.0, 99.0, 0.0],
+        light_colors,
+        ..from_quality(QualityChoice::Standard)
+    };
     for (lights_in_camera_space, space) in [(0, LightSpace::World), (1, LightSpace::Camera)] {
         let found = Settings { lights_in_camera_space, ..standard }.checked().unwrap().shading.unwrap().lights;
         let direction = Some(DVec3::new(1.0, 2.0, 3.0));
         let expected = [
-            settings::Light { direction, space, strength: 0.5, angle: 5.0 },
-            settings::Light { direction: None, space: LightSpace::World, strength: 2.0, angle: 7.0 },
+            settings::Light { direction, space, strength: 0.5, angle: 5.0, color: [1.0, 0.5, 0.0] },
+            settings::Light { direction: None, space: LightSpace::World, strength: 2.0, angle: 7.0, color: [1.0; 3] },
         ];
         assert_eq!(found.as_slice(), expected);
     }
@@ -124,9 +130,10 @@ fn other_sizes_are_rejected() {
             assert_eq!(layersplat_settings_default(1, settings.as_mut_ptr(), size), Status::InvalidArgument);
             (&raw mut (*settings.as_mut_ptr()).size).write(size);
             let message = checked(settings.as_ptr()).unwrap_err().message;
-            assert!(
-                message.contains(&format!("{size} bytes, and this version of layersplat expects {FIRST_VERSION} or {complete}"))
-            );
+            assert!(message.contains(&format!(
+                "{size} bytes, and this version of layersplat expects {FIRST_VERSION} or {} or {complete}",
+                VERSIONS[1]
+            )));
         }
     }
 }

@@ -30,15 +30,22 @@ class HasHandle(Protocol):
 Handle = Union[HasHandle, int]
 
 
-Light = Union[None, Vector, Tuple[Optional[Vector], float], Tuple[Optional[Vector], float, float]]
-"""A white light: the direction towards it, or None for a light at the camera; optionally with its strength, by default 1, and its angular
-diameter in degrees, by default 0."""
+Light = Union[
+    None,
+    Vector,
+    Tuple[Optional[Vector], float],
+    Tuple[Optional[Vector], float, float],
+    Tuple[Optional[Vector], float, float, Vector],
+]
+"""A light: the direction towards it, or None for a light at the camera; optionally with its strength, by default 1, its angular diameter in
+degrees, by default 0, and its colour, by default white: red, green and blue from 0 to 1."""
 
 
 class Shading(TypedDict, total=False):
     """Shading coefficients. Missing ones keep their defaults. light: one light, or a list of up to four."""
 
     ambient: float
+    ambient_color: Vector
     diffuse: float
     specular: float
     power: float

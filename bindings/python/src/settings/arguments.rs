@@ -119,12 +119,18 @@ fn layer_axis(axis: LayerAxis) -> &'static str {
 fn shading(arguments: &Bound<PyDict>, shading: &Shading, default_lights: Lights) -> PyResult<()> {
     let numbers = PyDict::new(arguments.py());
     numbers.set_item("ambient", shading.ambient)?;
+    if shading.ambient_color != [1.0; 3] {
+        numbers.set_item("ambient_color", shading.ambient_color)?;
+    }
     numbers.set_item("diffuse", shading.diffuse)?;
     numbers.set_item("specular", shading.specular)?;
     numbers.set_item("power", shading.power)?;
     if shading.lights != default_lights {
         let lights = shading.lights.as_slice();
-        let light = |light: &Light| (light.direction.map(|direction| direction.to_array()), light.strength, light.angle);
+        let light = |light: &Light| {
+            let Light { strength, angle, color, .. } = *light;
+            (light.direction.map(|direction| direction.to_array()), strength, angle, color)
+        };
         numbers.set_item("light", lights.iter().map(light).collect::<Vec<_>>())?;
         // The constructor gives all directions the same axes.
         if lights.iter().any(|light| light.space == LightSpace::Camera) {

@@ -30,7 +30,7 @@ pub enum Occluding<'py> {
 }
 
 accepted! {
-    Lighting<'py>: "True, False, or a dict of ambient, diffuse, specular, power and light";
+    Lighting<'py>: "True, False, or a dict of ambient, ambient_color, diffuse, specular, power and light";
     Shadowing<'py>: "True, False, a strength from 0 to 1, or a dict of strength and forgiveness";
     Occluding<'py>: "True, False, or a dict of reach and gain";
 }
@@ -73,12 +73,13 @@ impl Lighting<'_> {
         };
         for (name, value) in numbers {
             match name.as_str() {
+                "ambient_color" => shading.ambient_color = extracted("shading['ambient_color']", &value)?,
                 "ambient" => shading.ambient = extracted("shading['ambient']", &value)?,
                 "diffuse" => shading.diffuse = extracted("shading['diffuse']", &value)?,
                 "specular" => shading.specular = extracted("shading['specular']", &value)?,
                 "power" => shading.power = extracted("shading['power']", &value)?,
                 "light" => shading.lights = given_lights(&value, space)?,
-                other => return Err(unknown("shading", other, "ambient, diffuse, specular, power or light")),
+                other => return Err(unknown("shading", other, "ambient, ambient_color, diffuse, specular, power or light")),
             }
         }
         Ok(Some(shading))
@@ -149,19 +150,21 @@ pub fn grid(name: &str) -> Result<LightGrid> {
     found.ok_or_else(|| unknown("light_grid", name, "full, half or quarter"))
 }
 
-/// A light: a direction or None, optionally with a strength, or with a strength and an angular diameter.
+/// A light: a direction or None, optionally with a strength, with an angular diameter too, and with a colour too.
 fn light(value: &Bound<'_, PyAny>, space: LightSpace) -> PyResult<Light> {
-    let Light { strength, angle, .. } = Light::AT_CAMERA;
-    let (direction, strength, angle): (Option<[f64; 3]>, _, _) = if let Ok(all) = value.extract() {
+    let Light { strength, angle, color, .. } = Light::AT_CAMERA;
+    let (direction, strength, angle, color): (Option<[f64; 3]>, _, _, _) = if let Ok(all) = value.extract() {
         all
+    } else if let Ok((direction, strength, angle)) = value.extract() {
+        (direction, strength, angle, color)
     } else if let Ok((direction, strength)) = value.extract() {
-        (direction, strength, angle)
+        (direction, strength, angle, color)
     } else {
-        (value.extract()?, strength, angle)
+        (value.extract()?, strength, angle, color)
     };
     // A light at the camera has no direction whose axes could matter.
     let space = direction.map_or(LightSpace::World, |_| space);
-    Ok(Light { direction: direction.map(Into::into), space, strength, angle })
+    Ok(Light { direction: direction.map(Into::into), space, strength, angle, color })
 }
 
 /// One light, or a list of lights.
@@ -171,7 +174,7 @@ fn given_lights(value: &Bound<'_, PyAny>, space: LightSpace) -> Result<Lights> {
         Err(_) => Err(error),
     };
     let lights = light(value, space).map(|one| vec![one]).or_else(several);
-    let accepted =
-        "a direction (x, y, z), None, (direction, strength), (direction, strength, angle), or a list of up to four of these";
+    let accepted = "a direction (x, y, z), None, (direction, strength), (direction, strength, angle), (direction, strength, angle, (r, g, b)), or a \
+         list of up to four of these";
     Ok(Lights::new(&lights.map_err(|error| refused("shading['light']", value, error, accepted))?)?)
 }
