@@ -95,7 +95,7 @@ impl<'a> Layered<'a> {
 
     /// Renders the picture of a camera. All rays use the layer axis `axis`; with `None`, each ray uses its own.
     pub fn render(&self, camera: &Camera, viewport: Viewport, axis: Option<Axis>) -> Result<Frame, Error> {
-        let rays = Rays::new(camera, viewport, self.volume.grid())?;
+        let rays = Rays::new(camera, viewport, self.volume.grid())?.with_pixel_aspect(self.settings.pixel_aspect, viewport);
         Ok(picture(viewport, |x, y| self.composite(&rays.at(x, y), axis, rays.to_eye)))
     }
 

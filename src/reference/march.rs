@@ -56,7 +56,7 @@ impl<'a> Marched<'a> {
 
     /// Renders the picture of a camera.
     pub fn render(&self, camera: &Camera, viewport: Viewport) -> Result<Frame, Error> {
-        let rays = Rays::new(camera, viewport, self.volume.grid())?;
+        let rays = Rays::new(camera, viewport, self.volume.grid())?.with_pixel_aspect(self.settings.pixel_aspect, viewport);
         let slicing = matches!(self.settings.algorithm, Algorithm::Slicing { .. });
         Ok(picture(viewport, |x, y| {
             let ray = &rays.at(x, y);

@@ -51,7 +51,7 @@ impl<'a> Sheets<'a> {
     /// # Panics
     /// If the algorithm is not a sheet-buffer algorithm.
     pub fn render(&self, camera: &Camera, viewport: Viewport) -> Result<Frame, Error> {
-        let rays = Rays::new(camera, viewport, self.volume.grid())?;
+        let rays = Rays::new(camera, viewport, self.volume.grid())?.with_pixel_aspect(self.settings.pixel_aspect, viewport);
         let projection = SplatProjection::new(&rays, viewport, self.volume.grid());
         let splats = self.splats(&projection, rays.central_direction());
         Ok(picture(viewport, |x, y| {

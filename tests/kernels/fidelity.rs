@@ -73,8 +73,10 @@ const NEAR_ITS_INTEGRAL: f64 = 0.5;
 const LEAST_TRUTH: f64 = 50.0;
 /// Every n-th pixel is compared; a prime.
 const EVERY: usize = 211;
-pub const LIT: [Option<Shading>; 2] =
-    [None, Some(Shading { ambient: 0.2, diffuse: 0.7, specular: 0.3, power: 20.0, lights: Lights::AT_CAMERA })];
+pub const LIT: [Option<Shading>; 2] = [
+    None,
+    Some(Shading { ambient: 0.2, ambient_color: [1.0; 3], diffuse: 0.7, specular: 0.3, power: 20.0, lights: Lights::AT_CAMERA }),
+];
 
 fn psnr(a: &Frame, b: &Frame) -> f64 {
     compare(a, b).psnr.expect("not identical")

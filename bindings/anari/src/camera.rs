@@ -5,7 +5,7 @@ use crate::status::Problem;
 use layersplat::glam::DVec3;
 use layersplat::settings::{ClipPlane, Clipping};
 use layersplat::{Basis, Camera, Projection, Viewport};
-use std::ops::Range;
+use std::ops::{Range, RangeInclusive};
 
 /// A view of a frame.
 #[derive(Clone, Debug, PartialEq)]
@@ -13,6 +13,8 @@ pub struct View {
     pub camera: Camera,
     /// The part of a larger picture that the frame shows, if it does.
     pub part: Option<Part>,
+    /// Width of a pixel in heights of a pixel.
+    pub pixel_aspect: f64,
     pub clipping: Clipping,
 }
 
@@ -24,8 +26,13 @@ pub struct Part {
     pub rows: Range<u32>,
 }
 
-/// Largest relative difference of `aspect` and of a part's size from whole pixels that is not told.
+/// Largest relative difference of a part's size from whole pixels that is not told.
 const ROUNDING: f64 = 1e-3;
+
+/// Aspects of pixels that differ less from 1 are rounding of a float: pixels are square.
+const SQUARE: f64 = 1e-5;
+/// Those of [`layersplat::Settings::pixel_aspect`].
+const PIXEL_ASPECTS: RangeInclusive<f64> = 1.0 / 16.0..=16.0;
 
 /// The whole view in normalised screen coordinates.
 const WHOLE: [f64; 4] = [0.0, 0.0, 1.0, 1.0];
@@ -57,16 +64,17 @@ impl View {
                 .push(Problem::argument(format!("imageRegion is {asked:?}: mirrored and empty regions are drawn as the whole")));
             WHOLE
         };
-        check_aspect(object, viewport, problems);
+        let pixel_aspect = pixel_aspect(object, region, viewport, problems);
         let clipping = clipping(object, position, basis);
+        let whole = Self { camera, part: None, pixel_aspect, clipping };
         if region == WHOLE {
-            return Ok(Self { camera, part: None, clipping });
+            return Ok(whole);
         }
         Ok(match projection {
             Projection::Parallel { scale } => {
-                Self { camera: shifted(camera, basis, scale, region, viewport), part: None, clipping }
+                Self { camera: shifted(camera, basis, scale, region, viewport, pixel_aspect), ..whole }
             }
-            Projection::Perspective { .. } => Self { camera, part: part(region, viewport, problems), clipping },
+            Projection::Perspective { .. } => Self { part: part(region, viewport, problems), ..whole },
         })
     }
 
@@ -78,24 +86,30 @@ impl View {
         };
         let pixel = 2.0 * tangent / f64::from(whole.height);
         let [width, height] = [whole.width, whole.height].map(f64::from);
+        let pixel_aspect = self.pixel_aspect;
         move |column, row| {
-            let x = (f64::from(column) + 0.5 - width / 2.0) * pixel;
+            let x = (f64::from(column) + 0.5 - width / 2.0) * pixel * pixel_aspect;
             let y = (f64::from(row) + 0.5 - height / 2.0) * pixel;
             (1.0 + x * x + y * y).sqrt()
         }
     }
 }
 
-/// Tells that pixels are square.
-fn check_aspect(object: &Object, viewport: Viewport, problems: &mut Vec<Problem>) {
-    let own = f64::from(viewport.width) / f64::from(viewport.height);
-    if let Some(aspect) = object.float(c"aspect").map(f64::from)
-        && (aspect / own - 1.0).abs() > ROUNDING
-    {
-        let text =
-            format!("aspect is {aspect}, but the frame is {own:.4} times as wide as high: pixels are square, so that counts");
-        problems.push(Problem::argument(text));
+/// Width of a pixel in heights of a pixel, of a frame that shows a region of a view that is `aspect` times as wide as high. Without an
+/// `aspect`, pixels are square.
+fn pixel_aspect(object: &Object, [x0, y0, x1, y1]: [f64; 4], viewport: Viewport, problems: &mut Vec<Problem>) -> f64 {
+    let Some(aspect) = object.float(c"aspect").map(f64::from) else { return 1.0 };
+    let pixel = aspect * (x1 - x0) * f64::from(viewport.height) / ((y1 - y0) * f64::from(viewport.width));
+    if (pixel - 1.0).abs() < SQUARE {
+        return 1.0;
     }
+    if !PIXEL_ASPECTS.contains(&pixel) {
+        let text =
+            format!("aspect is {aspect}: pixels would be {pixel} times as wide as high (1/16 to 16 is possible), and are square");
+        problems.push(Problem::argument(text));
+        return 1.0;
+    }
+    pixel
 }
 
 /// The clip planes of a camera.
@@ -110,8 +124,15 @@ fn clipping(object: &Object, position: DVec3, basis: Basis) -> Clipping {
 }
 
 /// A parallel camera that shows a region of another's view.
-fn shifted(camera: Camera, basis: Basis, scale: f64, [x0, y0, x1, y1]: [f64; 4], viewport: Viewport) -> Camera {
-    let pixel = 2.0 * scale * (y1 - y0) / f64::from(viewport.height);
+fn shifted(
+    camera: Camera,
+    basis: Basis,
+    scale: f64,
+    [x0, y0, x1, y1]: [f64; 4],
+    viewport: Viewport,
+    pixel_aspect: f64,
+) -> Camera {
+    let pixel = 2.0 * scale * (y1 - y0) / f64::from(viewport.height) * pixel_aspect;
     let width = pixel * f64::from(viewport.width) / (x1 - x0);
     let shift = basis.right * ((x0 + x1) / 2.0 - 0.5) * width + basis.up * ((y0 + y1) / 2.0 - 0.5) * 2.0 * scale;
     let projection = Projection::Parallel { scale: scale * (y1 - y0) };
@@ -149,6 +170,6 @@ impl Default for View {
     fn default() -> Self {
         let projection = Projection::Perspective { field_of_view: 60.0 };
         let camera = Camera { position: DVec3::ZERO, focal_point: DVec3::NEG_Z, view_up: DVec3::Y, projection };
-        Self { camera, part: None, clipping: Clipping::default() }
+        Self { camera, part: None, pixel_aspect: 1.0, clipping: Clipping::default() }
     }
 }

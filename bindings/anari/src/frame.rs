@@ -110,6 +110,7 @@ pub fn picture(objects: &Objects, handle: Handle, problems: &mut Vec<Problem>) -
     let view = view.unwrap_or_default();
     let mut settings = look.settings;
     settings.clipping = view.clipping;
+    settings.pixel_aspect = view.pixel_aspect;
     settings.clipping.crop = shown.first().filter(|_| look.clips_to_bounds).map(|shown| shown.field.crop_box());
     // Others have factors to theirs.
     settings.unit_distance = shown.first().map(|shown| shown.unit_distance);

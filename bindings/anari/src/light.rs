@@ -7,28 +7,31 @@ use layersplat::settings::{Light, Lights};
 use std::f64::consts::PI;
 
 /// The luminance of a linear colour (ITU-R BT.709).
-pub fn luminance([r, g, b]: [f32; 3]) -> f64 {
-    0.2126 * f64::from(r) + 0.7152 * f64::from(g) + 0.0722 * f64::from(b)
+fn luminance([r, g, b]: [f64; 3]) -> f64 {
+    0.2126 * r + 0.7152 * g + 0.0722 * b
+}
+
+/// A colour as its largest component and the colour of which that is 1. Negative components count as 0; black has white's hue.
+pub fn strength_and_hue(color: [f32; 3]) -> (f64, [f64; 3]) {
+    let color = color.map(|c| f64::from(c).max(0.0));
+    let strength = color.into_iter().fold(0.0, f64::max);
+    if strength > 0.0 { (strength, color.map(|c| c / strength)) } else { (0.0, [1.0; 3]) }
 }
 
 /// The light of an object, turned by the linear part of its instance's transform.
 ///
 /// # Errors
 /// A direction of length 0.
-pub fn directional(object: &Object, turn: DMat3, problems: &mut Vec<Problem>) -> Result<Light, Problem> {
+pub fn directional(object: &Object, turn: DMat3) -> Result<Light, Problem> {
     let vector = object.floats::<3>(c"direction").unwrap_or([0.0, 0.0, -1.0]);
     let direction = turn * DVec3::from_array(vector.map(f64::from));
     if direction.try_normalize().is_none() {
         return Err(Problem::argument(format!("the direction of the light is {vector:?}: it gives no light")));
     }
-    let color = object.floats::<3>(c"color").unwrap_or([1.0; 3]);
-    if color.iter().any(|c| *c != color[0]) {
-        problems.push(Problem::argument("lights are white here: the luminance of the light's colour counts"));
-    }
+    let (share, color) = strength_and_hue(object.floats::<3>(c"color").unwrap_or([1.0; 3]));
     let diameter = f64::from(object.float(c"angularDiameter").unwrap_or(0.0));
-    let strength = luminance(color) * irradiance(object, diameter);
-    let light = Light { strength: strength.min(100.0), angle: diameter.to_degrees().min(45.0), ..Light::towards(-direction) };
-    Ok(light)
+    let strength = (share * irradiance(object, diameter)).min(100.0);
+    Ok(Light { strength, angle: diameter.to_degrees().min(45.0), color, ..Light::towards(-direction) })
 }
 
 /// Irradiance counts before radiance, which needs a solid angle.
@@ -48,7 +51,8 @@ pub fn strongest(mut lights: Vec<Light>, problems: &mut Vec<Problem>) -> Option<
     if lights.len() > Lights::MOST {
         let text = format!("{} lights: the {} strongest are taken", lights.len(), Lights::MOST);
         problems.push(Problem::argument(text));
-        lights.sort_by(|a, b| b.strength.total_cmp(&a.strength));
+        let brightness = |light: &Light| light.strength * luminance(light.color);
+        lights.sort_by(|a, b| brightness(b).total_cmp(&brightness(a)));
         lights.truncate(Lights::MOST);
     }
     Lights::new(&lights).ok()

@@ -1,7 +1,7 @@
 //! The renderer: its parameters as settings of the library.
 
 use crate::colors::{self, Background};
-use crate::light::luminance;
+use crate::light::strength_and_hue;
 use crate::objects::{Object, Objects};
 use crate::status::Problem;
 use crate::volume::Shown;
@@ -88,13 +88,13 @@ fn with_kernel(algorithm: Algorithm, kernel: Kernel) -> Algorithm {
 /// Shading by the lights of the world and the ambient light. Without either, the volume emits its colours as they are. So it does under
 /// an ambient light of 1 alone, if nothing dims that.
 fn shading(renderer: &Object, lights: Option<Lights>) -> Option<Shading> {
-    let color = renderer.floats::<3>(c"ambientColor").unwrap_or([1.0; 3]);
-    let ambient = luminance(color) * f64::from(renderer.float(c"ambientRadiance").unwrap_or(0.0));
-    let ambient = ambient.min(100.0);
+    let (share, ambient_color) = strength_and_hue(renderer.floats::<3>(c"ambientColor").unwrap_or([1.0; 3]));
+    let ambient = (share * f64::from(renderer.float(c"ambientRadiance").unwrap_or(0.0))).min(100.0);
+    let keeps_colors = ambient == 1.0 && ambient_color == [1.0; 3] && !renderer.is_set(c"ambientOcclusion");
     match lights {
-        Some(lights) => Some(Shading { ambient, lights, ..Shading::default() }),
-        None if ambient == 0.0 || (ambient == 1.0 && !renderer.is_set(c"ambientOcclusion")) => None,
-        None => Some(Shading { ambient, diffuse: 0.0, specular: 0.0, ..Shading::default() }),
+        Some(lights) => Some(Shading { ambient, ambient_color, lights, ..Shading::default() }),
+        None if ambient == 0.0 || keeps_colors => None,
+        None => Some(Shading { ambient, ambient_color, diffuse: 0.0, specular: 0.0, ..Shading::default() }),
     }
 }
 

@@ -84,7 +84,7 @@ pub fn lights(objects: &Objects, world: &Object, problems: &mut Vec<Problem>) ->
     let mut lights: Vec<Light> = Vec::new();
     for light in placed(objects, world, c"light") {
         let Some(object) = objects.get(light.handle).filter(|object| object.class.is_supported()) else { continue };
-        match light::directional(object, light.placement.matrix3, problems) {
+        match light::directional(object, light.placement.matrix3) {
             Ok(light) => lights.push(light),
             Err(problem) => problems.push(problem),
         }

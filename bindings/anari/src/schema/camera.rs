@@ -35,7 +35,7 @@ const IMAGE_REGION: Parameter = Parameter {
 const ASPECT: Parameter = Parameter {
     name: c"aspect",
     types: &[ANARI_FLOAT32],
-    description: c"width by height of the frame; pixels are square, so other values than the frame's own are ignored",
+    description: c"width by height of the whole view; without it, pixels are square",
     range: Some(&[1e-6, 1e6]),
     ..PLAIN
 };

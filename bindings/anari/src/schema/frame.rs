@@ -98,7 +98,7 @@ pub static RENDERER: Class = Class {
         Parameter {
             name: c"ambientColor",
             types: &[ANARI_FLOAT32_VEC3],
-            description: c"colour of the ambient light, which is white here: its luminance counts",
+            description: c"colour of the ambient light",
             default: DefaultValue::Floats(&[1.0; 3]),
             range: Some(&[0.0, 1.0]),
             ..PLAIN

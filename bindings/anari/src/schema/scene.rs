@@ -179,7 +179,7 @@ pub static VOLUME: Class = Class {
 pub static LIGHT: Class = Class {
     data_type: ANARI_LIGHT,
     subtype: c"directional",
-    description: c"parallel light, white here: the luminance of its colour counts",
+    description: c"parallel light",
     parameters: &[
         Parameter {
             name: c"direction",

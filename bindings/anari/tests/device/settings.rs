@@ -1,6 +1,6 @@
 //! Parameters are the library's settings.
 
-use crate::scene::{DIRECTION, Expected, LIGHT, POSITION, SIDE, Scene, difference};
+use crate::scene::{DIRECTION, Expected, LIGHT, POSITION, SIDE, SIZE, Scene, difference};
 use anari_sys::*;
 use layersplat::glam::DVec3;
 use layersplat::settings::{AmbientOcclusion, ClipPlane, Clipping, CropBox, Light, Lights, Shadows};
@@ -13,7 +13,7 @@ const STEP: f64 = 1.0;
 type Change = fn(&Scene, &mut Expected);
 
 /// Parameters of camera, lights and renderer, each with the library's settings.
-const CHANGES: [(&str, Change); 13] = [
+const CHANGES: [(&str, Change); 17] = [
     ("clip to bounds", |scene, expected| {
         scene.renderer.set_flag(c"clipToBounds", true).commit();
         let highest = DVec3::splat(SIDE as f64 - 1.0);
@@ -27,6 +27,18 @@ const CHANGES: [(&str, Change); 13] = [
         camera.set(c"position", POSITION).set(c"direction", DIRECTION).set(c"height", 40.0f32).commit();
         scene.frame.set_object(c"camera", &camera).commit();
         expected.camera.projection = Projection::Parallel { scale: 20.0 };
+    }),
+    ("aspect", |scene, expected| {
+        scene.camera.set(c"aspect", 2.0f32).commit();
+        expected.settings.pixel_aspect = 2.0 * f64::from(SIZE[1]) / f64::from(SIZE[0]);
+    }),
+    ("aspect of a region of a parallel view", |scene, expected| {
+        let camera = scene.device.make(ANARI_CAMERA, c"orthographic");
+        camera.set(c"position", POSITION).set(c"direction", DIRECTION).set(c"height", 40.0f32).set(c"aspect", 1.5f32);
+        camera.set(c"imageRegion", [[0.25f32, 0.125], [0.75, 0.875]]).commit();
+        scene.frame.set_object(c"camera", &camera).commit();
+        expected.camera.projection = Projection::Parallel { scale: 15.0 };
+        expected.settings.pixel_aspect = 1.5 * 0.5 * f64::from(SIZE[1]) / (0.75 * f64::from(SIZE[0]));
     }),
     ("up", |scene, expected| {
         scene.camera.set(c"up", [1.0f32, 0.5, 0.0]).commit();
@@ -56,6 +68,20 @@ const CHANGES: [(&str, Change); 13] = [
         scene.world.set_object(c"light", &scene.device.objects(&[&scene.light, &second])).commit();
         let first = Light::towards(-DVec3::from_array(LIGHT.map(f64::from)));
         set_lights(expected, &[first, Light { strength: 0.5, ..Light::towards(DVec3::X) }]);
+    }),
+    ("coloured lights", |scene, expected| {
+        scene.light.set(c"color", [0.5f32, 0.25, 0.0]).commit();
+        let second = scene.device.make(ANARI_LIGHT, c"directional");
+        second.set(c"direction", [-1.0f32, 0.0, 0.0]).set(c"color", [0.0f32, 0.5, 1.0]).commit();
+        scene.world.set_object(c"light", &scene.device.objects(&[&scene.light, &second])).commit();
+        let first = Light::towards(-DVec3::from_array(LIGHT.map(f64::from)));
+        let first = Light { strength: 0.5, color: [1.0, 0.5, 0.0], ..first };
+        set_lights(expected, &[first, Light { color: [0.0, 0.5, 1.0], ..Light::towards(DVec3::X) }]);
+    }),
+    ("coloured ambient light", |scene, expected| {
+        scene.renderer.set(c"ambientColor", [1.0f32, 0.0, 0.5]).set(c"ambientRadiance", 0.75f32).commit();
+        let shading = expected.settings.shading.as_mut().unwrap();
+        (shading.ambient, shading.ambient_color) = (0.75, [1.0, 0.0, 0.5]);
     }),
     ("shadows of a wide light", |scene, expected| {
         scene.light.set(c"angularDiameter", 0.1f32).commit();
