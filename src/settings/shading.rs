@@ -44,7 +44,7 @@ impl Default for Shading {
 impl Shading {
     /// Checks all ranges.
     pub(super) fn check(&self) -> Result<(), Error> {
-        check_color("ambient color", self.ambient_color)?;
+        check_color("ambient_color", self.ambient_color)?;
         let good = [self.ambient, self.diffuse, self.specular].iter().all(|c| (0.0..=100.0).contains(c));
         if good && self.power > 0.0 && self.power <= 1e4 {
             return Ok(());

@@ -575,7 +575,7 @@ typedef struct layersplat_color_options {
 } layersplat_color_options;
 
 /**
- * A white directional light. Its angular diameter is in `light_angles` of layersplat_settings.
+ * A directional light. Its angular diameter is in `light_angles`, and its colour in `light_colors` of layersplat_settings.
  */
 typedef struct layersplat_light {
   /**
@@ -673,7 +673,7 @@ typedef struct layersplat_settings {
    */
   double diffuse;
   /**
-   * Specular coefficient, of a white highlight.
+   * Specular coefficient, of highlights in the colours of the lights.
    */
   double specular;
   /**
@@ -759,6 +759,14 @@ typedef struct layersplat_settings {
    * Angular diameters of `lights` in degrees, from 0 to 45: how soft the edges of their shadows are.
    */
   double light_angles[4];
+  /**
+   * Red, green and blue of `lights`, from 0 to 1.
+   */
+  double light_colors[4][3];
+  /**
+   * Red, green and blue of the ambient light, from 0 to 1.
+   */
+  double ambient_color[3];
 } layersplat_settings;
 
 /**

@@ -21,6 +21,7 @@ SETTINGS = [settings for settings, _, _ in CASES] + [
     {"blend": "average", "extinction": "linear", "early_termination": False},
     {"shading": {"ambient": 0.1, "diffuse": 0.3, "specular": 0.7, "power": 3.5, "light": [(1 / 3, 2, 3), (None, 0.1)]}},
     {"shading": {"light": [((1 / 3, 2, 3), 1 / 7, 1 / 3), None]}, "light_space": "camera"},
+    {"shading": {"ambient_color": (0.1, 1 / 3, 1), "light": ((1, 2, 3), 1, 0, (1, 1 / 3, 0))}},
     {"shading": {"light": [((1 / 3, 2, 3), 1 / 7, 1 / 3), None]}, "light_grid": "quarter"},
     {"shading": {"light": None}, "shadows": 1 / 3},
     {"shadows": {"forgiveness": 7 / 3}},

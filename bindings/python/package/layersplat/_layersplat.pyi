@@ -233,20 +233,21 @@ class Settings:
     catmull-rom or bspline; raycast also supports gaussian. Only for layered: samples_per_layer, 1 to 8; density, samples per voxel, 1 to
     16; layer_axis, auto, x, y or z. step: for slicing and raycast, in units of the smallest spacing. sheet_distance: for view-sheets,
     0.125 to 4 voxels. blend: composite, maximum, minimum, average or ('iso', value). shading: True, False, or a dict of ambient,
-    diffuse, specular, power and light. A light is a direction (x, y, z) towards it, None for a light at the camera, (direction,
-    strength), or (direction, strength, angle) with an angular diameter of 0 to 45 degrees, which softens shadows; light is one of these,
-    or a list of up to four. light_space: world, or camera, where directions of lights are (right, up, towards the viewer). shadows:
-    True, False, their share, 0 to 1, or a dict of strength, which is that share, and forgiveness, 1 to 1000: the factor of the light in
-    shadows, by default 4. With shadows and without a light, the light is (-1, 1, 1) in camera space. ambient_occlusion: True, False, or
-    a dict of reach, the world distance over which it decreases to 1/e, by default without limit, and gain, 1 to 1000: the factor of the
-    ambient light, by default 3. light_grid: full, half or quarter, the resolution of shadows and ambient occlusion; shadows have at
-    least half. gradient: central, sobel, gaussian:SIGMA (0.3 to 2 voxels) or own, for layered and raycast; by default sobel for layered,
-    central for quality paper, and for raycast the one that fits the kernel most closely. gradient_opacity: up to eight points
-    (magnitude, factor): the opacity factor at a gradient magnitude in values per world unit. depth_cue: the share, 0 to 1, of black that
-    colours fade to at the back of the volume's bounding box, or (share, (red, green, blue)) for another background. crop: ((x, y, z),
-    (x, y, z)), the lowest and the highest visible voxel. planes: up to six clipping planes (point, normal) in world coordinates; the
-    side that the normal points to is shown. unit_distance: thickness in world units at which the opacities apply, by default the
-    smallest spacing. extinction: exponential or linear. early_termination: whether rays stop at a transmittance below 1/4096.
+    ambient_color (red, green, blue), diffuse, specular, power and light. A light is a direction (x, y, z) towards it, None for a light
+    at the camera, (direction, strength), (direction, strength, angle) with an angular diameter of 0 to 45 degrees, which softens
+    shadows, or (direction, strength, angle, (red, green, blue)); light is one of these, or a list of up to four. Colours are from 0 to
+    1. light_space: world, or camera, where directions of lights are (right, up, towards the viewer). shadows: True, False, their share,
+    0 to 1, or a dict of strength, which is that share, and forgiveness, 1 to 1000: the factor of the light in shadows, by default 4.
+    With shadows and without a light, the light is (-1, 1, 1) in camera space. ambient_occlusion: True, False, or a dict of reach, the
+    world distance over which it decreases to 1/e, by default without limit, and gain, 1 to 1000: the factor of the ambient light, by
+    default 3. light_grid: full, half or quarter, the resolution of shadows and ambient occlusion; shadows have at least half. gradient:
+    central, sobel, gaussian:SIGMA (0.3 to 2 voxels) or own, for layered and raycast; by default sobel for layered, central for quality
+    paper, and for raycast the one that fits the kernel most closely. gradient_opacity: up to eight points (magnitude, factor): the
+    opacity factor at a gradient magnitude in values per world unit. depth_cue: the share, 0 to 1, of black that colours fade to at the
+    back of the volume's bounding box, or (share, (red, green, blue)) for another background. crop: ((x, y, z), (x, y, z)), the lowest
+    and the highest visible voxel. planes: up to six clipping planes (point, normal) in world coordinates; the side that the normal
+    points to is shown. unit_distance: thickness in world units at which the opacities apply, by default the smallest spacing.
+    extinction: exponential or linear. early_termination: whether rays stop at a transmittance below 1/4096.
     """
 
     def __new__(
