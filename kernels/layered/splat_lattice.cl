@@ -5,7 +5,7 @@
 //
 // Work-item id: tile_v*tiles_u + tile_u. lattice[J*width + I] = RGBA.
 
-#include "layered/phase_tile.cl"
+#include "layered/phase_slabs.cl"
 
 __kernel void splat_lattice(__global const VOXEL *voxels, VolumeView view, __global const GRADIENT_VOXEL *gradient_voxels,
                             VolumeView gradient_view, __global const uchar *light, __global const uchar *sky,
@@ -24,12 +24,11 @@ __kernel void splat_lattice(__global const VOXEL *voxels, VolumeView view, __glo
     SplatLayer ring[3];
     for (int i = 0; i < 3; i++)
         ring[i].index = INT_MIN;
-    SplatSlopes slopes;
     Accumulator gathered[TILE_ROWS];
     Interval intervals[TILE_ROWS];
-    intv active = 0;
+    intv counts[TILE_ROWS]; // of samples with opacity, in each patch
     for (int n = 0; n < patches; n++)
-        gathered[n] = empty_accumulator(&sample);
+        counts[n] = 0, gathered[n] = empty_accumulator(&sample);
     if (p.continues) {
         for (int r = 0; r < tile.rows; r++)
             gathered[r] = load_raw(&sample, lattice + (size_t)r * width, tile.columns, 1);
@@ -46,7 +45,6 @@ __kernel void splat_lattice(__global const VOXEL *voxels, VolumeView view, __glo
 #else
     const realv sample_length = 0.0f; // included in the table
 #endif
-    const bool splats_gradients = !GATHERS_VALUES && SPLATS_GRADIENTS && sample.light.shading;
     const int layers = view.dims_a + 2;
     const Beam beam = phase_beam(&p, &tile);
     const float2 reach = splat_reach((float2)(p.shear_u, p.shear_v));
@@ -62,33 +60,26 @@ __kernel void splat_lattice(__global const VOXEL *voxels, VolumeView view, __glo
         if (p.culling)
             over = visible_rows(visible, p.blocks_u, p.blocks_v, last_slab, &beam, tile.rows, reach, 1.0f + view.first_a,
                                 k - view.first_a, &layer_chunk);
-        int shown = open & patches_in_rows(over);
+        if (p.culling && !layer_chunk.slabs)
+            n += layers_left_in_chunk(k - view.first_a, p.layer_step);
+        const int shown = open & patches_in_rows(over);
         if (!shown)
             continue;
         for (int j = k - 1; j <= k + 1; j++)
             ensure_sums(voxels, &view, &p, &tile, shown, j, &ring[slot(j)]);
-        const SplatLayer *before = &ring[slot(k - p.layer_step)], *own = &ring[slot(k)], *after = &ring[slot(k + p.layer_step)];
-        shown = contributing_patches(&sample, before, own, after, shown);
-        if (!shown)
+        LayerSums layer = {&ring[slot(k - p.layer_step)], &ring[slot(k)], &ring[slot(k + p.layer_step)]};
+        layer_slabs(&sample, n, layers, &layer.first_slab, &layer.slab_count);
+#if GATHERS_VALUES
+        gather_layer(&sample, slabs, &layer, intervals, n, shown, gathered, counts);
+#else
+        const int visible_patches = find_visible_slabs(&sample, slabs, &layer, shown);
+        if (!visible_patches)
             continue;
-        if (splats_gradients)
-            splat_slopes(voxels, &view, &p, &tile, shown, k, &slopes);
-        int first, count;
-        layer_slabs(&sample, n, layers, &first, &count);
-        for (int left = shown; left; left &= left - 1) {
-            const int m = LOWEST_BIT(left);
-            LayerSpan layer_span;
-            layer_span.dt = sample_length;
-#ifdef CLIPPED
-            layer_span.interval.from = intervals[m].from - n;
-            layer_span.interval.to = intervals[m].to - n;
+        Lighting lighting[TILE_ROWS];
+        if (sample.light.shading)
+            light_layer(voxels, &view, &shading, &p, &sample, &tile, &layer, visible_patches, k, lighting);
+        composite_layer(&sample, slabs, &layer, table, sample_length, intervals, n, lighting, gathered, counts);
 #endif
-            const struct SampleSource source = {&slopes, m, patch_points(&p, &tile, m, k), {&shading, &sample.field}};
-            intv counts = 0;
-            accumulate_slabs(&sample, slabs, first, count, table, before->sums[m], own->sums[m], after->sums[m], &layer_span, &source,
-                             &gathered[m], &counts);
-            active += lanes_with_rays(&tile, m) ? counts : (intv)(0);
-        }
         open &= ~shown | open_patches(&sample, &tile, gathered, shown);
     }
 
@@ -96,6 +87,9 @@ __kernel void splat_lattice(__global const VOXEL *voxels, VolumeView view, __glo
 #ifdef CLIPPED
     regroup_all((realv *)intervals, sizeof(Interval) / sizeof(realv), tile.bands);
 #endif
+    intv active = 0;
+    for (int n = 0; n < patches; n++)
+        active += lanes_with_rays(&tile, n) ? counts[n] : (intv)(0);
     uint total = sum_lanes(active, VW);
     for (int r = 0; r < tile.rows; r++)
         STORE_RAYS(p, sample, table, &gathered[r], &intervals[r], tile.columns, 1, lattice + (size_t)r * width, total)

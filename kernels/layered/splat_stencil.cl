@@ -27,7 +27,8 @@ typedef struct {
 static inline PhaseTile make_phase_tile(const SplatLatticeParams *p, int id, __global const LayerOffset *offsets_u,
                                         __global const LayerOffset *offsets_v, __global const float *weights) {
     PhaseTile tile = {offsets_u, offsets_v, weights, id % p->tiles_u * VW, id / p->tiles_u * TILE_ROWS};
-    tile.columns = min(VW, p->columns_u * p->per_voxel_u - tile.column), tile.rows = min(TILE_ROWS, p->columns_v * p->per_voxel_v - tile.row);
+    tile.columns = min(VW, p->columns_u * p->per_voxel_u - tile.column);
+    tile.rows = min(TILE_ROWS, p->columns_v * p->per_voxel_v - tile.row);
     tile.bands = (tile.rows + PATCH_ROWS - 1) / PATCH_ROWS;
     tile.phase_u = tile.column % p->per_voxel_u, tile.voxel_u = tile.column / p->per_voxel_u;
     return tile;
@@ -70,7 +71,8 @@ static inline TapColumns tap_columns(const SplatLatticeParams *p, const PhaseTil
     c.offset = below - before;
     const int *taps = (const int *)&c.offset;
     c.first = taps[0];
-    c.vectors = (taps[VW - 1] + c.taps - c.first + VW - 1) / VW;
+    // One, or all that there can be: a constant number.
+    c.vectors = taps[VW - 1] + c.taps - c.first <= VW ? 1 : SPAN_VECTORS;
     c.offset -= c.first;
     return c;
 }
@@ -91,8 +93,10 @@ ALWAYS_INLINE void spread_rows(__global const VOXEL *voxels, const VolumeView *v
         float span[SPAN_VECTORS * VW];
         if (inside) {
 #pragma unroll
-            for (int i = 0; i < vectors * VW; i += VW)
-                STOREV(span + i, differs ? VOXEL_DIFFERENCES(view, row + next + i, row - next + i) : VOXEL_VALUES(view, LOAD_VOXELS(row + i)));
+            for (int i = 0; i < SPAN_VECTORS * VW; i += VW)
+                if (i < vectors * VW)
+                    STOREV(span + i, differs ? VOXEL_DIFFERENCES(view, row + next + i, row - next + i)
+                                             : VOXEL_VALUES(view, LOAD_VOXELS(row + i)));
         } else {
             load_row(voxels, view, c->first + step.u, j + step.v, k + step.a, vectors, span);
             if (differs) {
@@ -166,7 +170,7 @@ static inline void splat_bands(__global const VOXEL *voxels, const VolumeView *v
         if (c.vectors == 1)
             spread_rows(voxels, view, &c, v0, voxel_rows, k, step, 1, true, spread);
         else
-            spread_rows(voxels, view, &c, v0, voxel_rows, k, step, c.vectors, true, spread);
+            spread_rows(voxels, view, &c, v0, voxel_rows, k, step, SPAN_VECTORS, true, spread);
     } else {
         spread_rows(voxels, view, &c, v0, voxel_rows, k, step, c.vectors, false, spread);
     }
