@@ -24,6 +24,15 @@ static inline float next_knot(float p, float s, float z) {
     return next;
 }
 
+// The next z at which p + s z is a whole number.
+static inline float next_cell(float p, float s, float z) {
+    const float at = p + s * z;
+    float knot = ((s > 0.0f ? floor(at) + 1.0f : ceil(at) - 1.0f) - p) / s;
+    if (knot < z + 1e-6f)
+        knot += 1.0f / fabs(s);
+    return knot;
+}
+
 static inline float footprint(float x, float y, float s_u, float s_v) {
     float sum = 0.0f;
     for (float z = -1.0f; z < 1.0f;) {

@@ -1,51 +1,49 @@
-// A tile of lattice samples of one phase of a parallel view: its splat sums, its samples, and where they are (splat_stencil.cl).
+// A tile of consecutive samples of a parallel view in patches: its splat sums and its samples (splat_stencil.cl).
 //
-// The work-item of a tile keeps the splat sums of three layers, in rows that can be visible, and computes gradients in visible rows only.
+// The work-item of a tile keeps the splat sums of three layers, in patches that can be visible, and computes gradients in visible patches
+// only.
 
 #include "layered/splat_stencil.cl"
 #include "layered/splat_gradient.cl"
 #include "layered/visible_layers.cl"
 #include "shared/sample.cl"
-#include "shared/bit_sets.cl"
 
-// A tile of one phase: the offsets of the phase in all layers, its weights, and the first sample.
+// Splat sums of a layer under a tile.
 typedef struct {
-    __global const LayerOffset *offsets_u, *offsets_v;
-    __global const float *weights;
-    int phase_u, phase_v, column, row;
-} PhaseTile;
-
-// Splat sums of layer k, or of differences, in `rows` rows of a tile starting with row `first`.
-static inline void splat_tile(__global const VOXEL *voxels, const VolumeView *view, const SplatLatticeParams *p, const PhaseTile *tile,
-                              int first, int rows, int k, Step step, float *sums) {
-    const int index = clamp(k, -1, view->dims_a) + 1;
-    const size_t phase = ((size_t)index * p->per_voxel_v + tile->phase_v) * p->per_voxel_u + tile->phase_u;
-    splat_rows(voxels, view, p, tile->offsets_u[index * p->per_voxel_u + tile->phase_u],
-               tile->offsets_v[index * p->per_voxel_v + tile->phase_v], tile->weights + phase * 16, tile->column, tile->row + first, rows,
-               k, step, sums);
-}
-
-// Splat sums of a layer in the rows of a tile, with one more on each side.
-#define SUM_ROWS (TILE_ROWS + 2)
-typedef struct {
-    int index, first, last; // layer, and range of rows within -1 ... TILE_ROWS
-    float sums[SUM_ROWS * TILE_COLUMNS];
+    int index, summed; // layer, and patches with a known sum
+    realv sums[TILE_ROWS];
 } SplatLayer;
 
-#define SUM_ROW(layer, row) ((layer)->sums + ((row) + 1) * TILE_COLUMNS)
-
-// Computes rows of a layer unless they are present.
-static inline void ensure_rows(__global const VOXEL *voxels, const VolumeView *view, const SplatLatticeParams *p, const PhaseTile *tile,
-                               int first, int last, int k, SplatLayer *layer) {
-    if (layer->index == k && first >= layer->first && last <= layer->last)
+// Computes the missing ones of some patches of a layer: all bands from the first to the last that lacks one.
+static inline void ensure_sums(__global const VOXEL *voxels, const VolumeView *view, const SplatLatticeParams *p, const PhaseTile *tile,
+                               int patches, int k, SplatLayer *layer) {
+    if (layer->index != k)
+        layer->index = k, layer->summed = 0;
+    patches &= ~layer->summed;
+    if (!patches)
         return;
-    layer->index = k, layer->first = first, layer->last = last;
-    splat_tile(voxels, view, p, tile, first, last - first + 1, k, (Step){0, 0}, SUM_ROW(layer, first));
+    layer->summed |= patches;
+    splat_bands(voxels, view, p, tile, LOWEST_BIT(patches) / PATCH_ROWS, HIGHEST_BIT(patches) / PATCH_ROWS, k, (Step){0, 0, 0},
+                layer->sums);
 }
 
-// Splat sums at the current samples, with neighbours one row apart, and of differences along u and the layer axis.
+// Differences of splat sums along the axes, in patches.
+typedef struct {
+    realv along_u[TILE_ROWS], along_v[TILE_ROWS], along_a[TILE_ROWS];
+} SplatSlopes;
+
+static inline void splat_slopes(__global const VOXEL *voxels, const VolumeView *view, const SplatLatticeParams *p, const PhaseTile *tile,
+                                int patches, int k, SplatSlopes *slopes) {
+    const int first = LOWEST_BIT(patches) / PATCH_ROWS, last = HIGHEST_BIT(patches) / PATCH_ROWS;
+    splat_bands(voxels, view, p, tile, first, last, k, (Step){1, 0, 0}, slopes->along_u);
+    splat_bands(voxels, view, p, tile, first, last, k, (Step){0, 1, 0}, slopes->along_v);
+    splat_bands(voxels, view, p, tile, first, last, k, (Step){0, 0, 1}, slopes->along_a);
+}
+
+// Differences of splat sums, or the source of smoothed gradients, at the samples of a patch.
 struct SampleSource {
-    const float *own, *along_u, *across;
+    const SplatSlopes *slopes;
+    int patch;
     Point point;
     SmoothedGradients smoothed;
 };
@@ -57,50 +55,78 @@ static inline Point sample_point(const struct SampleSource *s) { return s->point
 // Exactly the splatted central differences.
 static inline Gradient sample_gradient(const struct SampleSource *s) {
 #if SPLATS_GRADIENTS
-    const Gradient gradient = {0.5f * LOADV(s->along_u), 0.5f * (LOADV(s->own + TILE_COLUMNS) - LOADV(s->own - TILE_COLUMNS)),
-                               0.5f * LOADV(s->across)};
+    const Gradient gradient = {0.5f * s->slopes->along_u[s->patch], 0.5f * s->slopes->along_v[s->patch],
+                               0.5f * s->slopes->along_a[s->patch]};
     return gradient;
 #else
     return smoothed_gradient(&s->smoothed, s->point);
 #endif
 }
 
-// Positions of VW samples of a tile in layer k, starting at (column, row) of the tile.
-static inline Point phase_points(const VolumeView *view, const SplatLatticeParams *p, const PhaseTile *tile, int column, int row, int k) {
-    const LayerOffset u = tile->offsets_u[(k + 1) * p->per_voxel_u + tile->phase_u];
-    const LayerOffset v = tile->offsets_v[(k + 1) * p->per_voxel_v + tile->phase_v];
-    const Point point = {CONVERT_REALV(LANES + (u.base + tile->column + column)) + u.fraction,
-                         (realv)(v.base + tile->row + row + v.fraction), (realv)(k)};
+// Positions of the samples of a patch in layer k.
+static inline Point patch_points(const SplatLatticeParams *p, const PhaseTile *tile, int patch, int k) {
+    intv below;
+    realv fraction;
+    column_offsets(p, tile, k + 1, &below, &fraction);
+    realv u[PATCH_ROWS], v[PATCH_ROWS];
+    for (int i = 0; i < PATCH_ROWS; i++) {
+        const LayerOffset offset = row_offset(p, tile, k + 1, patch / PATCH_ROWS * PATCH_ROWS + i);
+        u[i] = CONVERT_REALV(below) + fraction, v[i] = (realv)(offset.base + offset.fraction);
+    }
+    regroup(u), regroup(v);
+    const Point point = {u[patch % PATCH_ROWS], v[patch % PATCH_ROWS], (realv)(k)};
     return point;
 }
 
+// Lanes of a patch that have a ray: none beyond the lattice.
+static inline intv lanes_with_rays(const PhaseTile *tile, int patch) {
+    return patch_columns(patch) < tile->columns && patch_sample_rows(patch) < tile->rows;
+}
+
 #ifdef CLIPPED
-// Clip interval of VW samples starting at (column, row), in layers from the first one along the rays. `u`, `v`: offsets of the phase in
-// layer -1.
-static inline Interval clip_phase_samples(const VolumeView *view, const SplatLatticeParams *p, const Clipping *clip, LayerOffset u,
-                                          LayerOffset v, int column, int row) {
+// Clip interval of the samples of a patch, in layers from the first one along the rays.
+static inline Interval clip_patch(const VolumeView *view, const SplatLatticeParams *p, const Clipping *clip, const PhaseTile *tile,
+                                  int patch) {
     const float first = p->layer_step > 0 ? -1.0f : view->dims_a, layers = first + 1.0f;
-    const realv origin[3] = {CONVERT_REALV(LANES + (u.base + column)) + (u.fraction + layers * p->shear_u),
-                             (realv)(v.base + row + (v.fraction + layers * p->shear_v)), (realv)(first)};
+    const Point point = patch_points(p, tile, patch, -1);
+    const realv origin[3] = {point.u + layers * p->shear_u, point.v + layers * p->shear_v, (realv)(first)};
     const realv direction[3] = {(realv)(p->layer_step * p->shear_u), (realv)(p->layer_step * p->shear_v), (realv)(p->layer_step)};
     return clip_rays(clip, origin, direction, -INFINITY);
 }
 #endif
 
-// The subset of rows that further samples can still change.
-static inline int open_rows(const SampleParams *p, const Accumulator *gathered, int rows, int columns) {
+// Rays of a tile, from layer -1.
+static inline Beam phase_beam(const SplatLatticeParams *p, const PhaseTile *tile) {
+    __global const LayerOffset *first_u = tile->offsets_u + tile->phase_u, *last_u = first_u + tile->columns - 1;
+    const LayerOffset first_v = row_offset(p, tile, 0, 0), last_v = row_offset(p, tile, 0, tile->rows - 1);
+    const float4 crossing = {tile->voxel_u + first_u->base + first_u->fraction, first_v.base + first_v.fraction,
+                             tile->voxel_u + last_u->base + last_u->fraction, last_v.base + last_v.fraction};
+    const Beam beam = {crossing, (float4)(p->shear_u, p->shear_v, p->shear_u, p->shear_v)};
+    return beam;
+}
+
+// Patches in some rows of a tile, from the first to the last.
+static inline int patches_in_rows(int2 rows) {
+    return rows.x > rows.y ? 0 : LOW_BITS(rows.y / PATCH_ROWS * PATCH_ROWS + PATCH_ROWS) & ~LOW_BITS(rows.x / PATCH_ROWS * PATCH_ROWS);
+}
+
+// The subset of patches that further samples can still change.
+static inline int open_patches(const SampleParams *p, const PhaseTile *tile, const Accumulator *gathered, int patches) {
     int open = 0;
-    for (int left = rows; left; left &= left - 1) {
-        const int r = LOWEST_BIT(left);
-        bool any = false;
-        for (int c = 0; c < TILE_VECTORS; c++)
-            any = any || any_open_lanes(p, &gathered[r * TILE_VECTORS + c], columns - c * VW);
-        open |= any << r;
+    for (int left = patches; left; left &= left - 1) {
+        const int n = LOWEST_BIT(left);
+        open |= (ANY(lanes_with_rays(tile, n) && open_rays(p, &gathered[n])) ? 1 : 0) << n;
     }
     return open;
 }
 
-// Index, in the lattice, of a sample of a phase.
-static inline size_t lattice_index(const SplatLatticeParams *p, int phase_u, int phase_v, int column, int row) {
-    return ((size_t)row * p->per_voxel_v + phase_v) * (p->columns_u * p->per_voxel_u) + (size_t)column * p->per_voxel_u + phase_u;
+// The subset of patches in which any sample of a layer can be visible.
+static inline int contributing_patches(const SampleParams *p, const SplatLayer *before, const SplatLayer *own, const SplatLayer *after,
+                                       int patches) {
+    int shown = 0;
+    for (int left = patches; left; left &= left - 1) {
+        const int n = LOWEST_BIT(left);
+        shown |= (layer_may_contribute(p, before->sums[n], own->sums[n], after->sums[n]) ? 1 : 0) << n;
+    }
+    return shown;
 }

@@ -6,15 +6,6 @@
 #include "layered/footprint.cl"
 #include "shared/volume.cl"
 
-// The next z at which p + s z is a whole number.
-static inline float next_cell(float p, float s, float z) {
-    const float at = p + s * z;
-    float knot = ((s > 0.0f ? floor(at) + 1.0f : ceil(at) - 1.0f) - p) / s;
-    if (knot < z + 1e-6f)
-        knot += 1.0f / fabs(s);
-    return knot;
-}
-
 static inline float exact_splat_sum(__global const VOXEL *voxels, const VolumeView *view, int k, float u, float v, float s_u, float s_v) {
     if (IS_OUTSIDE(k, view))
         return view->background;

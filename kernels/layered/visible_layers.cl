@@ -39,3 +39,9 @@ static inline int2 visible_rows(__global const uchar *visible, int blocks_u, int
     const float2 over = tile_rows_between(ends, v, rows > 1 ? (last_v - v) / (rows - 1) : 1.0f);
     return (int2)(CLAMP(over.x, 0.0f, (float)rows), CLAMP(over.y, -1.0f, rows - 1.0f));
 }
+
+// Layers behind k that are in the same chunk.
+static inline int layers_left_in_chunk(int k, int layer_step) {
+    const int place = max(k, 0) & 7;
+    return layer_step > 0 ? 7 - place : place;
+}

@@ -117,8 +117,7 @@ static inline bool is_empty_under(__global const float4 *lattice, __global const
     bool active = false;
     for (int j = top / p->tile_rows; j <= bottom / p->tile_rows; j++)
         for (int i = first / p->tile_columns; i <= last / p->tile_columns; i++)
-            for (int n = 0; n < p->counts; n++)
-                active |= active_samples[(j * tiles_u + i) * p->counts + n] != 0;
+            active |= active_samples[j * tiles_u + i] != 0;
     if (!active || (last - first) * (bottom - top) > BLOCK_COLUMNS * BLOCK_ROWS)
         return !active;
     // Fewer samples than pixels: tiles are large on the screen, and testing each sample is worthwhile.

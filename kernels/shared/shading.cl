@@ -4,10 +4,12 @@
 #include "shared/light_volume.cl"
 #include "shared/point.cl"
 
-// The table entry nearest to a value.
+// Position of a value in the table, whose n-th entry covers n to n + 1; and the entry.
+static inline realv table_position(const SampleParams *p, realv value) {
+    return (value - p->classification.table_first) * p->classification.table_per_value + 0.5f;
+}
 static inline intv table_index(const SampleParams *p, realv value) {
-    const realv x = (value - p->classification.table_first) * p->classification.table_per_value + 0.5f;
-    return CONVERT_INTV(CLAMP(x, (realv)(0.0f), (realv)(p->classification.table_last)));
+    return CONVERT_INTV(CLAMP(table_position(p, value), (realv)(0.0f), (realv)(p->classification.table_last)));
 }
 
 // COLORED_LIGHTS: lights have colours, so red, green and blue are lit apart. Otherwise one factor and one highlight serve all three.

@@ -142,6 +142,16 @@ static inline realv inverse_sqrt(realv x) {
 // Element index[i] of a row of `vectors` (1 or 2; more without PERMUTE) x VW floats, in lane i.
 #ifdef PERMUTE
 #define PICK(row, vectors, index) PERMUTE(LOADV(row), LOADV((row) + ((vectors) - 1) * VW), index)
+#elif VW == 8 && defined(__AVX2__)
+// AVX2 selects any of eight floats for each lane in one instruction.
+#define PICK(row, vectors, index) (pick_lanes(row, vectors, index))
+static inline realv pick_lanes(const float *row, int vectors, intv index) {
+    const realv low = __builtin_ia32_permvarsf256(LOADV(row), index);
+    if (vectors == 1)
+        return low;
+    const realv middle = index < VW ? low : __builtin_ia32_permvarsf256(LOADV(row + VW), index);
+    return vectors == 2 ? middle : index < 2 * VW ? middle : __builtin_ia32_permvarsf256(LOADV(row + 2 * VW), index);
+}
 #else
 #define PICK(row, vectors, index) GATHER(row, index)
 #endif

@@ -56,7 +56,7 @@ fn text(ListedDevice { device: d, check }: &ListedDevice) -> String {
         mib(d.memory_bytes),
         mib(d.largest_buffer_bytes),
         t.vector_width,
-        t.vector_width * t.tile_vectors,
+        t.vector_width,
         t.tile_rows,
         t.tile_group,
         if t.event_times { "events" } else { "the wall clock" },

@@ -97,7 +97,7 @@ fn sheets() -> Settings {
 }
 
 /// The parameters in the order of tuning: those that others depend on come first.
-const KNOBS: [Knob; 12] = [
+const KNOBS: [Knob; 11] = [
     Knob { name: "vector_width", values: |t| each([16, 8, 4, 1], |n| Tuning { vector_width: n, ..t }), frames: layers },
     Knob { name: "tile_group", values: |t| each([1, 8, 32, 64], |n| Tuning { tile_group: n as usize, ..t }), frames: layers },
     Knob { name: "point_tile_rows", values: |t| each([2, 4, 8, 16, 24], |n| Tuning { point_tile_rows: n, ..t }), frames: layers },
@@ -106,7 +106,6 @@ const KNOBS: [Knob; 12] = [
     Knob { name: "sample_tile", values: sample_tiles, frames: layers },
     Knob { name: "block", values: blocks, frames: layers },
     Knob { name: "tile_rows", values: |t| each([2, 4, 8, 16], |n| Tuning { tile_rows: n, ..t }), frames: splats },
-    Knob { name: "tile_vectors", values: |t| each([1, 2, 4], |n| Tuning { tile_vectors: n, ..t }), frames: splats },
     Knob { name: "screen_tile_rows", values: |t| each([4, 8, 16, 24], |n| Tuning { screen_tile_rows: n, ..t }), frames: rays },
     Knob {
         name: "pixel_group",

@@ -288,7 +288,7 @@ mod tests {
         assert_eq!(*device.with_tuning(Tuning { vector_width: 4, ..own }).unwrap().tuning(), Tuning { vector_width: 4, ..own });
         for wrong in [
             Tuning { vector_width: 3, ..own },
-            Tuning { tile_vectors: 0, ..own },
+            Tuning { tile_rows: 0, ..own },
             Tuning { point_tile_rows: 31, ..own },
             Tuning { sample_tile: [12, 8], ..own },
             Tuning { sample_tile: [8, 0], ..own },

@@ -22,6 +22,7 @@ kernel_files!(
     "layered/footprint_set.cl",
     "layered/footprints.cl",
     "layered/patches.cl",
+    "layered/phase_slabs.cl",
     "layered/phase_tile.cl",
     "layered/pixel_ray.cl",
     "layered/point_direct.cl",

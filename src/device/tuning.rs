@@ -42,8 +42,6 @@ const PATCH: [u32; 2] = [8, 4];
 pub struct Tuning {
     /// Vector lanes in the lattice kernels: 16, 8, 4 or 1.
     pub vector_width: u32,
-    /// Vectors per tile along u in the lattice of a parallel view, 1 to 30.
-    pub tile_vectors: u32,
     /// Rows per tile in lattices of splatted layers, 1 to 30.
     pub tile_rows: u32,
     /// Rows per tile in lattices of point-sampled layers, 1 to 30.
@@ -87,7 +85,6 @@ impl Tuning {
             // but is fastest with 16. So narrower vectors are used only if the native width is 4 or 8.
             DeviceKind::Cpu | DeviceKind::Other => Self {
                 vector_width: if matches!(native_width, 4 | 8) { native_width } else { 16 },
-                tile_vectors: if matches!(native_width, 4) { 4 } else { 1 },
                 // Perspective views take 0.75 to 0.9 of the time with 8 rows.
                 tile_rows: 16,
                 // Each tile resamples three more voxel rows than it has samples. `engine` takes 8.4 ms with 12 rows, 8.1 with 16
@@ -112,7 +109,6 @@ impl Tuning {
             // vectors of 4, and needs 60 to 125 with scalars (scripts/gpu-static).
             DeviceKind::Gpu => Self {
                 vector_width: 1,
-                tile_vectors: 1,
                 tile_rows: 1,
                 point_tile_rows: 1,
                 lattice_schedule: LatticeSchedule::Samples,
@@ -147,11 +143,6 @@ impl Tuning {
         if self.vector_width == 1 { 1 } else { 64 / voxel_type.bytes() }
     }
 
-    /// Samples along u per tile of a parallel view.
-    pub(crate) fn tile_columns(&self) -> u32 {
-        self.vector_width * self.tile_vectors
-    }
-
     /// Rejects values with which kernels cannot be built or launched.
     pub(super) fn check(&self) -> Result<(), Error> {
         let reject =
@@ -159,9 +150,9 @@ impl Tuning {
         if !matches!(self.vector_width, 1 | 4 | 8 | 16) {
             return reject("vector width", &self.vector_width, "1, 4, 8 or 16");
         }
-        for rows in [self.tile_rows, self.point_tile_rows, self.screen_tile_rows, self.tile_vectors, self.list_tiles] {
+        for rows in [self.tile_rows, self.point_tile_rows, self.screen_tile_rows, self.list_tiles] {
             if !(1..=MAX_TILE_ROWS).contains(&rows) {
-                return reject("tile size", &rows, "1 to 30 rows, vectors or tiles");
+                return reject("tile size", &rows, "1 to 30 rows or tiles");
             }
         }
         if (0..2).any(|i| self.sample_tile[i] == 0 || !self.sample_tile[i].is_multiple_of(PATCH[i])) {

@@ -104,7 +104,6 @@ impl WarpInputs<'_> {
             frame: [viewport.width as i32, viewport.height as i32],
             forward: lattice.forward() as f32,
             tile: tiles.size.map(|n| n as i32),
-            counts: tiles.counts as i32,
             share: share.share as f32,
             added: i32::from(share.added),
             displayed: 0,

@@ -5,7 +5,7 @@ use super::picture::FRAME;
 use crate::device::launch::structs::Float4;
 use crate::device::{Buffer, Device, LatticeSchedule, Tuning};
 use crate::error::Error;
-use crate::layers::{Lattice, Phases};
+use crate::layers::Lattice;
 use crate::memory;
 use crate::viewport::Viewport;
 use std::sync::Arc;
@@ -13,20 +13,17 @@ use std::sync::Arc;
 /// Division of samples into tiles.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Tiles {
-    /// Samples per tile along both axes. Phases interleave, so with phases this is the area that one tile of each phase covers
-    /// together.
+    /// Samples per tile along both axes.
     pub size: [u32; 2],
     /// Number of tiles along both axes.
     pub numbers: [u32; 2],
-    /// Number of counts per tile.
-    pub counts: u32,
     /// Number of tiles that are rendered one after another where they are in one row.
     run: u32,
 }
 
 impl Tiles {
     fn new(samples: [u32; 2], size: [u32; 2]) -> Self {
-        Self { size, numbers: [0, 1].map(|i| samples[i].div_ceil(size[i])), counts: 1, run: 1 }
+        Self { size, numbers: [0, 1].map(|i| samples[i].div_ceil(size[i])), run: 1 }
     }
 
     /// Tiles of a lattice with point-sampled layers.
@@ -39,7 +36,7 @@ impl Tiles {
         Self { run: tuning.tile_run, ..Self::new(lattice.size, [tuning.vector_width, tuning.point_tile_rows]) }
     }
 
-    /// Tiles of a lattice with splatted layers that is not rendered in phases.
+    /// Tiles of a lattice with splatted layers.
     pub fn for_splats(lattice: &Lattice, tuning: &Tuning) -> Self {
         Self::for_rays(lattice, tuning.tile_rows, tuning)
     }
@@ -57,13 +54,6 @@ impl Tiles {
         Self { run: tuning.tile_run, ..Self::new(lattice.size, size) }
     }
 
-    /// Tiles of a lattice rendered in phases. The tile of each phase has its own count.
-    pub fn for_phases(phases: Phases, tuning: &Tuning) -> Self {
-        let [m_u, m_v] = phases.samples_per_voxel;
-        let size = [tuning.tile_columns(), tuning.tile_rows];
-        Self { size: [size[0] * m_u, size[1] * m_v], counts: m_u * m_v, ..Self::new(phases.columns, size) }
-    }
-
     /// Tiles of the screen.
     pub fn for_screen(viewport: Viewport, tuning: &Tuning) -> Self {
         Self::new([viewport.width, viewport.height], [tuning.vector_width, tuning.screen_tile_rows])
@@ -79,9 +69,9 @@ impl Tiles {
         Self::new([viewport.width, viewport.height], [1; 2])
     }
 
-    /// Total number of counts.
-    pub fn all_counts(self) -> usize {
-        self.numbers[0] as usize * self.numbers[1] as usize * self.counts as usize
+    /// Total number of tiles.
+    pub fn count(self) -> usize {
+        self.numbers[0] as usize * self.numbers[1] as usize
     }
 
     /// Tiles of a run, and how many runs farther the next one lies in the picture. Steps of about a golden section of all runs spread any
@@ -114,7 +104,7 @@ const SAMPLE_COUNTS: Slot<u32> = Slot::new("the sample counts");
 /// Declares a render target with this number of samples.
 pub(super) fn declare_target(samples: usize, tiles: Tiles, resources: &mut Resources) {
     resources.frame(&SAMPLES, samples);
-    resources.frame(&SAMPLE_COUNTS, tiles.all_counts());
+    resources.frame(&SAMPLE_COUNTS, tiles.count());
 }
 
 /// Render target: RGBA samples, the counts of those with opacity, and the other buffers that frames write.
@@ -150,7 +140,7 @@ impl Target {
     pub fn with_samples(device: &Device, samples: &[[f32; 4]], tiles: Tiles) -> Result<Self, Error> {
         let mut target = Self { tiles, ..Self::default() };
         target.fill(device, samples)?;
-        target.arena.fill(device, &SAMPLE_COUNTS, &vec![1; tiles.all_counts()])?;
+        target.arena.fill(device, &SAMPLE_COUNTS, &vec![1; tiles.count()])?;
         Ok(target)
     }
 
@@ -166,7 +156,7 @@ impl Target {
 
     /// Number of samples with opacity in the output of the last pass.
     pub fn count_active(&self, device: &Device) -> Result<u64, Error> {
-        let mut counts = vec![0; self.tiles.all_counts()];
+        let mut counts = vec![0; self.tiles.count()];
         self.arena.get(&SAMPLE_COUNTS).read(device, &mut counts)?;
         Ok(counts.iter().map(|&c| u64::from(c)).sum())
     }

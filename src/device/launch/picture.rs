@@ -34,7 +34,7 @@ kernel! {
     Warp = "picture/warp.cl", warp, "warp";
     WarpArguments<'a> {
         lattice: &'a Buffer<Float4>,
-        /// `params.counts` per tile.
+        /// One per tile.
         active_samples: &'a Buffer<u32>,
         p: WarpParams,
         /// (r, g, b, 1), or zeros for a transparent picture. Unused for float frames.

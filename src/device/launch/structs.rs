@@ -380,8 +380,6 @@ kernel_struct! {
         forward: f32,
         /// Samples of a tile.
         tile as [tile_columns, tile_rows]: i32,
-        /// Of active samples, per tile.
-        counts: i32,
         /// Places per pixel and axis: more than 1 where a pixel covers more than a voxel.
         filter: i32,
         /// The lattice's lines of one u (1), or of one v (2), stand upright on the screen: are seen in one column of it each.

@@ -68,10 +68,11 @@ pub(in crate::renderer) fn declare_lattice(
         (LatticeSchedule::Tiles, None) => resources.host(&NODES, quadrature_nodes().len()),
         (LatticeSchedule::Tiles, Some(Phases { samples_per_voxel, .. })) => {
             let layers = lattice.dims[2] + 2;
-            let [m_u, m_v] = samples_per_voxel.map(|m| m as usize);
-            resources.frame(&WEIGHTS, layers * m_u * m_v * kernels::Footprints::WEIGHTS);
+            let columns = kernels::Footprints::columns(samples_per_voxel[0], declaring.tuning);
+            let rows = samples_per_voxel[1] as usize;
+            resources.frame(&WEIGHTS, layers * rows * columns * kernels::Footprints::WEIGHTS);
             resources.frame(&OPACITY_TABLE, declaring.tables.entries(Kernel::Cubic));
-            OFFSETS.iter().zip([m_u, m_v]).for_each(|(slot, m)| resources.host(slot, layers * m));
+            OFFSETS.iter().zip([columns, rows]).for_each(|(slot, offsets)| resources.host(slot, layers * offsets));
         }
     }
 }
@@ -84,8 +85,7 @@ fn schedule(is_tiled: bool, tuning: &Tuning) -> LatticeSchedule {
 /// Tiles of a lattice.
 fn tiles(is_tiled: bool, lattice: &Lattice, tuning: &Tuning) -> Tiles {
     match (schedule(is_tiled, tuning), lattice.phases) {
-        (LatticeSchedule::Tiles, Some(phases)) => Tiles::for_phases(phases, tuning),
-        (LatticeSchedule::Tiles, None) => Tiles::for_tiled_splats(lattice, tuning),
+        (LatticeSchedule::Tiles, _) => Tiles::for_tiled_splats(lattice, tuning),
         (LatticeSchedule::Samples, _) => Tiles::for_splats(lattice, tuning),
     }
 }
@@ -155,10 +155,9 @@ impl SplatLayers {
     ) -> Result<PhaseWeights, Error> {
         let per_voxel = phases.samples_per_voxel.map(|m| m as i32);
         let shear = lattice.shear().map(|s| s as f32);
-        let offsets = [0, 1].map(|i| -> Vec<LayerOffset> {
-            let offset = |o: &crate::layers::LayerOffset| LayerOffset { base: o.base, fraction: o.fraction };
-            lattice.offsets(phases, i).iter().map(offset).collect()
-        });
+        let columns = kernels::Footprints::columns(phases.samples_per_voxel[0], device.tuning());
+        let offsets = [columns, phases.samples_per_voxel[1] as usize];
+        let offsets = [0, 1].map(|i| layer_offsets(lattice, phases, i, offsets[i]));
         let offsets_u = target.arena.fill(device, &OFFSETS[0], &offsets[0])?;
         let offsets_v = target.arena.fill(device, &OFFSETS[1], &offsets[1])?;
         let weights = target.arena.get(&WEIGHTS);
@@ -169,6 +168,7 @@ impl SplatLayers {
             shear_v: shear[1],
             per_voxel_u: per_voxel[0],
             per_voxel_v: per_voxel[1],
+            columns: columns as i32,
             layers: lattice.dims[2] as i32 + 2,
             weights: &weights,
         };
@@ -415,6 +415,16 @@ impl SplatInputs {
 fn nodes(device: &Device, target: &mut Target) -> Result<Arc<Buffer<[f32; 2]>>, Error> {
     let nodes = quadrature_nodes().map(|n| [n.z as f32, n.weight as f32]);
     target.arena.fill(device, &NODES, &nodes)
+}
+
+/// Offsets of the first columns (`i` = 0) or rows (1) of a lattice in phases, `count` for each layer.
+fn layer_offsets(lattice: &Lattice, phases: Phases, i: usize, count: usize) -> Vec<LayerOffset> {
+    let m = phases.samples_per_voxel[i] as usize;
+    let of_layer = |layer: &[crate::layers::LayerOffset]| -> Vec<LayerOffset> {
+        let offset = |n: usize| LayerOffset { base: layer[n % m].base + (n / m) as i32, fraction: layer[n % m].fraction };
+        (0..count).map(offset).collect()
+    };
+    lattice.offsets(phases, i).chunks(m).flat_map(of_layer).collect()
 }
 
 /// Number of sub-slabs that the kernels read.

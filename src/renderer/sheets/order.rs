@@ -85,7 +85,7 @@ impl SplatOrder {
 
         let tiles = Tiles::for_lists(from.viewport, device.tuning());
         let [tiles_u, tiles_v] = tiles.for_kernels();
-        let tiles = tiles.all_counts();
+        let tiles = tiles.count();
         let ends = arena.counted(device, &TILE_ENDS, chunks * tiles)?;
         let mut entries = 1;
         for pass in [Pass::Count, Pass::Fill] {

@@ -39,11 +39,11 @@ impl Launch for ChannelSplatLattice {
     const ITEMS: Items = Items::Tiles;
 
     fn defines(tuning: &Tuning, variant: Self::Variant) -> String {
-        channel_defines(tuning, variant).with("TILE_VECTORS", tuning.tile_vectors).0
+        channel_defines(tuning, variant).0
     }
 
     fn items(a: &ChannelSplatLatticeArguments, _: &Tuning) -> usize {
-        tiles(a.p.per_voxel) * tiles(a.p.tiles)
+        tiles(a.p.tiles)
     }
 }
 

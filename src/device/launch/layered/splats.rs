@@ -51,12 +51,11 @@ impl Launch for SplatLattice {
 
     fn defines(tuning: &Tuning, (voxels, rendering): Self::Variant) -> String {
         // Clipped step lengths differ between rays.
-        let defines = splat_defines(tuning, voxels, rendering).with_if(rendering.clipped, "PER_RAY_STEP");
-        defines.with("TILE_VECTORS", tuning.tile_vectors).0
+        splat_defines(tuning, voxels, rendering).with_if(rendering.clipped, "PER_RAY_STEP").0
     }
 
     fn items(a: &SplatLatticeArguments, _: &Tuning) -> usize {
-        tiles(a.p.per_voxel) * tiles(a.p.tiles)
+        tiles(a.p.tiles)
     }
 }
 
@@ -191,23 +190,30 @@ kernel! {
     /// Computes the footprint weights of a lattice in phases.
     Footprints = "layered/footprints.cl", footprints, "footprints";
     FootprintsArguments<'a> {
-        /// Per layer, including the two outer ones, and phase.
+        /// Per layer, including the two outer ones, and column: see [`Footprints::columns`].
         offsets_u: &'a Buffer<LayerOffset>,
+        /// Per layer, including the two outer ones, and phase.
         offsets_v: &'a Buffer<LayerOffset>,
         shear_u: f32,
         shear_v: f32,
         per_voxel_u: i32,
         per_voxel_v: i32,
+        columns: i32,
         /// Number of layers, including the two outer ones.
         layers: i32,
-        /// [`Footprints::WEIGHTS`] weights per layer and phase.
+        /// [`Footprints::WEIGHTS`] weights per layer, phase along v and column.
         weights: &'a Buffer<f32>,
     }
 }
 
 impl Footprints {
-    /// Weights per layer and phase.
+    /// Weights per layer, phase along v and column.
     pub const WEIGHTS: usize = 16;
+
+    /// Columns with offsets and weights in each layer: a vector of samples can begin with any phase.
+    pub fn columns(samples_per_voxel: u32, tuning: &Tuning) -> usize {
+        (samples_per_voxel + tuning.vector_width - 1) as usize
+    }
 }
 
 impl Launch for Footprints {
