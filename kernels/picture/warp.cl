@@ -5,6 +5,7 @@
 
 #include "picture/own_samples.cl"
 #include "picture/upright.cl"
+#include "picture/crossed_columns.cl"
 
 #ifndef BLOCK_ROWS
 #error "BLOCK_ROWS: rows of a block"
@@ -195,6 +196,14 @@ __kernel void warp(__global const float4 *lattice, __global const uint *active_s
                 pixels[i] = own_sample(lattice, &p, left + i + 0.5f, line + 0.5f);
                 i++;
             }
+        } else if (p.crossed_along) {
+#ifdef FOUR_LINES_AT_ONCE
+            for (int i = 0; i < count; i += 4)
+                row[i / 4] = four_between_columns(lattice, &p, left + i + 0.5f, line + 0.5f);
+#else
+            for (int i = 0; i < count; i++)
+                pixels[i] = between_columns(lattice, &p, left + i + 0.5f, line + 0.5f);
+#endif
         } else if (upright) {
 #ifdef FOUR_LINES_AT_ONCE
             upright_row(lattice, &lines, &columns, p.on_pixels, line + 0.5f, row);

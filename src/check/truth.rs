@@ -50,7 +50,13 @@ fn warped(lattice: &Lattice, samples: &[DVec4], rays: &Rays, filter: usize) -> F
                 let column = column.round();
                 sample(lattice, samples, column as i64, (row - lattice.stagger.shift(column.max(0.0) as u32)).round() as i64)
             } else {
-                interpolated(lattice, samples, column, row)
+                match lattice.crossed_along {
+                    Some(axis) => {
+                        let step = from_screen.col(axis);
+                        between_columns(lattice, samples, column, row, step.y / step.x)
+                    }
+                    None => interpolated(lattice, samples, column, row),
+                }
             };
         }
         (sum / (filter * filter) as f64).to_array().map(|c| c as f32)
@@ -64,6 +70,19 @@ fn sample(lattice: &Lattice, samples: &[DVec4], i: i64, j: i64) -> DVec4 {
     let [width, height] = lattice.size.map(i64::from);
     let inside = (0..width).contains(&i) && (0..height).contains(&j);
     if inside { samples[(j * width + i) as usize] } else { DVec4::ZERO }
+}
+
+/// Interpolates the samples of columns that a row of pixels crosses; `slope`: of that row, in rows of the lattice per column.
+fn between_columns(lattice: &Lattice, samples: &[DVec4], column: f64, row: f64, slope: f64) -> DVec4 {
+    let below = column.floor() as i64;
+    let [before, low, high, behind] = [-1, 0, 1, 2].map(|n| {
+        let (i, across) = (below + n, (below + n) as f64 - column);
+        let j = (row + across * slope - lattice.stagger.shift(i.max(0) as u32)).round() as i64;
+        (Kernel::CatmullRom.weight(across), sample(lattice, samples, i, j))
+    });
+    let sum: DVec4 = [before, low, high, behind].into_iter().map(|(weight, sample)| weight * sample).sum();
+    let within = sum.clamp(low.1.min(high.1), low.1.max(high.1));
+    within.min(DVec4::splat(within.w))
 }
 
 /// Interpolates lattice samples by Catmull–Rom, clamped to the range of the four nearest samples; colours are clamped to the opacity.

@@ -55,6 +55,7 @@ kernel_files!(
     "light/light_table.cl",
     "light/ray_sample.cl",
     "picture/catmull_rom.cl",
+    "picture/crossed_columns.cl",
     "picture/display.cl",
     "picture/own_samples.cl",
     "picture/present.cl",

@@ -97,7 +97,7 @@ impl WarpInputs<'_> {
         let Self { lattice, rays, viewport } = self;
         let from_screen = lattice.from_screen(rays);
         let filter = rays.voxels_per_pixel(lattice.frame).ceil().clamp(1.0, MAX_FILTER_TAPS) as i32;
-        let upright = if lattice.is_parallel() && filter == 1 { upright_lines(&from_screen, viewport) } else { None };
+        let upright = if lattice.is_parallel() && filter == 1 && lattice.crossed_along.is_none() { upright_lines(&from_screen, viewport) } else { None };
         WarpParams {
             from_screen: from_screen.transpose().to_cols_array().map(|m| m as f32),
             lattice: lattice.size.map(|n| n as i32),
@@ -111,6 +111,7 @@ impl WarpInputs<'_> {
             upright: upright.map_or(0, |axis| axis as i32 + 1),
             on_pixels: i32::from(upright.is_some_and(|axis| lattice.aligned[axis])),
             for_each_pixel: i32::from(lattice.has_pixels_samples()),
+            crossed_along: lattice.crossed_along.map_or(0, |axis| axis as i32 + 1),
             stagger: [lattice.stagger.first, lattice.stagger.per_column],
             filter,
         }

@@ -385,6 +385,8 @@ kernel_struct! {
         on_pixels: i32,
         /// There is a sample in the middle of each pixel, with this stagger.
         for_each_pixel: i32,
+        /// Or one on each column of the lattice wherever the middle of a row (1) or of a column (2) of pixels crosses it.
+        crossed_along: i32,
         stagger as [first_stagger, stagger_per_column]: u32,
         /// Of this lattice in the picture, in floats.
         share: f32,
