@@ -3,7 +3,7 @@
 // of sixteen.
 
 #include "picture/own_samples.cl"
-#include "picture/upright.cl"
+#include "picture/lines.cl"
 
 // Rows of the lattice per column, along rows (or columns) of pixels.
 static inline float crossing_slope(const WarpParams *p) {

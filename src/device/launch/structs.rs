@@ -379,7 +379,9 @@ kernel_struct! {
         counts: i32,
         /// Places per pixel and axis: more than 1 where a pixel covers more than a voxel.
         filter: i32,
-        /// The lattice's lines of one u (1), or of one v (2), stand upright on the screen: are seen in one column of it each.
+        /// Rows of pixels cross the lattice's lines of one u (1), or of one v (2); 0 where they run too close along both.
+        lines: i32,
+        /// These lines stand upright on the screen: are seen in one column of it each.
         upright: i32,
         /// And there is one in the middle of each column of pixels.
         on_pixels: i32,

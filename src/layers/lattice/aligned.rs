@@ -7,6 +7,7 @@
 //! In any other parallel view, staggered columns have samples where rows (or columns) of pixels cross them: pixels are interpolated along
 //! one axis only, between columns.
 
+use super::density::MOST_CROSSED;
 use super::{Density, MAX_VOXELS_PER_POINT, Sampling};
 use crate::layers::{AxisFrame, Rays};
 use crate::viewport::Viewport;
@@ -70,14 +71,18 @@ pub(super) fn spreads(
         let pixels = 1.0 / steps[i][0].abs().max(steps[i][1].abs());
         Spread { samples_per_voxel: (pixels * beside).clamp(1.0 / MAX_VOXELS_PER_POINT, free[i]), ..alone[i] }
     };
-    if let (&[None, None], Some(beside)) = (&aligned, density.beside_aligned()) {
+    if let (&[None, None], Some(crossed)) = (&aligned, density.crossed()) {
         // From a row (or column) of pixels to the next, along a column of the lattice.
         let along = usize::from(steps[0][1].abs() > steps[0][0].abs());
         let pitch = ((steps[0][0] * steps[1][1] - steps[0][1] * steps[1][0]) / steps[0][along]).abs();
-        let columns = beside_aligned(0, beside);
-        let worth = columns.samples_per_voxel <= free[0] * free[1] * pitch;
+        let columns = crossed / steps[0][along].abs();
+        let samples_per_voxel = columns.clamp(1.0 / MAX_VOXELS_PER_POINT, free[0] * MOST_CROSSED);
+        let worth = samples_per_voxel <= free[0] * free[1] * pitch;
         if worth && pitch <= MAX_VOXELS_PER_POINT {
-            return Spreads { along: [columns, on_pixels(1, pitch)], crossed_along: Some(along) };
+            return Spreads {
+                along: [Spread { samples_per_voxel, ..alone[0] }, on_pixels(1, pitch)],
+                crossed_along: Some(along),
+            };
         }
     }
     let along = [0, 1].map(|i| match (aligned[i], aligned[1 - i], density.beside_aligned()) {
@@ -144,6 +149,36 @@ mod tests {
                 let column = place.x.round() as i64 as u32;
                 let row = place.y - lattice.stagger.shift(column);
                 assert_abs_diff_eq!(row, row.round(), epsilon = 1e-6);
+            }
+        }
+    }
+
+    #[test]
+    fn columns_have_samples_where_pixels_cross_them_in_rolled_views() {
+        for (orbit, crossed) in [
+            (orbit(0.0, 20.0, 30.0), Some(0)),
+            (orbit(30.0, 20.0, 70.0), Some(1)),
+            (orbit(30.0, 60.0, 0.0), Some(0)),
+            (orbit(20.0, 60.0, 20.0), Some(0)),
+            (orbit(30.0, 20.0, 0.0), None),
+        ] {
+            let (lattice, rays) = lattice(orbit, 1.2, Density::Relaxed);
+            let Some(along) = lattice.crossed_along else {
+                assert_eq!(crossed, None, "{orbit:?}");
+                continue;
+            };
+            assert!(crossed.is_some(), "{orbit:?}");
+            let to_lattice = lattice.from_screen(&rays);
+            for (place, column) in [0.5, 31.5, 69.5].into_iter().flat_map(|place| [0, 7, 31].map(|column| (place, column))) {
+                // The point of this row (or column) of pixels on this column of the lattice.
+                let at = |other: f64| {
+                    to_lattice * if along == 0 { DVec3::new(other, place, 1.0) } else { DVec3::new(place, other, 1.0) }
+                };
+                let (start, next) = (at(0.0), at(1.0));
+                let crossing = at((f64::from(column) - start.x) / (next.x - start.x));
+                assert_abs_diff_eq!(crossing.x, f64::from(column), epsilon = 1e-6);
+                let row = crossing.y - lattice.stagger.shift(column);
+                assert_abs_diff_eq!(row, row.round(), epsilon = 1e-5);
             }
         }
     }
