@@ -3,8 +3,9 @@
 // One work-item per block of pixels, numbered row by row. `from_screen` maps pixel coordinates (x, y, 1) to lattice positions (I w, J w,
 // w), with sample centres at whole numbers. Beyond the lattice all is transparent.
 
+#include "picture/crossed_columns.cl"
+#include "picture/lines.cl"
 #include "picture/own_samples.cl"
-#include "picture/upright.cl"
 
 #ifndef BLOCK_ROWS
 #error "BLOCK_ROWS: rows of a block"
@@ -169,14 +170,12 @@ __kernel void warp(__global const float4 *lattice, __global const uint *active_s
                 store_pixel(&p, (float4)(0.0f), background, picture, (size_t)line * p.columns + left + i);
         return;
     }
-    const bool upright = p.upright && !p.for_each_pixel;
+    const bool has_lines = p.lines && !p.for_each_pixel;
     Lines lines;
-    if (upright)
+    if (has_lines)
         lines = make_lines(&p);
 #ifdef FOUR_LINES_AT_ONCE
     ColumnLines columns;
-    if (upright)
-        lines_below(&lines, left, p.on_pixels, &columns);
 #endif
     for (int line = top; line < bottom; line++) {
         float16 row[(BLOCK_COLUMNS + 3) / 4];
@@ -194,12 +193,23 @@ __kernel void warp(__global const float4 *lattice, __global const uint *active_s
                 pixels[i] = own_sample(lattice, &p, left + i + 0.5f, line + 0.5f);
                 i++;
             }
-        } else if (upright) {
+        } else if (p.crossed_along) {
 #ifdef FOUR_LINES_AT_ONCE
-            upright_row(lattice, &lines, &columns, p.on_pixels, line + 0.5f, row);
+            for (int i = 0; i < count; i += 4)
+                row[i / 4] = four_between_columns(lattice, &p, left + i + 0.5f, line + 0.5f);
 #else
             for (int i = 0; i < count; i++)
-                pixels[i] = upright_pixel(lattice, &lines, p.on_pixels, left + i + 0.5f, line + 0.5f);
+                pixels[i] = between_columns(lattice, &p, left + i + 0.5f, line + 0.5f);
+#endif
+        } else if (has_lines) {
+            cross_lines(&p, left + 0.5f, line + 0.5f, &lines);
+#ifdef FOUR_LINES_AT_ONCE
+            if (line == top || !p.upright)
+                lines_below(&lines, left, right, p.on_pixels, &columns);
+            row_between_lines(lattice, &lines, &columns, p.on_pixels, row);
+#else
+            for (int i = 0; i < count; i++)
+                pixels[i] = pixel_between_lines(lattice, &lines, p.on_pixels, left + i + 0.5f);
 #endif
         } else {
             for (int i = 0; i < count; i++)

@@ -5,7 +5,7 @@ use super::pictures::{Picture, SIZE, transfer, volume};
 use crate::image::Frame;
 use crate::layers::{Axis, Kernel, Lattice, Rays};
 use crate::reference::{Integral, Layered, Marched, Sheets};
-use crate::renderer::Plan;
+use crate::renderer::{Plan, lines};
 use glam::{DVec3, DVec4};
 
 /// Computes the reference picture.
@@ -50,7 +50,19 @@ fn warped(lattice: &Lattice, samples: &[DVec4], rays: &Rays, filter: usize) -> F
                 let column = column.round();
                 sample(lattice, samples, column as i64, (row - lattice.stagger.shift(column.max(0.0) as u32)).round() as i64)
             } else {
-                interpolated(lattice, samples, column, row)
+                let lines = if filter == 1 { lines(lattice, rays, SIZE).map(|lines| lines.axis) } else { None };
+                let step = |axis: usize| {
+                    let change = from_screen.col(axis);
+                    [0, 1].map(|i| change[i] - place[i] / place.z * change.z)
+                };
+                match (lattice.crossed_along, lines) {
+                    (Some(axis), _) => {
+                        let [across, along] = step(axis);
+                        between_columns(lattice, samples, column, row, along / across)
+                    }
+                    (None, Some(axis)) => between_lines(lattice, samples, [column, row], step(0), axis),
+                    (None, None) => interpolated(lattice, samples, column, row),
+                }
             };
         }
         (sum / (filter * filter) as f64).to_array().map(|c| c as f32)
@@ -64,6 +76,42 @@ fn sample(lattice: &Lattice, samples: &[DVec4], i: i64, j: i64) -> DVec4 {
     let [width, height] = lattice.size.map(i64::from);
     let inside = (0..width).contains(&i) && (0..height).contains(&j);
     if inside { samples[(j * width + i) as usize] } else { DVec4::ZERO }
+}
+
+/// Interpolates the samples of columns that a row of pixels crosses; `slope`: of that row, in rows of the lattice per column.
+fn between_columns(lattice: &Lattice, samples: &[DVec4], column: f64, row: f64, slope: f64) -> DVec4 {
+    let below = column.floor() as i64;
+    let [before, low, high, behind] = [-1, 0, 1, 2].map(|n| {
+        let (i, across) = (below + n, (below + n) as f64 - column);
+        let j = (row + across * slope - lattice.stagger.shift(i.max(0) as u32)).round() as i64;
+        (Kernel::CatmullRom.weight(across), sample(lattice, samples, i, j))
+    });
+    filtered([before, low, high, behind])
+}
+
+/// Weighted sum of four colours, clamped to the range of the middle two and to its opacity.
+fn filtered(colors: [(f64, DVec4); 4]) -> DVec4 {
+    let sum: DVec4 = colors.into_iter().map(|(weight, color)| weight * color).sum();
+    let [_, (_, low), (_, high), _] = colors;
+    let within = sum.clamp(low.min(high), low.max(high));
+    within.min(DVec4::splat(within.w))
+}
+
+/// Interpolates lines of constant u (`axis` 0) or v (1) where a row of pixels crosses them, then between these. `step`: lattice position from
+/// a pixel to the next of the row.
+fn between_lines(lattice: &Lattice, samples: &[DVec4], place: [f64; 2], step: [f64; 2], axis: usize) -> DVec4 {
+    let slope = step[1 - axis] / step[axis];
+    let below = place[axis].floor();
+    let line = |line: f64| {
+        let at = place[1 - axis] + (line - place[axis]) * slope;
+        let colors = [-1.0, 0.0, 1.0, 2.0].map(|n| {
+            let j = at.floor() + n;
+            let [i, j] = if axis == 0 { [line, j] } else { [j, line] };
+            (Kernel::CatmullRom.weight(at - at.floor() - n), sample(lattice, samples, i as i64, j as i64))
+        });
+        filtered(colors)
+    };
+    filtered([-1.0, 0.0, 1.0, 2.0].map(|n| (Kernel::CatmullRom.weight(place[axis] - below - n), line(below + n))))
 }
 
 /// Interpolates lattice samples by Catmull–Rom, clamped to the range of the four nearest samples; colours are clamped to the opacity.

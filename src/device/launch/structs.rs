@@ -382,12 +382,16 @@ kernel_struct! {
         tile as [tile_columns, tile_rows]: i32,
         /// Places per pixel and axis: more than 1 where a pixel covers more than a voxel.
         filter: i32,
-        /// The lattice's lines of one u (1), or of one v (2), stand upright on the screen: are seen in one column of it each.
+        /// Rows of pixels cross the lattice's lines of one u (1), or of one v (2); 0 where they run too close along both.
+        lines: i32,
+        /// These lines stand upright on the screen: are seen in one column of it each.
         upright: i32,
         /// And there is one in the middle of each column of pixels.
         on_pixels: i32,
         /// There is a sample in the middle of each pixel, with this stagger.
         for_each_pixel: i32,
+        /// Or one on each column of the lattice wherever the middle of a row (1) or of a column (2) of pixels crosses it.
+        crossed_along: i32,
         stagger as [first_stagger, stagger_per_column]: u32,
         /// Of this lattice in the picture, in floats.
         share: f32,

@@ -3,7 +3,11 @@
 //! If a row or a column of pixels crosses all layers along one lattice axis, samples can coincide with pixels along the other. This holds
 //! for views that are not rolled about a volume axis. If that other axis is u, staggered columns align both axes. Aligned samples need no
 //! interpolation, so one sample per pixel is exact.
+//!
+//! In any other parallel view, staggered columns have samples where rows (or columns) of pixels cross them: pixels are interpolated along
+//! one axis only, between columns.
 
+use super::density::MOST_CROSSED;
 use super::{Density, MAX_VOXELS_PER_POINT, Sampling};
 use crate::layers::{AxisFrame, Rays};
 use crate::viewport::Viewport;
@@ -21,6 +25,15 @@ pub(super) struct Spread {
     pub on_pixel: Option<f64>,
 }
 
+/// Distribution of the samples of a lattice.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Spreads {
+    /// Along u and v.
+    pub along: [Spread; 2],
+    /// See [`super::Lattice::crossed_along`].
+    pub crossed_along: Option<usize>,
+}
+
 /// Distribution of samples along u and v in a parallel view. `crossing` maps a screen position to its crossing of the centre layer.
 pub(super) fn spreads(
     rays: &Rays,
@@ -29,14 +42,14 @@ pub(super) fn spreads(
     density: Density,
     sampling: Sampling,
     crossing: impl Fn(f64, f64) -> [f64; 2],
-) -> [Spread; 2] {
+) -> Spreads {
     let pixels = [frame.u, frame.v].map(|axis| rays.pixels_along(axis));
     let free = pixels.map(|pixels| density.samples(pixels).max(1.0));
     let alone = free.map(|samples_per_voxel| Spread { samples_per_voxel, on_pixel: None });
     // Minified pixels show the mean of many voxels, so the voxels determine the number of samples.
     let follows = matches!(sampling, Sampling::Points(_)) && rays.voxels_per_pixel(frame) <= 1.0;
     if !(follows && pixels.iter().all(|&pixels| density.follows_pixels(pixels))) {
-        return alone;
+        return Spreads { along: alone, crossed_along: None };
     }
     let [first, right, down] = [(0.5, 0.5), (1.5, 0.5), (0.5, 1.5)].map(|(x, y)| crossing(x, y));
     let steps = [0, 1].map(|i| [right[i] - first[i], down[i] - first[i]]);
@@ -47,21 +60,37 @@ pub(super) fn spreads(
         // Samples in aligned columns can be aligned, too, by staggering. That pays off unless it takes many more samples than requested.
         let worth = pitch[0] * free[0] * pitch[1] * free[1] * WORTH >= 1.0;
         if worth && pitch.iter().all(|&pitch| pitch <= MAX_VOXELS_PER_POINT) {
-            return [0, 1].map(|i| on_pixels(i, pitch[i]));
+            return Spreads { along: [0, 1].map(|i| on_pixels(i, pitch[i])), crossed_along: None };
         }
     }
     let aligned = [0, 1].map(|i| {
         let pitch = steps[i][side[i]?].abs();
         (1.0 <= pitch * free[i] && pitch <= MAX_VOXELS_PER_POINT).then(|| on_pixels(i, pitch))
     });
-    [0, 1].map(|i| match (aligned[i], aligned[1 - i], density.beside_aligned()) {
-        (Some(on_pixel), _, Some(_)) => on_pixel,
-        (None, Some(_), Some(beside)) => {
-            let pixels = 1.0 / steps[i][0].abs().max(steps[i][1].abs());
-            Spread { samples_per_voxel: (pixels * beside).clamp(1.0 / MAX_VOXELS_PER_POINT, free[i]), ..alone[i] }
+    let beside_aligned = |i: usize, beside: f64| {
+        let pixels = 1.0 / steps[i][0].abs().max(steps[i][1].abs());
+        Spread { samples_per_voxel: (pixels * beside).clamp(1.0 / MAX_VOXELS_PER_POINT, free[i]), ..alone[i] }
+    };
+    if let (&[None, None], Some(crossed)) = (&aligned, density.crossed()) {
+        // From a row (or column) of pixels to the next, along a column of the lattice.
+        let along = usize::from(steps[0][1].abs() > steps[0][0].abs());
+        let pitch = ((steps[0][0] * steps[1][1] - steps[0][1] * steps[1][0]) / steps[0][along]).abs();
+        let columns = crossed / steps[0][along].abs();
+        let samples_per_voxel = columns.clamp(1.0 / MAX_VOXELS_PER_POINT, free[0] * MOST_CROSSED);
+        let worth = samples_per_voxel <= free[0] * free[1] * pitch;
+        if worth && pitch <= MAX_VOXELS_PER_POINT {
+            return Spreads {
+                along: [Spread { samples_per_voxel, ..alone[0] }, on_pixels(1, pitch)],
+                crossed_along: Some(along),
+            };
         }
+    }
+    let along = [0, 1].map(|i| match (aligned[i], aligned[1 - i], density.beside_aligned()) {
+        (Some(on_pixel), _, Some(_)) => on_pixel,
+        (None, Some(_), Some(beside)) => beside_aligned(i, beside),
         _ => alone[i],
-    })
+    });
+    Spreads { along, crossed_along: None }
 }
 
 /// The screen axis (0 or 1) along which alone a coordinate changes by `step` voxels per pixel, if there is one.
@@ -120,6 +149,36 @@ mod tests {
                 let column = place.x.round() as i64 as u32;
                 let row = place.y - lattice.stagger.shift(column);
                 assert_abs_diff_eq!(row, row.round(), epsilon = 1e-6);
+            }
+        }
+    }
+
+    #[test]
+    fn columns_have_samples_where_pixels_cross_them_in_rolled_views() {
+        for (orbit, crossed) in [
+            (orbit(0.0, 20.0, 30.0), Some(0)),
+            (orbit(30.0, 20.0, 70.0), Some(1)),
+            (orbit(30.0, 60.0, 0.0), Some(0)),
+            (orbit(20.0, 60.0, 20.0), Some(0)),
+            (orbit(30.0, 20.0, 0.0), None),
+        ] {
+            let (lattice, rays) = lattice(orbit, 1.2, Density::Relaxed);
+            let Some(along) = lattice.crossed_along else {
+                assert_eq!(crossed, None, "{orbit:?}");
+                continue;
+            };
+            assert!(crossed.is_some(), "{orbit:?}");
+            let to_lattice = lattice.from_screen(&rays);
+            for (place, column) in [0.5, 31.5, 69.5].into_iter().flat_map(|place| [0, 7, 31].map(|column| (place, column))) {
+                // The point of this row (or column) of pixels on this column of the lattice.
+                let at = |other: f64| {
+                    to_lattice * if along == 0 { DVec3::new(other, place, 1.0) } else { DVec3::new(place, other, 1.0) }
+                };
+                let (start, next) = (at(0.0), at(1.0));
+                let crossing = at((f64::from(column) - start.x) / (next.x - start.x));
+                assert_abs_diff_eq!(crossing.x, f64::from(column), epsilon = 1e-6);
+                let row = crossing.y - lattice.stagger.shift(column);
+                assert_abs_diff_eq!(row, row.round(), epsilon = 1e-5);
             }
         }
     }

@@ -24,6 +24,13 @@ const SCREEN_PER_PIXEL: f64 = 1.6;
 const RELAXED_BESIDE_PIXELS: f64 = 1.4;
 const FINE_BESIDE_PIXELS: f64 = 1.95;
 
+/// Columns per pixel if they have samples where rows of pixels cross them at any angle, and the largest number in columns of a lattice without
+/// such samples. Measured with lighting in a view from 60° above, rolled by 20°: lobster, engine and aneurism have 51.8, 47.6, 41.1 dB without
+/// such samples, 51.8, 48.2, 40.4 with 1.4 columns (and at most 1), 52.1, 48.4, 41.2 with 1.6, 52.2, 48.5, 41.7 with 1.7.
+const RELAXED_CROSSED_PER_PIXEL: f64 = 1.7;
+const FINE_CROSSED_PER_PIXEL: f64 = 2.2;
+pub(super) const MOST_CROSSED: f64 = 1.3;
+
 /// Sample density of a lattice, in samples per voxel along either axis of a layer. This project's own; the paper samples per pixel.
 ///
 /// ```
@@ -84,6 +91,15 @@ impl Density {
         match self {
             Density::Relaxed | Density::Screen => Some(RELAXED_BESIDE_PIXELS),
             Density::Fine => Some(FINE_BESIDE_PIXELS),
+            Density::AtLeast(_) | Density::Fixed(_) => None,
+        }
+    }
+
+    /// Columns per pixel of a row if columns have samples where rows of pixels cross them; `None` if this density never has such columns.
+    pub(super) fn crossed(self) -> Option<f64> {
+        match self {
+            Density::Relaxed | Density::Screen => Some(RELAXED_CROSSED_PER_PIXEL),
+            Density::Fine => Some(FINE_CROSSED_PER_PIXEL),
             Density::AtLeast(_) | Density::Fixed(_) => None,
         }
     }

@@ -89,7 +89,10 @@ pub struct Lattice {
     pub phases: Option<Phases>,
     /// Whether samples coincide with pixels along u and v, so that the warp need not interpolate.
     pub aligned: [bool; 2],
-    /// Shift of the columns in fractions of a row, if both axes are aligned with pixels.
+    /// Screen axis, 0 or 1, along which pixels lie between columns, if these have a sample wherever a row (0) or a column (1) of pixels
+    /// crosses them. The warp interpolates along that axis alone.
+    pub crossed_along: Option<usize>,
+    /// Shift of the columns in fractions of a row, if these have samples on pixels, or on rows or columns of pixels.
     pub stagger: Stagger,
     source: Source,
 }
@@ -118,6 +121,11 @@ impl Lattice {
     /// Whether every pixel coincides with a sample, so that the warp need not interpolate.
     pub fn has_pixels_samples(&self) -> bool {
         self.aligned == [true; 2]
+    }
+
+    /// Whether columns are staggered.
+    fn is_staggered(&self) -> bool {
+        self.has_pixels_samples() || self.crossed_along.is_some()
     }
 
     /// Number of samples.

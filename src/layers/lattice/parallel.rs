@@ -38,7 +38,7 @@ pub(super) fn lattice(
         let origin = frame.local(rays.at(x, y).origin);
         [0, 1].map(|i| origin[i] + (centre.z - origin.z) * shear[i])
     });
-    let mut samples_per_voxel = spreads.map(|spread| spread.samples_per_voxel);
+    let mut samples_per_voxel = spreads.along.map(|spread| spread.samples_per_voxel);
     let most = if in_phases {
         samples_per_voxel = samples_per_voxel.map(|m| (m - CEIL_SLACK).ceil());
         f64::from(MAX_SAMPLES_PER_VOXEL)
@@ -57,7 +57,11 @@ pub(super) fn lattice(
         centre_layer: centre.z,
         rays: shear.map(|s| AffineRays { crossing: [0.0; 2], shear: [s, 0.0] }),
         phases: None,
-        aligned: spreads.map(|spread| spread.on_pixel.is_some()),
+        aligned: match spreads.crossed_along {
+            Some(_) => [false; 2],
+            None => spreads.along.map(|spread| spread.on_pixel.is_some()),
+        },
+        crossed_along: spreads.crossed_along,
         stagger: Stagger::default(),
         source: Source::Direction(direction),
     };
@@ -65,14 +69,14 @@ pub(super) fn lattice(
         let (first, size) = extent(&lattice, rays, viewport, centre.to_array(), i, sampling);
         let m = samples_per_voxel[i];
         lattice.size[i] = size;
-        let anchor = match spreads[i].on_pixel {
+        let anchor = match spreads.along[i].on_pixel {
             Some(place) => ((place - centre[i]) * m).rem_euclid(1.0),
             None => anchor(lattice.dims[i], m),
         };
         let middle = centre[i] + first + ((f64::from(size) - 1.0) / 2.0 + anchor) / m;
         lattice.rays[i].crossing = [middle, 1.0 / m];
     }
-    if lattice.has_pixels_samples() {
+    if lattice.is_staggered() {
         lattice.stagger = Stagger::onto_pixels(&lattice.from_screen(rays));
     }
     if in_phases {
@@ -94,7 +98,7 @@ fn extent(lattice: &Lattice, rays: &Rays, viewport: Viewport, centre: [f64; 3], 
     let cell = per_cell / m;
     let half_support = |voxels: usize| (voxels as f64 - 1.0) / 2.0 + sampling.radius();
     // Staggered samples start up to a row later.
-    let stagger = if i == 1 && lattice.has_pixels_samples() { 1.0 / m } else { 0.0 };
+    let stagger = if i == 1 && lattice.is_staggered() { 1.0 / m } else { 0.0 };
     let reach = half_support(lattice.dims[i]) + 2.0 * s + s * half_support(lattice.dims[2]) + stagger;
     let half = (reach / cell).ceil();
     let seen = rays.corners(viewport).map(|ray| lattice.crossing_of(ray)[i] - centre[i]);

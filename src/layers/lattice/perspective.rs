@@ -49,6 +49,7 @@ pub(super) fn lattice(
         rays: [AffineRays { crossing: [0.0; 2], shear: [0.0; 2] }; 2],
         phases: None,
         aligned: [false; 2],
+        crossed_along: None,
         stagger: Stagger::default(),
         source: Source::Eye(eye),
     };

@@ -18,8 +18,9 @@ pub struct Stagger {
 }
 
 impl Stagger {
-    /// The stagger that places a sample at every pixel. `from_screen` is the matrix of [`super::Lattice::from_screen`]; adjacent pixels
-    /// must be one sample apart along both axes, and columns of samples must be aligned with columns or rows of pixels.
+    /// The stagger that places a sample of each column wherever a row of pixels crosses it, or a column of pixels where columns of samples
+    /// are nearer to rows of pixels. `from_screen` is the matrix of [`super::Lattice::from_screen`]; rows of samples must be as far apart as
+    /// these crossings. Where columns of samples are at columns (or rows) of pixels, this is a sample at every pixel.
     pub(super) fn onto_pixels(from_screen: &DMat3) -> Self {
         let [x, y, origin] = from_screen.to_cols_array_2d();
         let (along, other) = if x[0].abs() > y[0].abs() { (x, y) } else { (y, x) };

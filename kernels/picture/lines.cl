@@ -1,6 +1,7 @@
-// Warp of lattices whose columns (or rows) are vertical on the screen, as in any parallel view that is not rolled about an axis of the
-// volume. These lines are interpolated where a row of pixels crosses them, and pixels between neighbouring lines. That takes four samples
-// per line and four lines per pixel, instead of sixteen samples per pixel; and a single line where each column of pixels has its own.
+// Warp of lattices along their columns (or rows). These lines are interpolated where a row of pixels crosses them, and pixels between
+// neighbouring lines. That takes four samples per line and four lines per pixel, instead of sixteen samples per pixel. Lines are vertical on
+// the screen in any parallel view that is not rolled about an axis of the volume: then a single line suffices where each column of pixels
+// has its own. Elsewhere each row of pixels crosses them in other places.
 
 #include "picture/catmull_rom.cl"
 
@@ -8,27 +9,46 @@
 #error "BLOCK_COLUMNS: pixels of a block: about a tile of the lattice"
 #endif
 
-// Which lines of the lattice are vertical: those of constant u; otherwise those of constant v.
+// Which lines rows of pixels cross: those of constant u; otherwise those of constant v.
 #define LINES_OF_U 1
 
-// The lattice as vertical lines.
+// The lattice as lines that a row of pixels crosses.
 typedef struct {
-    int lines, length;         // number of lines, and samples per line
-    int to_line, to_sample;    // strides in memory
-    float per_pixel, first;    // the line at x is per_pixel x + first
-    float slope, down, origin; // the sample at line l and y is slope l + down y + origin
+    int lines, length;          // number of lines, and samples per line
+    int to_line, to_sample;     // strides in memory
+    float per_pixel, first;     // the line at x is (per_pixel x + first) / (w_per_pixel x + w)
+    float w_per_pixel, w;       // 0 and 1 in parallel views
+    float slope, origin, pivot; // where the row crosses line l, the sample is slope (l - pivot) + origin
 } Lines;
 
 static inline Lines make_lines(const WarpParams *p) {
-    const float *u = p->from_screen, *v = p->from_screen + 3;
-    const bool lines_of_u = p->upright == LINES_OF_U;
-    const float *across = lines_of_u ? u : v, *along = lines_of_u ? v : u;
+    const bool lines_of_u = p->lines == LINES_OF_U;
     Lines l;
     l.lines = lines_of_u ? p->width : p->height, l.length = lines_of_u ? p->height : p->width;
     l.to_line = lines_of_u ? 1 : p->width, l.to_sample = lines_of_u ? p->width : 1;
-    l.per_pixel = across[0], l.first = across[1] * (0.5f * p->rows) + across[2];
-    l.slope = along[0] / across[0], l.down = along[1], l.origin = along[2] - l.slope * l.first;
     return l;
+}
+
+// Where the row of pixels at y crosses the lines. `x`: a place of that row near the pixels, from which positions are counted, since
+// floats are not accurate far from it.
+static inline void cross_lines(const WarpParams *p, float x, float y, Lines *l) {
+    const float *u = p->from_screen, *v = p->from_screen + 3, *w = p->from_screen + 6;
+    const float *across = p->lines == LINES_OF_U ? u : v, *along = p->lines == LINES_OF_U ? v : u;
+    l->per_pixel = across[0];
+    if (p->upright) {
+        l->first = across[1] * (0.5f * p->rows) + across[2];
+        l->w_per_pixel = 0.0f, l->w = 1.0f;
+        l->slope = along[0] / across[0], l->pivot = 0.0f;
+        l->origin = along[1] * y + (along[2] - l->slope * l->first);
+        return;
+    }
+    const float start = along[1] * y + along[2];
+    l->first = across[1] * y + across[2];
+    l->w_per_pixel = w[0], l->w = w[1] * y + w[2];
+    // A row is a straight line on the lattice too.
+    l->slope = (along[0] * l->w - start * l->w_per_pixel) / (across[0] * l->w - l->first * l->w_per_pixel);
+    const float scale = 1.0f / (l->w_per_pixel * x + l->w);
+    l->pivot = (across[0] * x + l->first) * scale, l->origin = (along[0] * x + start) * scale;
 }
 
 // Sample j of line i; transparent beyond the lattice.
@@ -43,25 +63,26 @@ static inline float4 filter_color(float4 w, float4 before, float4 low, float4 hi
     return MIN(between, between.wwww);
 }
 
-// A line where a row of pixels crosses it.
-static inline float4 one_line(__global const float4 *lattice, const Lines *l, int line, float y) {
-    const float place = CLAMP(l->slope * line + (l->down * y + l->origin), -4.0f, l->length + 4.0f);
+// A line where the row of pixels crosses it.
+static inline float4 one_line(__global const float4 *lattice, const Lines *l, int line) {
+    const float place = CLAMP(l->slope * (line - l->pivot) + l->origin, -4.0f, l->length + 4.0f);
     const int j = (int)(place + 4.0f) - 5; // one before the sample below
     return filter_color(catmull_rom(place - (j + 1)), line_sample(lattice, l, line, j), line_sample(lattice, l, line, j + 1),
                         line_sample(lattice, l, line, j + 2), line_sample(lattice, l, line, j + 3));
 }
 
 // A single pixel. One line after another: GPUs lack the registers for all samples at once.
-static inline float4 upright_pixel(__global const float4 *lattice, const Lines *l, bool on_pixels, float x, float y) {
-    const float place = CLAMP(l->per_pixel * x + (l->first + (on_pixels ? 0.5f : 0.0f)), -8.0f, l->lines + 8.0f);
+static inline float4 pixel_between_lines(__global const float4 *lattice, const Lines *l, bool on_pixels, float x) {
+    const float at = (l->per_pixel * x + l->first) / (l->w_per_pixel * x + l->w);
+    const float place = CLAMP(at + (on_pixels ? 0.5f : 0.0f), -8.0f, l->lines + 8.0f);
     const int line = floor_int(place);
     if (on_pixels)
-        return one_line(lattice, l, line, y);
+        return one_line(lattice, l, line);
     const float4 w = catmull_rom(place - line);
     float4 before = 0.0f, low = 0.0f, high = 0.0f, behind = 0.0f;
 #pragma unroll 1
     for (int n = -1; n < 3; n++)
-        before = low, low = high, high = behind, behind = one_line(lattice, l, line + n, y);
+        before = low, low = high, high = behind, behind = one_line(lattice, l, line + n);
     return filter_color(w, before, low, high, behind);
 }
 
@@ -103,11 +124,12 @@ static inline float16 filter_four(const FourWeights *w, float16 before, float16 
     return MIN(between, OPACITIES(between));
 }
 
-// Four consecutive lines, starting with `line`, where a row of pixels crosses them.
-ALWAYS_INLINE float16 four_lines(__global const float4 *lattice, const Lines *l, int line, float y) {
+// Four consecutive lines, starting with `line`, where the row of pixels crosses them.
+ALWAYS_INLINE float16 four_lines(__global const float4 *lattice, const Lines *l, int line) {
     const int4 lines = line + (int4)(0, 1, 2, 3);
     // Clamped, since an int cannot hold positions far beyond the lattice.
-    const float4 place = CLAMP(l->slope * convert_float4(lines) + (l->down * y + l->origin), (float4)(-4.0f), (float4)(l->length + 4.0f));
+    const float4 place =
+        CLAMP(l->slope * (convert_float4(lines) - l->pivot) + l->origin, (float4)(-4.0f), (float4)(l->length + 4.0f));
     const int4 first = convert_int4(place + 4.0f) - 5;
     const FourWeights w = catmull_rom_four(place - convert_float4(first + 1));
     const int4 beyond = (first < 0) | (first + 4 > l->length);
@@ -134,14 +156,17 @@ typedef struct {
     FourWeights weights[FOURS_OF_PIXELS];
 } ColumnLines;
 
-static inline void lines_below(const Lines *l, int left, bool on_pixels, ColumnLines *c) {
-    const float one = l->per_pixel * (left + 0.5f) + l->first, other = l->per_pixel * (left + BLOCK_COLUMNS - 0.5f) + l->first;
+// The lines at places x of the row.
+#define LINES_AT_PLACES(l, x) (((l)->per_pixel * (x) + (l)->first) / ((l)->w_per_pixel * (x) + (l)->w))
+
+static inline void lines_below(const Lines *l, int left, int right, bool on_pixels, ColumnLines *c) {
+    const float one = LINES_AT_PLACES(l, left + 0.5f), other = LINES_AT_PLACES(l, right - 0.5f);
     const float lowest = CLAMP(MIN(one, other), -8.0f, l->lines + 8.0f), highest = CLAMP(MAX(one, other), -8.0f, l->lines + 8.0f);
     c->line = floor_int(lowest) - 1;
     c->fours = min((floor_int(highest) + 3 - c->line + 3) / 4, FOURS_OF_LINES);
     for (int g = 0; g < FOURS_OF_PIXELS; g++) {
         const float4 x = (float)(left + 4 * g) + (float4)(0.5f, 1.5f, 2.5f, 3.5f);
-        const float4 place = l->per_pixel * x + (l->first - c->line + (on_pixels ? 0.5f : 0.0f));
+        const float4 place = LINES_AT_PLACES(l, x) - (c->line - (on_pixels ? 0.5f : 0.0f));
         // Columns beyond the picture, or far beyond the lattice, may have any position.
         const float4 held = CLAMP(place, (float4)(1.0f), (float4)(4 * c->fours - 2.5f));
         const int4 at = MIN(convert_int4(held), (int4)(4 * c->fours - 3));
@@ -151,17 +176,18 @@ static inline void lines_below(const Lines *l, int left, bool on_pixels, ColumnL
 }
 
 // A row of pixels of a block.
-ALWAYS_INLINE void upright_row(__global const float4 *lattice, const Lines *l, const ColumnLines *c, bool on_pixels, float y,
-                               float16 *pixels) {
+ALWAYS_INLINE void row_between_lines(__global const float4 *lattice, const Lines *l, const ColumnLines *c, bool on_pixels,
+                                     float16 *pixels) {
     float16 lines[FOURS_OF_LINES];
     for (int n = 0; n < c->fours; n++)
-        lines[n] = four_lines(lattice, l, c->line + 4 * n, y);
+        lines[n] = four_lines(lattice, l, c->line + 4 * n);
     const float4 *line = (const float4 *)lines;
     for (int g = 0; g < FOURS_OF_PIXELS; g++) {
         const int *at = c->at + 4 * g;
         const float4 *one = line + at[0], *two = line + at[1], *three = line + at[2], *four = line + at[3];
-#define LINES_AT(n) (float16)(one[n], two[n], three[n], four[n])
-        pixels[g] = on_pixels ? LINES_AT(0) : filter_four(&c->weights[g], LINES_AT(-1), LINES_AT(0), LINES_AT(1), LINES_AT(2));
+#define LINES_FROM(n) (float16)(one[n], two[n], three[n], four[n])
+        pixels[g] = on_pixels ? LINES_FROM(0)
+                              : filter_four(&c->weights[g], LINES_FROM(-1), LINES_FROM(0), LINES_FROM(1), LINES_FROM(2));
     }
 }
 #endif
