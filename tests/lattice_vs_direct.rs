@@ -148,44 +148,68 @@ fn between(t: f64, colors: [[f64; 4]; 4]) -> [f64; 4] {
     seen.map(|c| c.min(seen[3]))
 }
 
-/// Definition of the warp. A pixel takes the sample that coincides with its ray, if any. Otherwise samples are interpolated where the ray
-/// crosses their plane, clamped to the range of the four nearest, and colours are clamped to the opacity. In parallel views with upright
-/// lattice lines, these lines are interpolated at the row of pixels, and the pixel between them.
-fn seen_by(rays: &Rays, [x, y]: [f64; 2], height: f64, lattice: &LatticePicture) -> [f64; 4] {
+/// Largest distance, in rows, of a row of pixels from the samples of columns that coincide with it. Columns are staggered in whole steps.
+const CROSSED: f64 = 1e-4;
+
+/// A pixel between the samples of four columns that coincide with its row (or column) of pixels, if there are such samples.
+fn between_columns(rays: &Rays, [x, y]: [f64; 2], lattice: &LatticePicture) -> Option<[f64; 4]> {
+    let place = place_of(&rays.at(x, y), lattice);
+    let first = place[0].floor() as i64 - 1;
+    let columns = [0, 1, 2, 3].map(|n| first + n);
+    let is_inside = |&column: &i64| (0..i64::from(lattice.size[0])).contains(&column);
+    [[1.0, 0.0], [0.0, 1.0]].into_iter().find_map(|step| {
+        let next = place_of(&rays.at(x + step[0], y + step[1]), lattice);
+        if (next[0] - place[0]).abs() < OWN {
+            return None;
+        }
+        let slope = (next[1] - place[1]) / (next[0] - place[0]);
+        let row = |column: i64| {
+            let shift = if is_inside(&column) { place_of(&lattice.ray(column as u32, 0), lattice)[1] } else { 0.0 };
+            place[1] + (column as f64 - place[0]) * slope - shift
+        };
+        let mut inside = columns.into_iter().filter(is_inside).map(row).peekable();
+        let coincide = inside.peek().is_some() && inside.all(|row| (row - row.round()).abs() < CROSSED);
+        coincide
+            .then(|| between(place[0].fract(), columns.map(|column| sample_of(lattice, [column, row(column).round() as i64]))))
+    })
+}
+
+/// The lines of a lattice that rows of pixels cross nearest to a right angle at the centre of a parallel view or a perspective: those of one
+/// column (0), or of one row.
+fn crossed_lines(rays: &Rays, [width, height]: [f64; 2], lattice: &LatticePicture) -> usize {
+    let at = |x: f64, y: f64| place_of(&rays.at(width / 2.0 + x, height / 2.0 + y), lattice);
+    let change = |x: f64, y: f64| [0, 1].map(|i| at(x, y)[i] - at(-x, -y)[i]);
+    let (right, down) = (change(1.0, 0.0), change(0.0, 1.0));
+    usize::from((right[1] * down[0]).abs() > (right[0] * down[1]).abs())
+}
+
+/// Definition of the warp. A pixel takes the sample that coincides with its ray, if any. Where columns have samples on the rows of pixels,
+/// the pixel is interpolated between these. Otherwise lattice lines are interpolated where the row of pixels crosses them, and the pixel
+/// between them; upright lines, in parallel views, come first. Interpolated colours are clamped to the range of the middle two.
+fn seen_by(rays: &Rays, [x, y]: [f64; 2], [width, height]: [f64; 2], lattice: &LatticePicture) -> [f64; 4] {
     if let Some(own) = own_sample(&rays.at(x, y), lattice) {
         return sample_of(lattice, own);
+    }
+    if let Some(seen) = between_columns(rays, [x, y], lattice) {
+        return seen;
     }
     let place = place_of(&rays.at(x, y), lattice);
     let changes = |x: f64, y: f64| [0, 1].map(|i| place_of(&rays.at(x, y), lattice)[i] - place[i]);
     let (right, down) = (changes(x + 1.0, y), changes(x, y + height));
-    if let Some(across) = (0..2).find(|&i| rays.is_parallel() && down[i].abs() < UPRIGHT) {
-        let along = 1 - across;
-        let first = place[across].floor() as i64 - 1;
-        let lines = std::array::from_fn(|n| {
-            let line = first + n as i64;
-            let at = place[along] + (line as f64 - place[across]) * right[along] / right[across];
-            let below = at.floor() as i64;
-            between(
-                at - below as f64,
-                std::array::from_fn(|m| {
-                    let mut sample = [line; 2];
-                    sample[along] = below - 1 + m as i64;
-                    sample_of(lattice, sample)
-                }),
-            )
-        });
-        return between(place[across] - (first + 1) as f64, lines);
-    }
-    let (i, j) = (place[0].floor() as i64, place[1].floor() as i64);
-    let (across, down) = (catmull_rom(place[0] - i as f64), catmull_rom(place[1] - j as f64));
-    let mut seen: [f64; 4] = std::array::from_fn(|c| {
-        let taps =
-            (0..16).map(|n| across[n % 4] * down[n / 4] * sample_of(lattice, [i - 1 + n as i64 % 4, j - 1 + n as i64 / 4])[c]);
-        let around = [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(a, b)| sample_of(lattice, [i + a, j + b])[c]);
-        taps.sum::<f64>().clamp(around.into_iter().fold(1.0, f64::min), around.into_iter().fold(0.0, f64::max))
+    let upright = (0..2).find(|&i| rays.is_parallel() && down[i].abs() < UPRIGHT);
+    let across = upright.unwrap_or_else(|| crossed_lines(rays, [width, height], lattice));
+    let along = 1 - across;
+    // Rows of pixels are straight on the lattice.
+    let slope = right[along] / right[across];
+    let first = place[across].floor() as i64 - 1;
+    let lines = [0, 1, 2, 3].map(|n| {
+        let line = first + n;
+        let at = place[along] + (line as f64 - place[across]) * slope;
+        let below = at.floor() as i64;
+        let sample = |m: i64| if across == 0 { [line, below + m] } else { [below + m, line] };
+        between(at - below as f64, [-1, 0, 1, 2].map(|m| sample_of(lattice, sample(m))))
     });
-    seen = seen.map(|c| c.min(seen[3]));
-    seen
+    between(place[across] - (first + 1) as f64, lines)
 }
 
 /// Tests the warp itself: errors such as a quarter of a sample or a simpler filter would be small compared with the lattice's own error.
@@ -204,7 +228,8 @@ fn the_warp_interpolates_the_samples_around_each_ray() {
                 let (frame, _) = renderer.render(&camera, size, &layered.into()).unwrap();
                 let rays = Rays::new(&camera, size, noise.grid()).unwrap();
                 let expected = (0..size.height).flat_map(|y| (0..size.width).map(move |x| (x, y)));
-                let seen = |(x, y)| seen_by(&rays, [f64::from(x) + 0.5, f64::from(y) + 0.5], f64::from(size.height), &lattice);
+                let sides = [size.width, size.height].map(f64::from);
+                let seen = |(x, y)| seen_by(&rays, [f64::from(x) + 0.5, f64::from(y) + 0.5], sides, &lattice);
                 let expected = expected.map(|pixel| seen(pixel).map(|c| c as f32));
                 let expected = Frame::new(size, expected.collect());
                 assert_close(&format!("{azimuth}, {elevation}, {camera:?}, {density:?}"), &frame, &expected, WARP_TOLERANCE);

@@ -125,7 +125,8 @@ fn turning_the_world_with_camera_and_light() {
     let mirror = turn * DMat3::from_diagonal(DVec3::new(-1.0, 1.0, 1.0));
     let size = viewport(40, 32);
     let lit = |settings: Settings, light: DVec3| {
-        let shading = Shading { ambient: 0.1, diffuse: 0.6, specular: 0.5, power: 7.0, lights: one_light(light) };
+        let shading =
+            Shading { ambient: 0.1, ambient_color: [1.0; 3], diffuse: 0.6, specular: 0.5, power: 7.0, lights: one_light(light) };
         Settings { shading: Some(shading), ..settings }
     };
     let light = DVec3::new(3.0, 1.0, -0.5);
