@@ -274,7 +274,11 @@ describe("light", () => {
     await page.locator("#shadows").click();
     await page.locator("#delete-light").click();
     assert.equal((await state(page)).look.lights.length, 1);
+    const white = await refined(page);
+    await set(page, "#light-color", "#ff8000");
     const before = await refined(page);
+    assert.ok(measured(before).mean[2] < measured(white).mean[2] - 1, "light without blue");
+    assert.deepEqual((await state(page)).look.lights[0].color, [1, 0.502, 0]);
     await section(page, "Look");
     await page.locator("#gradient").selectOption("gaussian:1");
     assert.ok(difference(await refined(page), before) > 0.05, "gradients");
