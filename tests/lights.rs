@@ -114,9 +114,9 @@ fn components_are_lit_apart() {
     let shading = shaded(&colored()).map(|shading| Shading { ambient_color: AMBIENT_COLOR, ..shading });
     for camera in views {
         let found = draw(&volume, &camera, &Settings { shading, ..standard });
-        for i in 0..3 {
+        for (i, ambient) in AMBIENT_COLOR.into_iter().enumerate() {
             let white = colored().map(|light| Light { strength: light.strength * light.color[i], color: [1.0; 3], ..light });
-            let shading = shaded(&white).map(|shading| Shading { ambient: shading.ambient * AMBIENT_COLOR[i], ..shading });
+            let shading = shaded(&white).map(|shading| Shading { ambient: shading.ambient * ambient, ..shading });
             let expected = draw(&volume, &camera, &Settings { shading, ..standard });
             let largest = |i: usize, j: usize| {
                 let pairs = found.pixels().iter().zip(expected.pixels());

@@ -57,7 +57,7 @@ fn warped(lattice: &Lattice, samples: &[DVec4], rays: &Rays, filter: usize) -> F
                 };
                 match (lattice.crossed_along, lines) {
                     (Some(axis), _) => {
-                        let [across, along] = step(axis);
+                        let [across, along] = step(axis as usize);
                         between_columns(lattice, samples, column, row, along / across)
                     }
                     (None, Some(axis)) => between_lines(lattice, samples, [column, row], step(0), axis),

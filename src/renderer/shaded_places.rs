@@ -20,9 +20,9 @@ const WHITE: f64 = 32.0;
 /// Half the block, and the radius of the widest kernel.
 const TOLERANCE: f64 = 3.5 / WHITE;
 /// The statement of `shade` that is edited.
-const STATEMENT: &str = "lighting.factor = unshaded + lit * (factor - unshaded);";
-const EDITED: &str = "lighting.factor = (p->light.power < 1.5f ? point.u : p->light.power < 2.5f ? point.v : point.a) / 32.0f; \
-                      lighting.highlight = 0.0f;";
+const STATEMENT: &str = "lighting.factor[i] = base + lit * (lighting.factor[i] - base);";
+const EDITED: &str = "lighting.factor[i] = (p->light.power < 1.5f ? point.u : p->light.power < 2.5f ? point.v : point.a) / 32.0f; \
+                      lighting.highlight[i] = 0.0f;";
 
 fn volume() -> Volume<'static> {
     let [x, y, _] = DIMS;

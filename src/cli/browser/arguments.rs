@@ -257,7 +257,7 @@ mod tests {
     #[test]
     fn looks_and_settings_are_the_same() {
         let light =
-            PageLight { direction: Some([0.1, -0.30000000000000004, 1e-7]), strength: 0.7, angle: 3.0, color: [1.0, 0.7, 0.1] };
+            PageLight { direction: Some([0.1, -0.30000000000000004, 1e-7]), strength: 0.7, angle: 3.0, color: [1.0, 0.5, 0.25] };
         let headlight = PageLight { direction: None, strength: 0.25, angle: 0.0, color: WHITE };
         let looks = [
             Look { blend: PageBlend::Iso, iso: -12.3456789012345, ..look() },

@@ -193,7 +193,7 @@ fn light(drawing: &[GivenOption], look: &Look) -> Vec<(&'static str, String)> {
                 Some(_) => format!("({place}, {strength}, {angle}{color})"),
             }
         };
-        let ambient = value(drawing, "ambient_color").and_then(|color| parse::color(&color).ok());
+        let ambient = value(drawing, "ambient_color").and_then(|color| parse::color(color).ok());
         let mut parts: Vec<String> = ambient.map(|color| format!("\"ambient_color\": {}", tuple(color))).into_iter().collect();
         if !look.lights.is_empty() {
             parts.push(format!("\"light\": [{}]", look.lights.iter().map(light).collect::<Vec<_>>().join(", ")));

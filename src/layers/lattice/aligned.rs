@@ -8,7 +8,7 @@
 //! one axis only, between columns.
 
 use super::density::MOST_CROSSED;
-use super::{Density, MAX_VOXELS_PER_POINT, Sampling};
+use super::{Density, MAX_VOXELS_PER_POINT, Sampling, ScreenAxis};
 use crate::layers::{AxisFrame, Rays};
 use crate::viewport::Viewport;
 
@@ -31,7 +31,7 @@ pub(super) struct Spreads {
     /// Along u and v.
     pub along: [Spread; 2],
     /// See [`super::Lattice::crossed_along`].
-    pub crossed_along: Option<usize>,
+    pub crossed_along: Option<ScreenAxis>,
 }
 
 /// Distribution of samples along u and v in a parallel view. `crossing` maps a screen position to its crossing of the centre layer.
@@ -81,7 +81,7 @@ pub(super) fn spreads(
         if worth && pitch <= MAX_VOXELS_PER_POINT {
             return Spreads {
                 along: [Spread { samples_per_voxel, ..alone[0] }, on_pixels(1, pitch)],
-                crossed_along: Some(along),
+                crossed_along: Some([ScreenAxis::X, ScreenAxis::Y][along]),
             };
         }
     }
@@ -156,23 +156,21 @@ mod tests {
     #[test]
     fn columns_have_samples_where_pixels_cross_them_in_rolled_views() {
         for (orbit, crossed) in [
-            (orbit(0.0, 20.0, 30.0), Some(0)),
-            (orbit(30.0, 20.0, 70.0), Some(1)),
-            (orbit(30.0, 60.0, 0.0), Some(0)),
-            (orbit(20.0, 60.0, 20.0), Some(0)),
+            (orbit(0.0, 20.0, 30.0), Some(ScreenAxis::X)),
+            (orbit(30.0, 20.0, 70.0), Some(ScreenAxis::Y)),
+            (orbit(30.0, 60.0, 0.0), Some(ScreenAxis::X)),
+            (orbit(20.0, 60.0, 20.0), Some(ScreenAxis::X)),
             (orbit(30.0, 20.0, 0.0), None),
         ] {
             let (lattice, rays) = lattice(orbit, 1.2, Density::Relaxed);
-            let Some(along) = lattice.crossed_along else {
-                assert_eq!(crossed, None, "{orbit:?}");
-                continue;
-            };
-            assert!(crossed.is_some(), "{orbit:?}");
+            assert_eq!(lattice.crossed_along, crossed, "{orbit:?}");
+            let Some(along) = crossed else { continue };
             let to_lattice = lattice.from_screen(&rays);
             for (place, column) in [0.5, 31.5, 69.5].into_iter().flat_map(|place| [0, 7, 31].map(|column| (place, column))) {
                 // The point of this row (or column) of pixels on this column of the lattice.
                 let at = |other: f64| {
-                    to_lattice * if along == 0 { DVec3::new(other, place, 1.0) } else { DVec3::new(place, other, 1.0) }
+                    to_lattice
+                        * if along == ScreenAxis::X { DVec3::new(other, place, 1.0) } else { DVec3::new(place, other, 1.0) }
                 };
                 let (start, next) = (at(0.0), at(1.0));
                 let crossing = at((f64::from(column) - start.x) / (next.x - start.x));

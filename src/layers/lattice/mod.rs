@@ -64,6 +64,15 @@ enum Source {
     Eye(DVec3),
 }
 
+/// An axis of the screen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ScreenAxis {
+    /// Along rows of pixels.
+    X,
+    /// Along columns of pixels.
+    Y,
+}
+
 /// A lattice of rays. Ray (I, J) crosses layer k at u = c_u(I) + (k − k_c) s_u(I), v = c_v(J) + (k − k_c) s_v(J). k_c is the layer of
 /// the volume's centre, possibly a half-integer.
 ///
@@ -89,9 +98,9 @@ pub struct Lattice {
     pub phases: Option<Phases>,
     /// Whether samples coincide with pixels along u and v, so that the warp need not interpolate.
     pub aligned: [bool; 2],
-    /// Screen axis, 0 or 1, along which pixels lie between columns, if these have a sample wherever a row (0) or a column (1) of pixels
-    /// crosses them. The warp interpolates along that axis alone.
-    pub crossed_along: Option<usize>,
+    /// Screen axis along which pixels lie between columns, if these have a sample wherever a row (x) or a column (y) of pixels crosses
+    /// them. The warp interpolates along that axis alone.
+    pub crossed_along: Option<ScreenAxis>,
     /// Shift of the columns in fractions of a row, if these have samples on pixels, or on rows or columns of pixels.
     pub stagger: Stagger,
     source: Source,
