@@ -127,6 +127,12 @@ impl Rays {
         if self.is_parallel() { self.pixel_size } else { self.pixel_size * -self.start }
     }
 
+    /// Distance of parallel rays from pixel to pixel along x or y (0 or 1) of the screen, in [`Rays::pixel_size`]: more than 1 where each ray
+    /// stands for a part of its pixel, or pixels are not square.
+    pub(super) fn pixel_sides(&self, axis: usize) -> f64 {
+        (self.origin[1 + axis] * self.spacing).length() / self.pixel_size
+    }
+
     /// Whether a box, given by two corners in voxels, lies in front of the eye.
     pub fn all_ahead(&self, lowest: DVec3, highest: DVec3) -> bool {
         let Some(eye) = self.eye() else { return true };

@@ -75,7 +75,7 @@ pub(super) fn spreads(
         // From a row (or column) of pixels to the next, along a column of the lattice.
         let along = usize::from(steps[0][1].abs() > steps[0][0].abs());
         let pitch = ((steps[0][0] * steps[1][1] - steps[0][1] * steps[1][0]) / steps[0][along]).abs();
-        let columns = crossed / steps[0][along].abs();
+        let columns = crossed * rays.pixel_sides(along) / steps[0][along].abs();
         let samples_per_voxel = columns.clamp(1.0 / MAX_VOXELS_PER_POINT, free[0] * MOST_CROSSED);
         let worth = samples_per_voxel <= free[0] * free[1] * pitch;
         if worth && pitch <= MAX_VOXELS_PER_POINT {
