@@ -33,6 +33,16 @@ static inline float next_cell(float p, float s, float z) {
     return knot;
 }
 
+// The end of the piece from z on of the ray (u + s_u z, v + s_v z): the next cell, or a knot of the kernel along the ray.
+static inline float end_of_piece(float u, float v, float s_u, float s_v, float z) {
+    float end = z < 0.0f ? 0.0f : 1.0f;
+    if (s_u != 0.0f)
+        end = fmin(end, next_cell(u, s_u, z));
+    if (s_v != 0.0f)
+        end = fmin(end, next_cell(v, s_v, z));
+    return end;
+}
+
 static inline float footprint(float x, float y, float s_u, float s_v) {
     float sum = 0.0f;
     for (float z = -1.0f; z < 1.0f;) {

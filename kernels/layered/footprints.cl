@@ -26,11 +26,7 @@ __kernel void footprints(__global const LayerOffset *offsets_u, __global const L
     const float4 x = fraction_u - first_u - taps, y = fraction_v - first_v - taps;
     float4 sums[4] = {(float4)(0.0f), (float4)(0.0f), (float4)(0.0f), (float4)(0.0f)};
     for (float z = -1.0f; z < 1.0f;) {
-        float end = z < 0.0f ? 0.0f : 1.0f;
-        if (shear_u != 0.0f)
-            end = fmin(end, next_cell(fraction_u, shear_u, z));
-        if (shear_v != 0.0f)
-            end = fmin(end, next_cell(fraction_v, shear_v, z));
+        const float end = end_of_piece(fraction_u, fraction_v, shear_u, shear_v, z);
         const float centre = 0.5f * (z + end), half_length = 0.5f * (end - z);
         for (int i = 0; i < 5; i++) {
             const float node = centre + half_length * GAUSS_NODE[i];

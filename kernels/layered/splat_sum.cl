@@ -11,11 +11,7 @@ static inline float exact_splat_sum(__global const VOXEL *voxels, const VolumeVi
         return view->background;
     float sum = 0.0f;
     for (float z = -1.0f; z < 1.0f;) {
-        float end = z < 0.0f ? 0.0f : 1.0f;
-        if (s_u != 0.0f)
-            end = fmin(end, next_cell(u, s_u, z));
-        if (s_v != 0.0f)
-            end = fmin(end, next_cell(v, s_v, z));
+        const float end = end_of_piece(u, v, s_u, s_v, z);
         const float centre = 0.5f * (z + end), half_length = 0.5f * (end - z);
         const int i = floor(u + s_u * centre), j = floor(v + s_v * centre);
         const float v00 = voxel_at(voxels, view, i, j, k), v10 = voxel_at(voxels, view, i + 1, j, k);

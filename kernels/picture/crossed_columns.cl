@@ -48,17 +48,7 @@ ALWAYS_INLINE float16 four_between_columns(__global const float4 *lattice, const
     const int16 beyond = i < 0 | i >= p->width | j < 0 | j >= p->height, at = j * p->width + i;
     const FourWeights w = catmull_rom_four(column - convert_float4(below));
     float16 samples[4];
-    const int *one = (const int *)&at, *is_beyond = (const int *)&beyond;
-    const int8 any8 = beyond.lo | beyond.hi;
-    const int4 any4 = any8.lo | any8.hi;
-    if (any4.x | any4.y | any4.z | any4.w) {
-        for (int n = 0; n < 16; n++)
-            ((float4 *)samples)[n] = is_beyond[n] ? (float4)(0.0f) : lattice[one[n]];
-    } else {
-#pragma unroll
-        for (int n = 0; n < 4; n++, one += 4)
-            samples[n] = (float16)(lattice[one[0]], lattice[one[1]], lattice[one[2]], lattice[one[3]]);
-    }
+    sixteen_samples(lattice, at, beyond, samples);
     return filter_four(&w, samples[0], samples[1], samples[2], samples[3]);
 }
 #endif

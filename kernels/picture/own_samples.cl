@@ -22,11 +22,8 @@ static inline float4 own_sample(__global const float4 *lattice, const WarpParams
     return beyond ? (float4)(0.0f) : lattice[at];
 }
 
-// Sixteen pixels from (x, y) on, four in each vector.
-ALWAYS_INLINE void sixteen_own_samples(__global const float4 *lattice, const WarpParams *p, float x, float y, float16 *fours) {
-    const float16 columns = x + (float16)(0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f,
-                                          8.0f, 9.0f, 10.0f, 11.0f, 12.0f, 13.0f, 14.0f, 15.0f);
-    FIND_SAMPLES(float16, int16, uint16, p, columns, y, at, beyond)
+// The samples at sixteen places of the lattice, four in each vector; transparent where they are `beyond` it.
+ALWAYS_INLINE void sixteen_samples(__global const float4 *lattice, int16 at, int16 beyond, float16 *fours) {
     const int8 any8 = beyond.lo | beyond.hi;
     const int4 any4 = any8.lo | any8.hi;
     const int *one = (const int *)&at, *is_beyond = (const int *)&beyond;
@@ -38,4 +35,12 @@ ALWAYS_INLINE void sixteen_own_samples(__global const float4 *lattice, const War
         for (int n = 0; n < 4; n++, one += 4)
             fours[n] = (float16)(lattice[one[0]], lattice[one[1]], lattice[one[2]], lattice[one[3]]);
     }
+}
+
+// Sixteen pixels from (x, y) on, four in each vector.
+ALWAYS_INLINE void sixteen_own_samples(__global const float4 *lattice, const WarpParams *p, float x, float y, float16 *fours) {
+    const float16 columns = x + (float16)(0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f,
+                                          8.0f, 9.0f, 10.0f, 11.0f, 12.0f, 13.0f, 14.0f, 15.0f);
+    FIND_SAMPLES(float16, int16, uint16, p, columns, y, at, beyond)
+    sixteen_samples(lattice, at, beyond, fours);
 }

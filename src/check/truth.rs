@@ -3,9 +3,9 @@
 use super::Family;
 use super::pictures::{Picture, SIZE, transfer, volume};
 use crate::image::Frame;
-use crate::layers::{Axis, Kernel, Lattice, Rays};
+use crate::layers::{Axis, Kernel, Lattice, Lines, Rays};
 use crate::reference::{Integral, Layered, Marched, Sheets};
-use crate::renderer::{Plan, lines};
+use crate::renderer::Plan;
 use glam::{DVec3, DVec4};
 
 /// Computes the reference picture.
@@ -50,7 +50,7 @@ fn warped(lattice: &Lattice, samples: &[DVec4], rays: &Rays, filter: usize) -> F
                 let column = column.round();
                 sample(lattice, samples, column as i64, (row - lattice.stagger.shift(column.max(0.0) as u32)).round() as i64)
             } else {
-                let lines = if filter == 1 { lines(lattice, rays, SIZE).map(|lines| lines.axis) } else { None };
+                let lines = if filter == 1 { Lines::new(lattice, rays, SIZE).map(|lines| lines.axis) } else { None };
                 let step = |axis: usize| {
                     let change = from_screen.col(axis);
                     [0, 1].map(|i| change[i] - place[i] / place.z * change.z)

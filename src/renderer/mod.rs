@@ -67,8 +67,6 @@ pub use parts::{CompositedLayers, PartRenderer};
 #[cfg(feature = "mpi")]
 pub(crate) use parts::{LatticeView, Shares, combined};
 #[doc(hidden)] // Of this crate's own tests: it shows `layers`.
-#[cfg(test)]
-pub(crate) use picture::lines;
 pub use plan::Plan;
 pub use report::{FrameReport, LatticeReport, Measured};
 pub use streamed::{StreamPlan, StreamedLattice, StreamedRenderer};

@@ -66,15 +66,14 @@ pub struct Settings {
     /// Whether tiles stop when all their rays transmit less than 1/4096 of the light. Default: on. The error is below half a step of an
     /// 8-bit picture.
     pub early_termination: bool,
-    /// Width of a pixel in heights of a pixel, 1/16 … 16: the viewport is this much wider in the world. Default: 1.
+    /// Width of a pixel in heights of a pixel, 1/16 … 16: the viewport is this much wider in the world. Framing and annotations take
+    /// pixels as square. Default: 1.
     pub pixel_aspect: f64,
     /// World distance to which the opacities apply. Default: the smallest spacing.
     pub unit_distance: Option<f64>,
     /// Whether invisible layers are skipped. Does not change any bit of the picture; disabling it serves verification only.
     pub culling: bool,
 }
-
-const PIXEL_ASPECTS: std::ops::RangeInclusive<f64> = 1.0 / 16.0..=16.0;
 
 impl Default for Settings {
     fn default() -> Self {
@@ -115,6 +114,9 @@ impl From<Layered> for Settings {
 impl Settings {
     /// Transmittance at which early ray termination stops: 72 dB below white.
     pub const OPAQUE: f64 = 1.0 / 4096.0;
+
+    /// Possible values of [`Settings::pixel_aspect`].
+    pub const PIXEL_ASPECTS: std::ops::RangeInclusive<f64> = 1.0 / 16.0..=16.0;
 
     /// Options of layered rendering; `None` for other algorithms.
     pub fn layered(&self) -> Option<Layered> {
@@ -176,7 +178,7 @@ impl Settings {
         self.shading.map_or(Ok(()), |shading| shading.check())?;
         self.depth_cue.map_or(Ok(()), |cue| cue.check())?;
         self.check_light()?;
-        if !PIXEL_ASPECTS.contains(&self.pixel_aspect) {
+        if !Self::PIXEL_ASPECTS.contains(&self.pixel_aspect) {
             let value = self.pixel_aspect.to_string();
             return Err(Error::OutOfRange {
                 name: "pixel_aspect",

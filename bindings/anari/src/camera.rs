@@ -4,8 +4,8 @@ use crate::objects::Object;
 use crate::status::Problem;
 use layersplat::glam::DVec3;
 use layersplat::settings::{ClipPlane, Clipping};
-use layersplat::{Basis, Camera, Projection, Viewport};
-use std::ops::{Range, RangeInclusive};
+use layersplat::{Basis, Camera, Projection, Settings, Viewport};
+use std::ops::Range;
 
 /// A view of a frame.
 #[derive(Clone, Debug, PartialEq)]
@@ -31,8 +31,6 @@ const ROUNDING: f64 = 1e-3;
 
 /// Aspects of pixels that differ less from 1 are rounding of a float: pixels are square.
 const SQUARE: f64 = 1e-5;
-/// Those of [`layersplat::Settings::pixel_aspect`].
-const PIXEL_ASPECTS: RangeInclusive<f64> = 1.0 / 16.0..=16.0;
 
 /// The whole view in normalised screen coordinates.
 const WHOLE: [f64; 4] = [0.0, 0.0, 1.0, 1.0];
@@ -103,7 +101,7 @@ fn pixel_aspect(object: &Object, [x0, y0, x1, y1]: [f64; 4], viewport: Viewport,
     if (pixel - 1.0).abs() < SQUARE {
         return 1.0;
     }
-    if !PIXEL_ASPECTS.contains(&pixel) {
+    if !Settings::PIXEL_ASPECTS.contains(&pixel) {
         let text =
             format!("aspect is {aspect}: pixels would be {pixel} times as wide as high (1/16 to 16 is possible), and are square");
         problems.push(Problem::argument(text));

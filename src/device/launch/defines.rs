@@ -83,7 +83,7 @@ pub(crate) struct Rendering {
     pub gradient_opacity: bool,
     /// There may be several lights; the sample parameters decide.
     pub several_lights: bool,
-    /// Lights have colours.
+    /// Lights may have colours; the sample parameters decide.
     pub colored_lights: bool,
     /// Colours may fade with depth; the sample parameters decide.
     pub depth_cue: bool,

@@ -2,12 +2,14 @@
 
 mod aligned;
 mod density;
+mod lines;
 mod parallel;
 mod perspective;
 mod phases;
 mod stagger;
 
 pub use density::Density;
+pub use lines::Lines;
 pub use perspective::MAX_LATTICE_SHEAR;
 pub use phases::{LayerOffset, MAX_SAMPLES_PER_VOXEL, Phases};
 pub use stagger::Stagger;

@@ -1,6 +1,7 @@
 // Lights on a ball, shadows and ambient occlusion.
 
 import { Ball, onBall } from "./ball.js";
+import { fromHex, toHex } from "./editing.js";
 
 /** @typedef {import("./state.js").Look} Look */
 /** @typedef {import("./state.js").Light} Light */
@@ -15,11 +16,6 @@ const MOST = 4;
 const KEY_STEP = 0.08;
 
 const WHITE = [1, 1, 1];
-
-/** #rrggbb. @param {number[]} color */
-const hexOf = (color) => `#${color.map((part) => Math.round(255 * part).toString(16).padStart(2, "0")).join("")}`;
-/** @param {string} hex */
-const colorOf = (hex) => [1, 3, 5].map((at) => Number((parseInt(hex.slice(at, at + 2), 16) / 255).toFixed(4)));
 
 /** @param {string} id */
 const element = (id) => /** @type {HTMLInputElement} */ (document.getElementById(id));
@@ -65,7 +61,7 @@ export class Lighting {
     element("lights-follow").checked = look.lights_follow || isBeside;
     element("strength").value = String(light?.strength ?? 1);
     element("angle").value = String(light?.angle ?? 0);
-    element("light-color").value = hexOf(light?.color ?? WHITE);
+    element("light-color").value = toHex(light?.color ?? WHITE);
     element("shadows").checked = look.shadows;
     element("shadow-strength").value = String(look.shadow_strength);
     element("ambient-occlusion").checked = look.ambient_occlusion;
@@ -169,7 +165,7 @@ export class Lighting {
     slide("angle", (value, isDone) => this.changeLight((light) => { light.angle = value; }, isDone));
     for (const [event, isDone] of /** @type {const} */ ([["input", false], ["change", true]])) {
       element("light-color").addEventListener(event, () => {
-        this.changeLight((light) => { light.color = colorOf(element("light-color").value); }, isDone);
+        this.changeLight((light) => { light.color = fromHex(element("light-color").value).map((part) => Number(part.toFixed(4))); }, isDone);
       });
     }
     slide("shadow-strength", (value, isDone) => page.change((look) => { look.shadow_strength = value; }, isDone));
