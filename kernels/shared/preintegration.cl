@@ -99,12 +99,16 @@ typedef struct {
     realv r, g, b, extinction, distance;
 } Difference;
 
+// Distance from the table, in nodes, at which samples count as far: a steep ramp beside a wide range of values would overflow otherwise.
+#define FAR_FROM_TABLE 1e12f
+
 // Beyond the table its first and last entries apply. If one sample is outside and the other inside or beyond the other end, the entry's
 // share is added. If both are beyond the same end, the differences are right already.
 static inline void extend_difference(const SampleParams *p, __global const int4 *integrals, realv from, realv to, Difference *d) {
     const realv last = p->classification.table_last;
     const float first = p->classification.table_first, per_value = p->classification.table_per_value;
-    const realv x0 = (from - first) * per_value, x1 = (to - first) * per_value;
+    const realv x0 = CLAMP((from - first) * per_value, (realv)(-FAR_FROM_TABLE), (realv)(FAR_FROM_TABLE));
+    const realv x1 = CLAMP((to - first) * per_value, (realv)(-FAR_FROM_TABLE), (realv)(FAR_FROM_TABLE));
 #if VW == 1
     // Both inside the table, and neither is NaN.
     if (x0 >= 0.0f && x0 <= last && x1 >= 0.0f && x1 <= last)
@@ -184,8 +188,7 @@ static inline realv visible_origin(const Segment *s, realv depth) {
     const realv spread = 4.0f * s->centroid * (1.0f - s->centroid);
     const realv unclamped = s->centroid - spread * shift_to_front(depth);
     // Clamped to the front, beyond which no lighting is known; this happens in deep segments with most extinction near the front.
-    // (Not MAX: NaN, from ramps too steep for floats, must stay NaN.)
-    return unclamped < 0.0f ? (realv)(0.0f) : unclamped;
+    return MAX(unclamped, (realv)(0.0f));
 }
 
 #if BLEND == COMPOSITE
