@@ -8,6 +8,7 @@ use layersplat::layers::{Correction, Density, Kernel, Ray, Rays};
 use layersplat::renderer::{LatticePicture, Plan};
 use layersplat::settings::{Classification, Evaluation, Layered};
 use layersplat::{Camera, Frame, OpenOptions, Orbit, Quality, Renderer, Settings, TransferFunction, Volume};
+use std::collections::HashMap;
 
 /// PSNR over RGBA for noise, the hardest case: its finest detail is two voxels, four to six samples. 1 dB below the measured one; likewise
 /// for a smooth volume below.
@@ -116,20 +117,17 @@ fn place_of(ray: &Ray, lattice: &LatticePicture) -> [f64; 2] {
     [place.x, place.y]
 }
 
-/// Largest distance, in rows and columns, of a ray from the sample that coincides with it.
+/// Largest distance, in pixels or columns, of a ray from a sample that coincides with it.
 const OWN: f64 = 1e-6;
 
-/// Column and row of the sample that coincides with a ray, if any; columns may be staggered.
-fn own_sample(ray: &Ray, lattice: &LatticePicture) -> Option<[i64; 2]> {
-    let column = place_of(ray, lattice)[0].round();
-    if !(0.0..f64::from(lattice.size[0])).contains(&column) {
-        return None;
-    }
-    let [corner, across, down] = [(0, 0), (1, 0), (0, 1)].map(|(c, r)| lattice.ray(c, r).origin);
-    let from = ray.origin - lattice.ray(column as u32, 0).origin;
-    let place = DMat3::from_cols(across - corner, down - corner, -ray.direction).inverse() * from;
-    let own = place.x.abs() < OWN && (place.y - place.y.round()).abs() < OWN;
-    own.then_some([column as i64, place.y.round() as i64])
+/// The samples that coincide with pixels, by pixel; `None` if some samples do not.
+fn samples_of_pixels(rays: &Rays, lattice: &LatticePicture) -> Option<HashMap<[i64; 2], [f64; 4]>> {
+    let samples = lattice.samples.iter().zip(0..).map(|(sample, n)| {
+        let place = pixel_of(rays, &lattice.ray(n % lattice.size[0], n / lattice.size[0]));
+        let coincide = place.iter().all(|at| (at.rem_euclid(1.0) - 0.5).abs() < OWN);
+        coincide.then(|| (place.map(|at| at.floor() as i64), sample.map(f64::from)))
+    });
+    samples.collect()
 }
 
 fn sample_of(lattice: &LatticePicture, place: [i64; 2]) -> [f64; 4] {
@@ -183,13 +181,10 @@ fn crossed_lines(rays: &Rays, [width, height]: [f64; 2], lattice: &LatticePictur
     usize::from((right[1] * down[0]).abs() > (right[0] * down[1]).abs())
 }
 
-/// Definition of the warp. A pixel takes the sample that coincides with its ray, if any. Where columns have samples on the rows of pixels,
-/// the pixel is interpolated between these. Otherwise lattice lines are interpolated where the row of pixels crosses them, and the pixel
+/// Definition of the warp where samples are no pixels. Where columns have samples on the rows of pixels, a pixel is interpolated between
+/// these. Otherwise lattice lines are interpolated where the row of pixels crosses them, and the pixel
 /// between them; upright lines, in parallel views, come first. Interpolated colours are clamped to the range of the middle two.
 fn seen_by(rays: &Rays, [x, y]: [f64; 2], [width, height]: [f64; 2], lattice: &LatticePicture) -> [f64; 4] {
-    if let Some(own) = own_sample(&rays.at(x, y), lattice) {
-        return sample_of(lattice, own);
-    }
     if let Some(seen) = between_columns(rays, [x, y], lattice) {
         return seen;
     }
@@ -229,7 +224,11 @@ fn the_warp_interpolates_the_samples_around_each_ray() {
                 let rays = Rays::new(&camera, size, noise.grid()).unwrap();
                 let expected = (0..size.height).flat_map(|y| (0..size.width).map(move |x| (x, y)));
                 let sides = [size.width, size.height].map(f64::from);
-                let seen = |(x, y)| seen_by(&rays, [f64::from(x) + 0.5, f64::from(y) + 0.5], sides, &lattice);
+                let own = samples_of_pixels(&rays, &lattice);
+                let seen = |(x, y)| match &own {
+                    Some(own) => own.get(&[i64::from(x), i64::from(y)]).copied().unwrap_or_default(),
+                    None => seen_by(&rays, [f64::from(x) + 0.5, f64::from(y) + 0.5], sides, &lattice),
+                };
                 let expected = expected.map(|pixel| seen(pixel).map(|c| c as f32));
                 let expected = Frame::new(size, expected.collect());
                 assert_close(&format!("{azimuth}, {elevation}, {camera:?}, {density:?}"), &frame, &expected, WARP_TOLERANCE);

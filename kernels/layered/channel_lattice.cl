@@ -5,10 +5,10 @@
 #include "shared/channel.cl"
 
 // Sub-layer l of a channel, with samples in all patches over which it can be visible.
-static inline Layer *sampled_layer(Channel *c, const RayLatticeParams *p, const Tile *tile, int s, realv u, int l) {
+static inline Layer *sampled_layer(Channel *c, const RayLatticeParams *p, const Tile *tile, int s, int l) {
     Layer *layer = &c->layers[l & 1];
     if (layer->index != l || c->over & ~layer->sampled)
-        sample_layer(c->voxels, &c->view, p->centre_layer, s, l, u, &tile->v, c->over, layer);
+        sample_layer(c->voxels, &c->view, p->centre_layer, s, l, tile, c->over, layer);
     return layer;
 }
 
@@ -124,8 +124,7 @@ __kernel void channel_lattice(PER_CHANNEL(__global const VOXEL *, voxels),
     __global const float4 *const all_tables[MAX_CHANNELS] = EACH(tables);
 
     const int id = scheduled_tile(&p, order);
-    const int column = id % p.tiles_u * VW, row = id / p.tiles_u * TILE_ROWS;
-    const Tile tile = make_tile(&p, column, row);
+    const Tile tile = make_tile(&p, id);
     const int patches = tile.bands * PATCH_ROWS;
     Channel channels[CHANNELS];
     int lowest = INT_MAX, highest = INT_MIN;
@@ -171,7 +170,7 @@ __kernel void channel_lattice(PER_CHANNEL(__global const VOXEL *, voxels),
     for (int n = 0; n < patches; n++) {
         const SampleRays rays = patch_rays(&p, &tile, n);
         gathered[n] = empty_accumulator(first);
-        has_ray[n] = lanes_with_rays(&tile, n);
+        has_ray[n] = lanes_with_rays(&p, &tile, n);
         lengths[n] = length_per_layer(first, &rays);
 #ifdef CLIPPED
         intervals[n] = clip_sample_rays(&p, &clip, &rays);
@@ -213,16 +212,16 @@ __kernel void channel_lattice(PER_CHANNEL(__global const VOXEL *, voxels),
                 channel->shown = 0;
                 if (!channel->over)
                     continue;
-                Layer *front = sampled_layer(channel, &p, &tile, s, COLUMNS_AT(l0), l0);
-                Layer *behind = sampled_layer(channel, &p, &tile, s, COLUMNS_AT(l1), l1);
+                Layer *front = sampled_layer(channel, &p, &tile, s, l0);
+                Layer *behind = sampled_layer(channel, &p, &tile, s, l1);
                 channel->shown = shown_patches(channel, open, front, behind);
                 shown |= channel->shown;
                 if (!channel->shown)
                     continue;
                 const SampleParams *sample = &channel->sample;
                 if (sample->light.shading && LIT_AT_ENDS) {
-                    light_layer(&channel->shading, &p, sample, column, row, s, COLUMNS_AT(l0), channel->shown, front);
-                    light_layer(&channel->shading, &p, sample, column, row, s, COLUMNS_AT(l1), channel->shown, behind);
+                    light_layer(&channel->shading, &p, sample, &tile, s, channel->shown, front);
+                    light_layer(&channel->shading, &p, sample, &tile, s, channel->shown, behind);
                 }
                 channel->front = &front->at, channel->back = &behind->at;
             }
@@ -310,9 +309,9 @@ __kernel void channel_lattice(PER_CHANNEL(__global const VOXEL *, voxels),
 #else
         resolve_channels(channels, count, all_tables, r, &intervals[r], color);
 #endif
-        store_colors(color, tile.columns, 1, lattice + (size_t)(row + r) * p.width + column);
+        STORE_ROW_COLORS(&p, color, lattice, &tile, r);
         if (GATHERS_VALUES)
-            total += count_visible(color, tile.columns);
+            total += COUNT_VISIBLE_IN_ROW(&p, color, &tile, r);
     }
     active_samples[id] = total;
 }

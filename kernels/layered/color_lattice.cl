@@ -20,10 +20,10 @@ typedef struct {
 
 // Sub-layer l of a field, with samples in some patches.
 static inline Layer *sampled_layer(Fields *fields, int field, const VolumeView *view, const RayLatticeParams *p, const Tile *tile, int s,
-                                   realv u, int l, int patches) {
+                                   int l, int patches) {
     Layer *layer = &fields->layers[l & 1][field];
     if (layer->index != l || patches & ~layer->sampled)
-        sample_layer(fields->voxels[field], view, p->centre_layer, s, l, u, &tile->v, patches, layer);
+        sample_layer(fields->voxels[field], view, p->centre_layer, s, l, tile, patches, layer);
     return layer;
 }
 
@@ -107,8 +107,7 @@ __kernel void color_lattice(__global const VOXEL *red, __global const VOXEL *gre
     const int id = scheduled_tile(&p, order);
     __global const VOXEL *voxels = extinction + view.first;
     const ShadingSource shading = SHADING_SOURCE;
-    const int column = id % p.tiles_u * VW, row = id / p.tiles_u * TILE_ROWS;
-    const Tile tile = make_tile(&p, column, row);
+    const Tile tile = make_tile(&p, id);
     Fields fields = {{red + view.first, green + view.first, blue + view.first, voxels}};
     for (int i = 0; i < 4; i++)
         fields.layers[0][i].index = fields.layers[1][i].index = INT_MIN;
@@ -122,7 +121,7 @@ __kernel void color_lattice(__global const VOXEL *red, __global const VOXEL *gre
     for (int n = 0; n < patches; n++) {
         const SampleRays rays = patch_rays(&p, &tile, n);
         gathered[n] = empty_accumulator(&sample);
-        has_ray[n] = lanes_with_rays(&tile, n);
+        has_ray[n] = lanes_with_rays(&p, &tile, n);
         lengths[n] = length_per_layer(&sample, &rays);
 #ifdef CLIPPED
         intervals[n] = clip_sample_rays(&p, &clip, &rays);
@@ -155,8 +154,8 @@ __kernel void color_lattice(__global const VOXEL *red, __global const VOXEL *gre
         }
         for (int i = 0; i < s; i++) {
             const int l0 = enters ? (q + 1) * s - i : q * s + i, l1 = l0 + p.layer_step;
-            Layer *front = sampled_layer(&fields, 3, &view, &p, &tile, s, COLUMNS_AT(l0), l0, over);
-            Layer *behind = sampled_layer(&fields, 3, &view, &p, &tile, s, COLUMNS_AT(l1), l1, over);
+            Layer *front = sampled_layer(&fields, 3, &view, &p, &tile, s, l0, over);
+            Layer *behind = sampled_layer(&fields, 3, &view, &p, &tile, s, l1, over);
             int shown = open & over;
             for (int left = shown; left; left &= left - 1) {
                 const int n = LOWEST_BIT(left);
@@ -166,12 +165,12 @@ __kernel void color_lattice(__global const VOXEL *red, __global const VOXEL *gre
             if (!shown)
                 continue;
             for (int field = 0; field < 3; field++) {
-                sampled_layer(&fields, field, &view, &p, &tile, s, COLUMNS_AT(l0), l0, over);
-                sampled_layer(&fields, field, &view, &p, &tile, s, COLUMNS_AT(l1), l1, over);
+                sampled_layer(&fields, field, &view, &p, &tile, s, l0, over);
+                sampled_layer(&fields, field, &view, &p, &tile, s, l1, over);
             }
             if (sample.light.shading) {
-                light_layer(&shading, &p, &sample, column, row, s, COLUMNS_AT(l0), shown, front);
-                light_layer(&shading, &p, &sample, column, row, s, COLUMNS_AT(l1), shown, behind);
+                light_layer(&shading, &p, &sample, &tile, s, shown, front);
+                light_layer(&shading, &p, &sample, &tile, s, shown, behind);
             }
             const float2 ends = end_weights(&sample, l0, l1);
             for (int left = shown; left; left &= left - 1) {
@@ -196,7 +195,7 @@ __kernel void color_lattice(__global const VOXEL *red, __global const VOXEL *gre
     for (int r = 0; r < tile.rows; r++) {
         realv color[4];
         resolve(&sample, 0, &gathered[r], &intervals[r], color);
-        store_colors(color, tile.columns, 1, lattice + (size_t)(row + r) * p.width + column);
+        STORE_ROW_COLORS(&p, color, lattice, &tile, r);
     }
     active_samples[id] = total;
 }

@@ -13,7 +13,7 @@
 #define SUB_LAYER(l) (&layers[(l) & 1])
 #define SAMPLE_SUB_LAYER(l)                                          \
     if (SUB_LAYER(l)->index != (l) || over & ~SUB_LAYER(l)->sampled) \
-    sample_layer(voxels, &view, p.centre_layer, s, l, COLUMNS_AT(l), &tile.v, over, SUB_LAYER(l))
+    sample_layer(voxels, &view, p.centre_layer, s, l, &tile, over, SUB_LAYER(l))
 
 __kernel void point_lattice(__global const VOXEL *voxels, VolumeView view, __global const GRADIENT_VOXEL *gradient_voxels,
                             VolumeView gradient_view, __global const uchar *light, __global const uchar *sky, __global const uchar *visible,
@@ -26,8 +26,7 @@ __kernel void point_lattice(__global const VOXEL *voxels, VolumeView view, __glo
     const int id = scheduled_tile(&p, order);
     voxels += view.first;
     const ShadingSource shading = SHADING_SOURCE;
-    const int column = id % p.tiles_u * VW, row = id / p.tiles_u * TILE_ROWS;
-    const Tile tile = make_tile(&p, column, row);
+    const Tile tile = make_tile(&p, id);
     Layer layers[2];
     layers[0].index = layers[1].index = INT_MIN;
     Accumulator gathered[TILE_ROWS];
@@ -45,12 +44,12 @@ __kernel void point_lattice(__global const VOXEL *voxels, VolumeView view, __glo
         gathered[n] = empty_accumulator(&sample);
     if (p.continues) {
         for (int r = 0; r < tile.rows; r++)
-            gathered[r] = load_raw(&sample, lattice + (size_t)(row + r) * p.width + column, tile.columns, 1);
+            gathered[r] = LOAD_ROW(&p, &sample, lattice, &tile, r);
         regroup_all((realv *)gathered, RAW_FLOATS, tile.bands);
     }
     for (int n = 0; n < patches; n++) {
         const SampleRays rays = patch_rays(&p, &tile, n);
-        has_ray[n] = lanes_with_rays(&tile, n);
+        has_ray[n] = lanes_with_rays(&p, &tile, n);
 #ifdef CLIPPED
         intervals[n] = clip_sample_rays(&p, &clip, &rays);
 #endif
@@ -105,8 +104,8 @@ __kernel void point_lattice(__global const VOXEL *voxels, VolumeView view, __glo
                 continue;
             // Lighting of all patches before any look-ups: shorter loops overlap better, 5 % on engine.
             if (sample.light.shading && LIT_AT_ENDS) {
-                light_layer(&shading, &p, &sample, column, row, s, COLUMNS_AT(l0), shown, front);
-                light_layer(&shading, &p, &sample, column, row, s, COLUMNS_AT(l1), shown, behind);
+                light_layer(&shading, &p, &sample, &tile, s, shown, front);
+                light_layer(&shading, &p, &sample, &tile, s, shown, behind);
             }
             // The plane where rays enter, and the distance to the one where they leave.
             const float k = (float)l0 / s - RADIUS, step = (float)p.layer_step / s;
@@ -190,6 +189,6 @@ __kernel void point_lattice(__global const VOXEL *voxels, VolumeView view, __glo
 #endif
     uint total = sum_lanes(active, VW);
     for (int r = 0; r < tile.rows; r++)
-        STORE_RAYS(p, sample, table, &gathered[r], &intervals[r], tile.columns, 1, lattice + (size_t)(row + r) * p.width + column, total)
+        STORE_ROW(p, sample, table, &gathered[r], &intervals[r], lattice, tile, r, total)
     active_samples[id] = total;
 }

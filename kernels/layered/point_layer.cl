@@ -6,8 +6,7 @@
 // sum ACROSS it along the others, also along the layer axis: neighbouring layers are resampled at the crossings of this layer, not of
 // theirs.
 
-#include "layered/ray_lattice.cl"
-#include "layered/tile_rows.cl"
+#include "layered/tile.cl"
 #include "shared/span_lighting.cl"
 #include "shared/volume.cl"
 
@@ -15,7 +14,7 @@
 #define VOXELS_PER_SAMPLE 2
 // Voxel rows and columns under a tile. A sample uses the voxels -1 ... 2.
 #define ROWS (VOXELS_PER_SAMPLE * TILE_ROWS + 4 + FARTHEST)
-#define SPAN_VECTORS ((VOXELS_PER_SAMPLE * VW + 4 + VW - 1) / VW)
+#define SPAN_VECTORS ((VOXELS_PER_SAMPLE * VW + 4 + MOST_LEAN + VW - 1) / VW)
 
 // Samples of a tile's patches: field, and lighting where it has been computed.
 typedef struct {
@@ -43,6 +42,9 @@ typedef struct {
     intv offset;     // of the voxel below each column, in the span
     realv between;   // distance of each column from it, 0, to the next, 1
     Weights u;       // weights of voxels -1 ... 2
+#ifdef PIXEL_RAYS
+    ColumnLine line;
+#endif
 } Columns;
 
 // Stores weights that are equal in all lanes as scalars.
@@ -51,23 +53,56 @@ static inline void store_first(const Weights *w, float *out) {
         out[n] = ((const float *)&w->tap[n])[0];
 }
 
-static inline Columns columns_under(const VolumeView *view, int samples_per_layer, int l, realv u) {
+// Places columns at `u` between the voxels of a span.
+ALWAYS_INLINE void place_columns(realv u, Columns *c) {
+    const intv below = floor_ints(u);
+    c->offset = below - c->first;
+    c->between = u - CONVERT_REALV(below);
+    c->u = value_weights(c->between);
+}
+
+// The columns in voxel row j.
+ALWAYS_INLINE Columns columns_in_row(const Columns *columns, int j) {
+    Columns c = *columns;
+#ifdef PIXEL_RAYS
+    place_columns(column_in_row(&c.line, j), &c);
+#endif
+    return c;
+}
+
+// Lowest and highest voxel below columns; the outermost columns are the first and the last.
+static inline int2 voxels_below(realv u) {
+    const intv below = floor_ints(u);
+    const int *ends = (const int *)&below;
+    return (int2)(min(ends[0], ends[VW - 1]), max(ends[0], ends[VW - 1]));
+}
+
+// Columns of a tile in sub-layer l, for voxel rows `first_row` to `last_row`.
+static inline Columns columns_under(const VolumeView *view, float centre_layer, int samples_per_layer, int l, const Tile *tile, int first_row,
+                                    int last_row) {
+    const float depth = (float)l / samples_per_layer - RADIUS - centre_layer;
     Columns c;
     c.k = l / samples_per_layer - RADIUS;
     c.above = (float)(l % samples_per_layer) / samples_per_layer;
     const Weights layers = value_weights((realv)(c.above));
     store_first(&layers, c.layers);
     c.mixes = KERNEL == BSPLINE || c.above > 0.0f;
-    const intv below = floor_ints(u);
-    c.between = u - CONVERT_REALV(below);
-    c.u = value_weights(c.between);
-    const int *ends = (const int *)&below;
-    const int first = min(ends[0], ends[VW - 1]) - 1, behind = max(ends[0], ends[VW - 1]) + 3;
+#ifdef PIXEL_RAYS
+    c.line = columns_at(tile, depth);
+    const int2 under_first = voxels_below(column_in_row(&c.line, first_row)), under_last = voxels_below(column_in_row(&c.line, last_row));
+    const int2 below = (int2)(min(under_first.x, under_last.x), max(under_first.y, under_last.y));
+#else
+    const realv u = tile->centre_u + depth * tile->shear_u;
+    const int2 below = voxels_below(u);
+#endif
+    const int first = below.x - 1, behind = below.y + 3;
     c.vectors = (behind - first + VW - 1) / VW;
     c.inside = first >= 0 && behind <= view->dims_u && c.vectors * VW <= view->dims_u;
     // A span is at least as wide as the columns: it may begin earlier, so that it ends inside the volume.
     c.first = c.inside ? min(first, view->dims_u - c.vectors * VW) : first;
-    c.offset = below - c.first;
+#ifndef PIXEL_RAYS
+    place_columns(u, &c);
+#endif
     return c;
 }
 
@@ -117,9 +152,10 @@ ALWAYS_INLINE void mixed_span(__global const VOXEL *voxels, const VolumeView *vi
 #define ACROSS_TAP_UNDER(span, step) (IS_ACROSS_TAP(step) ? UNDER(span, step) : (realv)(0.0f))
 
 // Resamples voxel rows along u.
-ALWAYS_INLINE void sample_rows(__global const VOXEL *voxels, const VolumeView *view, const Columns *c, int first, int last,
+ALWAYS_INLINE void sample_rows(__global const VOXEL *voxels, const VolumeView *view, const Columns *columns, int first, int last,
                                int vectors, bool inside, realv *value) {
     for (int j = first; j <= last; j++) {
+        const Columns in_row = columns_in_row(columns, j), *c = &in_row;
         float span[SPAN_VECTORS * VW];
         mixed_span(voxels, view, c, j, vectors, inside, span);
         const realv before = TAP_UNDER(span, -1), low = UNDER(span, 0), high = UNDER(span, 1), behind = TAP_UNDER(span, 2);
@@ -139,23 +175,43 @@ typedef struct {
     realv value[ROWS], along_u[ROWS], along_a[ROWS];
 } Slopes;
 
-// Weights of slopes along u and along the layer axis, and of gradients across these axes.
+// Weights of slopes along u, and of gradients across it.
 typedef struct {
     Weights u, across_u;
+} ColumnSlopes;
+
+// Weights of slopes along the layer axis, and of gradients across it; and those of columns if these are the same in all rows.
+typedef struct {
     float layers[4], across_layers[4];
+    float smoothing_u;
+#ifndef PIXEL_RAYS
+    ColumnSlopes columns;
+#endif
 } SlopeWeights;
+
+static inline ColumnSlopes slopes_of_columns(const Columns *c, float smoothing) {
+    ColumnSlopes w;
+    w.u = slope_weights(c->between);
+#if GRADIENTS_AT_VOXELS
+    w.across_u = across_weights(c->between, smoothing);
+#else
+    w.across_u = c->u;
+#endif
+    return w;
+}
 
 static inline SlopeWeights slope_weights_under(const Columns *c, const FieldParams *field) {
     SlopeWeights w;
-    w.u = slope_weights(c->between);
+    w.smoothing_u = field->smoothing_u;
+#ifndef PIXEL_RAYS
+    w.columns = slopes_of_columns(c, field->smoothing_u);
+#endif
     const Weights layers = slope_weights((realv)(c->above));
     store_first(&layers, w.layers);
 #if GRADIENTS_AT_VOXELS
-    w.across_u = across_weights(c->between, field->smoothing_u);
     const Weights across_layers = across_weights((realv)(c->above), field->smoothing_a);
     store_first(&across_layers, w.across_layers);
 #else
-    w.across_u = c->u;
     for (int n = 0; n < 4; n++)
         w.across_layers[n] = c->layers[n];
 #endif
@@ -214,18 +270,31 @@ ALWAYS_INLINE void differentiate_span(const ShadingSource *source, const Columns
     }
 }
 
-ALWAYS_INLINE void differentiate_rows(const ShadingSource *source, const Columns *c, const SlopeWeights *w,
+ALWAYS_INLINE void differentiate_rows(const ShadingSource *source, const Columns *columns, const SlopeWeights *w,
                                       int first, int last, int vectors, bool inside, Slopes *s) {
     for (int j = first, row = 0; j <= last; j++, row++) {
         float own[SPAN_VECTORS * VW], across[SPAN_VECTORS * VW];
+        const Columns in_row = columns_in_row(columns, j), *c = &in_row;
         differentiate_span(source, c, w, j, vectors, inside, own, across);
+#ifdef PIXEL_RAYS
+        const ColumnSlopes slopes = slopes_of_columns(c, w->smoothing_u);
+#else
+        const ColumnSlopes slopes = w->columns;
+#endif
         const realv o0 = UNDER(own, -1), o1 = UNDER(own, 0), o2 = UNDER(own, 1), o3 = UNDER(own, 2);
-        s->value[row] = ACROSS(w->across_u.tap, o0, o1, o2, o3);
-        s->along_u[row] = SLOPE(w->u.tap, o0, o1, o2, o3);
+        s->value[row] = ACROSS(slopes.across_u.tap, o0, o1, o2, o3);
+        s->along_u[row] = SLOPE(slopes.u.tap, o0, o1, o2, o3);
         const realv a0 = ACROSS_TAP_UNDER(across, -1), a1 = UNDER(across, 0), a2 = UNDER(across, 1), a3 = ACROSS_TAP_UNDER(across, 2);
-        s->along_a[row] = ACROSS(w->across_u.tap, a0, a1, a2, a3);
+        s->along_a[row] = ACROSS(slopes.across_u.tap, a0, a1, a2, a3);
     }
 }
+
+// Columns that lean reach under more voxels.
+#if defined(PIXEL_RAYS) && VW < 16
+#define ON_LONG_ROWS(WORK) else if (inside && columns.vectors == 3) WORK(3, true);
+#else
+#define ON_LONG_ROWS(WORK)
+#endif
 
 // Runs WORK(vectors, inside) on rows [first, last] of layers [from, to], with constant arguments in the most frequent cases, which
 // removes branches and loops.
@@ -236,6 +305,7 @@ ALWAYS_INLINE void differentiate_rows(const ShadingSource *source, const Columns
         WORK(1, true);                                                                                                 \
     else if (inside && columns.vectors == 2)                                                                           \
         WORK(2, true);                                                                                                 \
+    ON_LONG_ROWS(WORK)                                                                                                 \
     else                                                                                                               \
         WORK(columns.vectors, false)
 
@@ -259,20 +329,19 @@ ALWAYS_INLINE void mix_rows(const RowPlaces *rows, const realv *value, int first
     }
 }
 
-// Samples the missing patches of sub-layer l: all bands from the first to the last that lacks one. `u`: columns of the tile; `tile_v`:
-// its rows.
+// Samples the missing patches of sub-layer l: all bands from the first to the last that lacks one.
 static inline void sample_layer(__global const VOXEL *voxels, const VolumeView *view, float centre_layer, int samples_per_layer, int l,
-                                realv u, const TileRows *tile_v, int patches, Layer *layer) {
+                                const Tile *tile, int patches, Layer *layer) {
     if (layer->index != l) {
         layer->index = l, layer->sampled = layer->lit = 0;
-        place_rows(tile_v, (float)l / samples_per_layer - RADIUS - centre_layer, &layer->rows);
+        place_rows(&tile->v, (float)l / samples_per_layer - RADIUS - centre_layer, &layer->rows);
     }
     patches &= ~layer->sampled;
     layer->sampled |= patches;
     const int first_band = LOWEST_BIT(patches) / PATCH_ROWS, last_band = HIGHEST_BIT(patches) / PATCH_ROWS;
     const int one = layer->rows.below[first_band * PATCH_ROWS], other = layer->rows.below[(last_band + 1) * PATCH_ROWS - 1];
     const int first = min(one, other) + FIRST_TAP, last = max(one, other) + LAST_TAP + layer->rows.farthest;
-    const Columns columns = columns_under(view, samples_per_layer, l, u);
+    const Columns columns = columns_under(view, centre_layer, samples_per_layer, l, tile, first, last);
     realv value[ROWS];
 #define SAMPLE(vectors, inside) sample_rows(voxels, view, &columns, first, last, vectors, inside, value)
     ON_ROWS(SAMPLE, first, last, columns.k + FIRST_TAP, columns.k + LAST_TAP);
@@ -281,8 +350,8 @@ static inline void sample_layer(__global const VOXEL *voxels, const VolumeView *
 }
 
 // Gradients of some patches, from resampled voxel rows that begin with row `first`.
-ALWAYS_INLINE void mix_slopes(const RowPlaces *rows, const Slopes *slopes, int first, int first_band, int last_band, int patches,
-                              int farthest, Gradient *gradients) {
+ALWAYS_INLINE void mix_slopes(const Tile *tile, const RowPlaces *rows, const Slopes *slopes, int first, int first_band, int last_band,
+                              int patches, int farthest, Gradient *gradients) {
     for (int band = first_band; band <= last_band; band++) {
         if (!(patches & LOW_BITS(PATCH_ROWS) << band * PATCH_ROWS))
             continue;
@@ -293,6 +362,10 @@ ALWAYS_INLINE void mix_slopes(const RowPlaces *rows, const Slopes *slopes, int f
             const RowMix mix = row_mix(rows, r, farthest);
             along_u[i] = ACROSS_ROWS(mix, slopes->along_u + j, farthest);
             along_v[i] = SLOPE_ROWS(mix, slopes->value + j, farthest);
+#ifdef PIXEL_RAYS
+            // That was the slope along the column, which leans.
+            along_v[i] -= tile->lean * along_u[i];
+#endif
             along_a[i] = ACROSS_ROWS(mix, slopes->along_a + j, farthest);
         }
         regroup(along_u), regroup(along_v), regroup(along_a);
@@ -304,17 +377,17 @@ ALWAYS_INLINE void mix_slopes(const RowPlaces *rows, const Slopes *slopes, int f
     }
 }
 
-// Where the rays of a patch cross plane k; the tile begins at (column, row).
-static inline Point patch_points(const RayLatticeParams *p, int column, int row, int patch, float k) {
-    const SampleRays rays = sample_rays(p, patch_columns(patch) + column, patch_sample_rows(patch) + row);
+// Where the rays of a patch cross plane k.
+static inline Point patch_points(const RayLatticeParams *p, const Tile *tile, int patch, float k) {
+    const SampleRays rays = patch_rays(p, tile, patch);
     const float depth = k - p->centre_layer;
     const Point point = {rays.centre_u + depth * rays.shear_u, rays.centre_v + depth * rays.shear_v, (realv)(k)};
     return point;
 }
 
-// Lights the samples of some patches of the tile at (column, row).
-static inline void light_layer(const ShadingSource *source, const RayLatticeParams *p, const SampleParams *sample, int column, int row,
-                               int samples_per_layer, realv u, int patches, Layer *layer) {
+// Lights the samples of some patches of a tile.
+static inline void light_layer(const ShadingSource *source, const RayLatticeParams *p, const SampleParams *sample, const Tile *tile,
+                               int samples_per_layer, int patches, Layer *layer) {
     patches &= ~layer->lit;
     if (!patches)
         return;
@@ -323,7 +396,7 @@ static inline void light_layer(const ShadingSource *source, const RayLatticePara
     const int one = layer->rows.below[first_band * PATCH_ROWS], other = layer->rows.below[(last_band + 1) * PATCH_ROWS - 1];
     const int first = min(one, other) - 1, last = max(one, other) + 2 + layer->rows.farthest;
     const VolumeView *view = source->view;
-    const Columns columns = columns_under(view, samples_per_layer, layer->index, u);
+    const Columns columns = columns_under(view, p->centre_layer, samples_per_layer, layer->index, tile, first, last);
     const SlopeWeights weights = slope_weights_under(&columns, &sample->field);
     prepare_slopes(&layer->rows, sample->field.smoothing_v);
     Slopes slopes;
@@ -332,11 +405,11 @@ static inline void light_layer(const ShadingSource *source, const RayLatticePara
     ON_ROWS(DIFFERENTIATE, first, last, columns.k - 1, columns.k + 2);
     // All gradients before any lighting: shorter loops overlap better, 10 % on engine.
     Gradient gradients[TILE_ROWS];
-#define MIX_SLOPES(farthest) mix_slopes(&layer->rows, &slopes, first, first_band, last_band, patches, farthest, gradients)
+#define MIX_SLOPES(farthest) mix_slopes(tile, &layer->rows, &slopes, first, first_band, last_band, patches, farthest, gradients)
     ON_STAGGERED(MIX_SLOPES, layer->rows.farthest);
     for (int left = patches; left; left &= left - 1) {
         const int n = LOWEST_BIT(left);
-        const Point point = patch_points(p, column, row, n, (float)layer->index / samples_per_layer - RADIUS);
+        const Point point = patch_points(p, tile, n, (float)layer->index / samples_per_layer - RADIUS);
         layer->at.lit[n] = light_sample(sample, source->light, point, layer->at.field[n], gradients[n]);
     }
 }

@@ -16,9 +16,6 @@ static inline void tile_bounds(const Interval *intervals, int patches, float *fr
 }
 #endif
 
-// Columns of a tile where they cross sub-layer l, of `s` per layer.
-#define COLUMNS_AT(l) (tile.centre_u + ((float)(l) / s - RADIUS - p.centre_layer) * tile.shear_u)
-
 // Bytes of a cache line.
 #define LINE 64
 

@@ -1,4 +1,5 @@
-// A lattice of rays (`RayLatticeParams`): each ray has the same column and row in all layers.
+// A lattice of rays (`RayLatticeParams`): each ray has the same column and row in all layers. PIXEL_RAYS: samples are the pixels of a
+// perspective (src/layers/lattice/pixel_rays.rs).
 
 #include "layered/beam.cl"
 #include "shared/clipping.cl"
@@ -19,13 +20,44 @@ static inline void axis_crossings(const RayLatticeParams *p, int axis, intv indi
     *shear = rays[2] + from_middle * rays[3];
 }
 
+#ifdef PIXEL_RAYS
+// Shears of samples, less that of the ray in the middle.
+static inline void shear_offsets(const RayLatticeParams *p, intv columns, intv rows, realv *u, realv *v) {
+    const realv i = CONVERT_REALV(columns) - 0.5f * (p->width - 1), j = CONVERT_REALV(rows) - 0.5f * (p->height - 1);
+    const realv inverse = 1.0f / (1.0f + (p->depth_per_column * i + p->depth_per_row * j));
+    *u = (p->u_per_column * i + p->u_per_row * j) * inverse;
+    *v = (p->v_per_column * i + p->v_per_row * j) * inverse;
+}
+
+// Rays with all shears between two, given as offsets (u, v, u, v) from the middle.
+static inline Beam beam_between(const RayLatticeParams *p, float4 offsets) {
+    const float4 crossing = (float4)(p->rays[0], p->rays[4], p->rays[0], p->rays[4]);
+    const float4 shear = (float4)(p->rays[2], p->rays[6], p->rays[2], p->rays[6]);
+    const Beam beam = {crossing + p->spread_at_centre * offsets, shear + p->spread_per_layer * offsets};
+    return beam;
+}
+#endif
+
 // Outermost rays of a range of columns and rows.
+#if defined(PIXEL_RAYS) && VW == 1
+static inline Beam make_beam(const RayLatticeParams *p, int column, int row, int columns, int rows) {
+    float4 offsets = (float4)(INFINITY, INFINITY, -INFINITY, -INFINITY);
+    for (int corner = 0; corner < 4; corner++) {
+        float u, v;
+        shear_offsets(p, corner & 1 ? column + columns - 1 : column, corner & 2 ? row + rows - 1 : row, &u, &v);
+        offsets.lo = MIN(offsets.lo, (float2)(u, v)), offsets.hi = MAX(offsets.hi, (float2)(u, v));
+    }
+    return beam_between(p, offsets);
+}
+#else
 static inline Beam make_beam(const RayLatticeParams *p, int column, int row, int columns, int rows) {
     const float2 first_u = axis_crossing(p, 0, column), last_u = axis_crossing(p, 0, column + columns - 1);
     const float2 first_v = axis_crossing(p, 1, row), last_v = axis_crossing(p, 1, row + rows - 1);
     const Beam beam = {(float4)(first_u.x, first_v.x, last_u.x, last_v.x), (float4)(first_u.y, first_v.y, last_u.y, last_v.y)};
     return beam;
 }
+
+#endif
 
 // Stagger of VW columns in voxels along v; less than the distance between rows.
 static inline realv column_stagger(const RayLatticeParams *p, intv columns) {
@@ -37,11 +69,25 @@ typedef struct {
     realv centre_u, shear_u, centre_v, shear_v;
 } SampleRays;
 
+#ifdef PIXEL_RAYS
+static inline SampleRays rays_with_offsets(const RayLatticeParams *p, realv u, realv v) {
+    const SampleRays rays = {p->rays[0] + p->spread_at_centre * u, p->rays[2] + p->spread_per_layer * u,
+                             p->rays[4] + p->spread_at_centre * v, p->rays[6] + p->spread_per_layer * v};
+    return rays;
+}
+#endif
+
 static inline SampleRays sample_rays(const RayLatticeParams *p, intv columns, intv rows) {
     SampleRays rays;
+#ifdef PIXEL_RAYS
+    realv u, v;
+    shear_offsets(p, columns, rows, &u, &v);
+    rays = rays_with_offsets(p, u, v);
+#else
     axis_crossings(p, 0, columns, &rays.centre_u, &rays.shear_u);
     axis_crossings(p, 1, rows, &rays.centre_v, &rays.shear_v);
     rays.centre_v += column_stagger(p, columns);
+#endif
     return rays;
 }
 

@@ -1,7 +1,8 @@
 // Positions of a tile's rows between the voxel rows, and their weights.
 //
 // All columns of a sample row share the weights of the voxel rows around it, unless columns are staggered
-// (src/layers/lattice/stagger.rs): each is then shifted by its own fraction of a row. `farthest` is the largest shift in whole voxel
+// (src/layers/lattice/stagger.rs): each is then shifted by its own fraction of a row. PIXEL_RAYS: by a distance of its own in each row, which
+// grows with the distance from the eye. `farthest` is the largest shift in whole voxel
 // rows: 0 without stagger, 1 where rows are at most a voxel row apart, else 2. It is a kernel argument, but a constant in loops over
 // rows: ON_STAGGERED.
 
@@ -26,7 +27,12 @@
 // Where the rows of a tile cross the centre layer, their shears, and the shifts of its columns, in voxels.
 typedef struct {
     float centre[PADDED_ROWS], shear[PADDED_ROWS];
+#ifdef PIXEL_RAYS
+    realv stagger[TILE_ROWS]; // times the spread of the rays in a layer
+    float spread_at_centre, spread_per_layer;
+#else
     realv stagger;
+#endif
     int farthest;
 } TileRows;
 
@@ -39,7 +45,12 @@ typedef struct {
 typedef struct {
     int below[PADDED_ROWS] __attribute__((aligned(64)));
     float between[PADDED_ROWS];
+#ifdef PIXEL_RAYS
+    const realv *stagger;
+    float spread;
+#else
     realv stagger;
+#endif
     int farthest;
     RowWeights value; // without stagger
 #if GRADIENTS_AT_VOXELS
@@ -73,7 +84,11 @@ ALWAYS_INLINE RowMix row_mix(const RowPlaces *places, int row, int farthest) {
 #endif
         return mix;
     }
+#ifdef PIXEL_RAYS
+    const realv behind = places->between[row] + places->spread * places->stagger[row];
+#else
     const realv behind = places->between[row] + places->stagger;
+#endif
     mix.farther = COUNT_IF(behind >= 1.0f);
     realv between = behind >= 1.0f ? behind - 1.0f : behind;
     if (farthest > 1) {
@@ -111,6 +126,9 @@ static inline void store_weights(const Weights *w, int row, RowWeights *rows) {
 // `depth`: distance of the layer from the centre layer.
 static inline void place_rows(const TileRows *rows, float depth, RowPlaces *places) {
     places->stagger = rows->stagger, places->farthest = rows->farthest;
+#ifdef PIXEL_RAYS
+    places->spread = rows->spread_at_centre + depth * rows->spread_per_layer;
+#endif
     for (int r = 0; r < TILE_ROWS; r += VW) {
         const realv v = LOADV(rows->centre + r) + depth * LOADV(rows->shear + r);
         const intv below = floor_ints(v);

@@ -1,10 +1,26 @@
 // Visible slabs under a tile and its patches: `visible`, a bit per block and slab, from slab_visibility.cl.
 
-#include "layered/tile.cl"
+#include "layered/point_layer.cl"
 
-// Where the first row of a tile crosses a plane, and the distance to the crossing of the next row.
+// Where the first row of a tile crosses a plane, and the distance to the crossing of the next row. PIXEL_RAYS: the mean distance.
 static inline float2 first_row_crossing(const RayLatticeParams *p, const Tile *tile, float depth) {
+#ifdef PIXEL_RAYS
+    const int last = tile->rows - 1;
+    const float first_v = tile->v.centre[0] + depth * tile->v.shear[0], last_v = tile->v.centre[last] + depth * tile->v.shear[last];
+    return (float2)(first_v, last ? (last_v - first_v) / last : 1.0f);
+#else
     return (float2)(tile->beam.crossing.y + depth * tile->beam.shear.y, p->rays[5] + depth * p->rays[7]);
+#endif
+}
+
+// Rows, at most, by which samples of a tile lie before and behind their row of samples, which are `spacing` apart. Staggered columns are less
+// than a row behind. PIXEL_RAYS: samples are farther along v, and rows are not evenly spaced.
+static inline float2 rows_around(const RayLatticeParams *p, float spacing) {
+#ifdef PIXEL_RAYS
+    return spacing > 0.0f ? (float2)(0.25f, 1.75f) : (float2)(1.75f, 0.25f);
+#else
+    return (float2)(0.0f, p->farthest ? 1.0f : 0.0f);
+#endif
 }
 
 // Patches of a tile over which a slab of a chunk, between two planes, can be visible: those between the first and the last visible row of
@@ -20,9 +36,9 @@ static inline int visible_patches(__global const uchar *visible, const RayLattic
     const float2 ends = block_rows_extent(shown, p->blocks_v), at = first_row_crossing(p, tile, depth),
         to = first_row_crossing(p, tile, to_depth);
     const float2 one = tile_rows_between(ends, at.x, at.y), other = tile_rows_between(ends, to.x, to.y);
-    // The stagger of columns is less than a row.
-    const int top = CLAMP(MIN(one.x, other.x) - (p->farthest ? 1.0f : 0.0f), 0.0f, (float)TILE_ROWS);
-    const int bottom = CLAMP(MAX(one.y, other.y), -1.0f, tile->rows - 1.0f);
+    const float2 around = rows_around(p, at.y);
+    const int top = CLAMP(MIN(one.x, other.x) - around.y, 0.0f, (float)TILE_ROWS);
+    const int bottom = CLAMP(MAX(one.y, other.y) + around.x, -1.0f, tile->rows - 1.0f);
     return LOW_BITS(bottom / PATCH_ROWS * PATCH_ROWS + PATCH_ROWS) & ~LOW_BITS(top / PATCH_ROWS * PATCH_ROWS);
 }
 

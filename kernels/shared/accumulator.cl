@@ -182,6 +182,22 @@ static inline void store_colors(const realv *color, int count, int stride, __glo
 #endif
 }
 
+// Stores the colours of some lanes, each at its own place.
+static inline void store_colors_at(const realv *color, intv at, intv present, __global float4 *out) {
+#if VW == 1
+    if (present)
+        out[at] = (float4)(color[0], color[1], color[2], color[3]);
+#else
+    realv samples[4];
+    transpose_fours(color[0], color[1], color[2], color[3], &samples[0], &samples[1], &samples[2], &samples[3]);
+    const float4 *fours = (const float4 *)samples;
+    const int *place = (const int *)&at, *is_present = (const int *)&present;
+    for (int i = 0; i < VW; i++)
+        if (is_present[i])
+            out[place[i]] = fours[i % 4 * (VW / 4) + i / 4];
+#endif
+}
+
 // Sum of the first `count` lanes.
 static inline uint sum_lanes(intv active, int count) {
     uint total = 0;
@@ -192,30 +208,47 @@ static inline uint sum_lanes(intv active, int count) {
 
 // Raw state of `count` of VW rays, loaded from or stored to elements `stride` apart.
 #define RAW_FLOATS ((int)(sizeof(Accumulator) / sizeof(realv)))
+static inline void load_raw_ray(__global const float4 *state, int lane, Accumulator *a) {
+    const float4 raw = *state;
+    for (int n = 0; n < RAW_FLOATS; n++)
+        ((float *)a)[n * VW + lane] = ((const float *)&raw)[n];
+}
+static inline void store_raw_ray(const Accumulator *a, int lane, __global float4 *out) {
+    float4 raw = 0.0f;
+    for (int n = 0; n < RAW_FLOATS; n++)
+        ((float *)&raw)[n] = ((const float *)a)[n * VW + lane];
+    *out = raw;
+}
 static inline Accumulator load_raw(const SampleParams *p, __global const float4 *state, int count, int stride) {
     Accumulator a = empty_accumulator(p);
-    float *lanes = (float *)&a;
-    for (int i = 0; i < count; i++) {
-        const float4 raw = state[(size_t)i * stride];
-        for (int n = 0; n < RAW_FLOATS; n++)
-            lanes[n * VW + i] = ((const float *)&raw)[n];
-    }
+    for (int i = 0; i < count; i++)
+        load_raw_ray(state + (size_t)i * stride, i, &a);
     return a;
 }
 static inline void store_raw(const Accumulator *a, int count, int stride, __global float4 *out) {
-    const float *lanes = (const float *)a;
-    for (int i = 0; i < count; i++) {
-        float4 raw = 0.0f;
-        for (int n = 0; n < RAW_FLOATS; n++)
-            ((float *)&raw)[n] = lanes[n * VW + i];
-        out[(size_t)i * stride] = raw;
-    }
+    for (int i = 0; i < count; i++)
+        store_raw_ray(a, i, out + (size_t)i * stride);
 }
 
-// Number of colours, among the first `count`, that are not entirely zero.
-static inline uint count_visible(const realv *color, int count) {
-    return sum_lanes(COUNT_IF(color[0] != 0.0f || color[1] != 0.0f || color[2] != 0.0f || color[3] != 0.0f), count);
+// The same for some lanes, each at its own place.
+static inline Accumulator load_raw_at(const SampleParams *p, __global const float4 *state, intv at, intv present) {
+    Accumulator a = empty_accumulator(p);
+    for (int i = 0; i < VW; i++)
+        if (((const int *)&present)[i])
+            load_raw_ray(state + ((const int *)&at)[i], i, &a);
+    return a;
 }
+static inline void store_raw_at(const Accumulator *a, intv at, intv present, __global float4 *out) {
+    for (int i = 0; i < VW; i++)
+        if (((const int *)&present)[i])
+            store_raw_ray(a, i, out + ((const int *)&at)[i]);
+}
+
+// Number of colours, among some lanes, that are not entirely zero.
+static inline uint count_visible_lanes(const realv *color, intv present) {
+    return sum_lanes(COUNT_IF((color[0] != 0.0f || color[1] != 0.0f || color[2] != 0.0f || color[3] != 0.0f) && present), VW);
+}
+static inline uint count_visible(const realv *color, int count) { return count_visible_lanes(color, LANES < count); }
 
 // Stores the rays of a lattice as `p` requests: as raw state, or resolved to colours. Counts non-zero colours where the samples taken
 // here are not enough to tell: earlier parts contributed, or the initial value is visible.
@@ -228,4 +261,16 @@ static inline uint count_visible(const realv *color, int count) {
         store_colors(color, count, stride, out);                                    \
         if ((p).continues || GATHERS_VALUES)                                        \
             total += count_visible(color, count);                                   \
+    }
+
+// The same for some lanes, each at its own place.
+#define STORE_RAYS_AT(p, sample, table, gathered, interval, at, present, out, total) \
+    if ((p).raw) {                                                                   \
+        store_raw_at(gathered, at, present, out);                                    \
+    } else {                                                                         \
+        realv color[4];                                                              \
+        resolve(&(sample), table, gathered, interval, color);                        \
+        store_colors_at(color, at, present, out);                                    \
+        if ((p).continues || GATHERS_VALUES)                                         \
+            total += count_visible_lanes(color, present);                            \
     }

@@ -25,6 +25,7 @@ kernel_files!(
     "layered/phase_slabs.cl",
     "layered/phase_tile.cl",
     "layered/pixel_ray.cl",
+    "layered/pixel_tile.cl",
     "layered/point_direct.cl",
     "layered/point_lattice.cl",
     "layered/point_layer.cl",

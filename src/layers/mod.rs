@@ -30,8 +30,8 @@ pub(crate) use gradient::smoothing;
 pub use kernel::Kernel;
 pub use kernel_function::{kernel_function, kernel_integral};
 pub use lattice::{
-    AffineRays, Density, Lattice, LayerOffset, Lines, MAX_LATTICE_SHEAR, MAX_SAMPLES_PER_VOXEL, Phases, Sampling, ScreenAxis,
-    Stagger,
+    AffineRays, Density, Lattice, LayerOffset, Lines, MAX_LATTICE_SHEAR, MAX_SAMPLES_PER_VOXEL, Phases, PixelRays, Sampling,
+    ScreenAxis, Stagger,
 };
 pub use light_rays::{LightRays, disc_directions, sky_directions};
 pub use prefilter::{PREFILTER_RADIUS, prefilter};

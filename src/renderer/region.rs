@@ -173,6 +173,7 @@ fn rendering(scene: &Scene, kernel: Kernel, blend: BlendMode, clipped: bool) -> 
         light_volume: settings.sweeps_light(),
         gradients,
         depths: false,
+        pixel_rays: false,
     }
 }
 

@@ -19,21 +19,33 @@ pub(super) struct Tiles {
     pub numbers: [u32; 2],
     /// Number of tiles that are rendered one after another where they are in one row.
     run: u32,
+    /// Rows from where the first tiles begin to the first of the lattice. Columns of tiles on pixels of a perspective begin at different rows,
+    /// so that some tiles are partly outside the lattice.
+    pub lead: u32,
 }
 
 impl Tiles {
     fn new(samples: [u32; 2], size: [u32; 2]) -> Self {
-        Self { size, numbers: [0, 1].map(|i| samples[i].div_ceil(size[i])), run: 1 }
+        Self { size, numbers: [0, 1].map(|i| samples[i].div_ceil(size[i])), run: 1, lead: 0 }
     }
 
     /// Tiles of a lattice with point-sampled layers.
     pub fn for_points(lattice: &Lattice, tuning: &Tuning) -> Self {
-        Self::for_rays(lattice, tuning.point_tile_rows, tuning)
+        match tuning.lattice_schedule {
+            LatticeSchedule::Tiles => Self::for_tiled_points(lattice, tuning),
+            LatticeSchedule::Samples => Self::for_rays(lattice, tuning.point_tile_rows, tuning),
+        }
     }
 
     /// Tiles of a lattice with point-sampled layers whose kernels have a work-item per tile on every device.
     pub fn for_tiled_points(lattice: &Lattice, tuning: &Tuning) -> Self {
-        Self { run: tuning.tile_run, ..Self::new(lattice.size, [tuning.vector_width, tuning.point_tile_rows]) }
+        let rows = tuning.point_tile_rows;
+        let Some(pixel_rays) = &lattice.pixel_rays else {
+            return Self { run: tuning.tile_run, ..Self::new(lattice.size, [tuning.vector_width, rows]) };
+        };
+        let lead = pixel_rays.lead(lattice.size, tuning.vector_width);
+        let samples = [lattice.size[0], lattice.size[1] + 2 * lead];
+        Self { run: tuning.tile_run, lead, ..Self::new(samples, [tuning.vector_width, Tuning::pixel_tile_rows(rows)]) }
     }
 
     /// Tiles of a lattice with splatted layers.

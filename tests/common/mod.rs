@@ -7,9 +7,9 @@ pub mod command;
 pub mod generated;
 pub mod reference;
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 use layersplat::image::Comparison;
-use layersplat::layers::{Correction, Density, Kernel};
+use layersplat::layers::{Correction, Density, Kernel, Ray, Rays};
 use layersplat::renderer::Plan;
 use layersplat::settings::{Algorithm, Classification, Evaluation, LayerAxis, Layered, Light, Lights};
 use layersplat::volume::{Grid, Voxels};
@@ -201,6 +201,18 @@ pub fn perspective(volume: &Volume, azimuth: f64, elevation: f64, field_of_view:
 
 pub fn scaled(camera: Camera, scale: f64) -> Camera {
     Camera { projection: Projection::Parallel { scale }, ..camera }
+}
+
+/// The point of the screen that a ray passes through: centres of pixels at half-integers.
+pub fn pixel_of(rays: &Rays, ray: &Ray) -> [f64; 2] {
+    let [base, right, down] = if rays.is_parallel() { rays.origin } else { rays.direction };
+    if rays.is_parallel() {
+        let place = DMat3::from_cols(right, down, ray.direction).inverse() * (ray.origin - base);
+        [place.x, place.y]
+    } else {
+        let place = DMat3::from_cols(right, down, base).inverse() * ray.direction;
+        [place.x / place.z, place.y / place.z]
+    }
 }
 
 pub fn render(volume: &Volume, transfer: &TransferFunction, camera: &Camera, size: Viewport, settings: &Settings) -> Frame {

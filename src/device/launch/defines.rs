@@ -1,6 +1,7 @@
 //! Program permutations as `-D` options.
 
 use super::VoxelKind;
+use crate::device::Tuning;
 use crate::layers::{GradientEstimator, Kernel};
 use crate::volume::VoxelType;
 use std::fmt::Write;
@@ -15,6 +16,9 @@ fn opencl_type(voxel_type: VoxelType) -> (&'static str, i32) {
         VoxelType::Float32 => ("float", 1),
     }
 }
+
+/// See kernels/layered/pixel_tile.cl.
+const RAGGED_ROWS: u32 = 2;
 
 /// `-D` options of a program.
 pub(super) struct Defines(pub String);
@@ -93,6 +97,8 @@ pub(crate) struct Rendering {
     pub gradients: Gradients,
     /// Cast rays compute depths instead of colours.
     pub depths: bool,
+    /// Samples of a lattice are pixels of a perspective.
+    pub pixel_rays: bool,
 }
 
 impl Rendering {
@@ -107,6 +113,7 @@ impl Rendering {
         light_volume: false,
         gradients: Gradients { estimate: GradientEstimate::Central, voxels: None },
         depths: false,
+        pixel_rays: false,
     };
 }
 
@@ -174,10 +181,16 @@ impl Defines {
             .with_if(gathers_values, "EDGE_GOES_ON")
             .with_if(rendering.blend == BlendMode::Iso { refined: true }, "REFINED")
             .with_if(rendering.depths, "DEPTHS")
+            .with_if(rendering.pixel_rays, "PIXEL_RAYS")
     }
 }
 
 impl Defines {
+    /// For kernels with a work-item per tile of a lattice. Tiles of `pixel_rays` lattices have rows to spare.
+    pub(super) fn with_tile_rows(self, rows: u32, pixel_rays: bool) -> Self {
+        self.with("TILE_ROWS", if pixel_rays { Tuning::pixel_tile_rows(rows) + RAGGED_ROWS } else { rows })
+    }
+
     /// For programs that use gradients.
     pub fn with_lighting(self, rendering: Rendering) -> Self {
         self.with_if(rendering.gradient_opacity, "THINNED")

@@ -80,7 +80,7 @@ impl Launch for PointLattice {
 
     fn defines(tuning: &Tuning, (voxels, kernel, segments, rendering): Self::Variant) -> String {
         let defines = Defines::new(tuning.vector_width).with_voxels(voxels).with_kernel(kernel);
-        defines.with_segments(segments).with_rendering(rendering).with("TILE_ROWS", tuning.point_tile_rows).0
+        defines.with_segments(segments).with_rendering(rendering).with_tile_rows(tuning.point_tile_rows, rendering.pixel_rays).0
     }
 
     fn items(a: &PointLatticeArguments, _: &Tuning) -> usize {

@@ -38,6 +38,7 @@ impl Launch for Slice {
             light_volume: false,
             gradients: Gradients { estimate: GradientEstimator::for_kernel(kernel).into(), voxels: None },
             depths: false,
+            pixel_rays: false,
         };
         let defines = Defines::new(tuning.vector_width).with_voxels(voxels).with_rendering(rendering);
         defines.with("TILE_ROWS", tuning.screen_tile_rows).with_kernel(kernel).0

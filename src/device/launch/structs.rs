@@ -340,6 +340,17 @@ kernel_struct! {
         stagger as [first_stagger, stagger_per_column]: u32,
         /// How many voxel rows farther than their row staggered columns lie, at most: 1 or 2; 0 where they are not.
         farthest: i32,
+        /// Where columns of pixels lean, rays are offset from that in the middle (`rays`) by ratios of numerators along u and v to a depth:
+        /// their changes from one column to the next, and from one row to the next.
+        u_steps as [u_per_column, u_per_row]: f32,
+        v_steps as [v_per_column, v_per_row]: f32,
+        depth_steps as [depth_per_column, depth_per_row]: f32,
+        /// Factor of the offsets at k_c, and its change per layer.
+        spread as [spread_at_centre, spread_per_layer]: f32,
+        /// The next column of a tile begins (a + b j) / (c + d i) rows farther down, i and j from the middle of the lattice.
+        drift: [f32; 4],
+        /// Rows from where the first tiles begin, without drift, to the first of the lattice.
+        lead: i32,
         /// Tiles of a run, and how many runs farther the next one lies in the picture.
         runs as [tiles_per_run, next_run]: i32,
     }

@@ -1,7 +1,8 @@
 //! Sheared lattice of a parallel view: the samples of each layer are shifted along the rays.
 
 use super::phases::{MAX_SAMPLES_PER_VOXEL, Phases};
-use super::{ANCHOR_LIMIT, AffineRays, Density, Lattice, Sampling, Source, Stagger, aligned};
+use super::pixel_rays::on_pixels;
+use super::{ANCHOR_LIMIT, AffineRays, Density, Lattice, Sampling, Source, Stagger, aligned, support_corners};
 use crate::layers::{Axis, Rays};
 use crate::viewport::Viewport;
 use crate::volume::Grid;
@@ -63,6 +64,7 @@ pub(super) fn lattice(
         },
         crossed_along: spreads.crossed_along,
         stagger: Stagger::default(),
+        pixel_rays: None,
         source: Source::Direction(direction),
     };
     for i in 0..2 {
@@ -78,6 +80,12 @@ pub(super) fn lattice(
     }
     if lattice.is_staggered() {
         lattice.stagger = Stagger::onto_pixels(&lattice.from_screen(rays));
+    }
+    if !in_phases && !lattice.has_pixels_samples() {
+        let on_pixels = on_pixels(&lattice, rays, viewport, density, &support_corners(lattice.dims, sampling));
+        if on_pixels.is_some() {
+            return on_pixels;
+        }
     }
     if in_phases {
         let per_voxel = samples_per_voxel.map(|m| m as u32);

@@ -1,7 +1,8 @@
 //! Lattice of a perspective view: shears of the rays are evenly spaced.
 
 use super::phases::MAX_SAMPLES_PER_VOXEL;
-use super::{ANCHOR_LIMIT, AffineRays, Density, Lattice, MAX_VOXELS_PER_POINT, Sampling, Source, Stagger};
+use super::pixel_rays::on_pixels;
+use super::{ANCHOR_LIMIT, AffineRays, Density, Lattice, MAX_VOXELS_PER_POINT, Sampling, Source, Stagger, support_corners};
 use crate::layers::{Axis, AxisFrame, Rays};
 use crate::viewport::Viewport;
 use crate::volume::Grid;
@@ -51,6 +52,7 @@ pub(super) fn lattice(
         aligned: [false; 2],
         crossed_along: None,
         stagger: Stagger::default(),
+        pixel_rays: None,
         source: Source::Eye(eye),
     };
     let mut follows_voxels = [false; 2];
@@ -77,6 +79,12 @@ pub(super) fn lattice(
         let (middle, to_centre) = ((lo + hi) / 2.0, centre_layer - eye.z);
         lattice.rays[i] = AffineRays { crossing: [eye[i] + to_centre * middle, to_centre * step], shear: [middle, step] };
     }
+    if sampling != Sampling::Splats {
+        let on_pixels = on_pixels(&lattice, rays, viewport, density, &support_corners(dims, sampling));
+        if on_pixels.is_some() {
+            return on_pixels;
+        }
+    }
     is_worth(lattice.size, follows_voxels, viewport).then_some(lattice)
 }
 
@@ -100,8 +108,7 @@ struct EyeRays {
     eye: DVec3,
     centre_layer: f64,
     layer_step: i32,
-    /// Extent of the field beyond the outermost voxels.
-    radius: f64,
+    sampling: Sampling,
 }
 
 impl EyeRays {
@@ -112,9 +119,9 @@ impl EyeRays {
         let eye = frame.local(rays.eye()?);
         let centre_layer = (dims[2] as f64 - 1.0) / 2.0;
         let layer_step = if eye.z < centre_layer { 1 } else { -1 };
-        let eye_rays = Self { frame, dims, eye, centre_layer, layer_step, radius: sampling.radius() };
+        let eye_rays = Self { frame, dims, eye, centre_layer, layer_step, sampling };
         let (near, _) = eye_rays.layer_distances();
-        let ahead = eye_rays.support_corners().iter().all(|c| rays.depth(eye, *c, frame) > 0.0);
+        let ahead = support_corners(dims, sampling).iter().all(|c| rays.depth(eye, *c, frame) > 0.0);
         let upright = (0..2).all(|i| {
             let (lo, hi) = eye_rays.shear_bounds(i);
             lo.abs().max(hi.abs()) <= MAX_LATTICE_SHEAR
@@ -129,28 +136,20 @@ impl EyeRays {
             let depth = rays.depth(self.eye, *c, self.frame);
             spacing * (c.z - self.eye.z).abs() / (depth * rays.pixel_size * near)
         };
-        self.support_corners().iter().map(pixels).fold(0.0, f64::max)
+        support_corners(self.dims, self.sampling).iter().map(pixels).fold(0.0, f64::max)
     }
 
     /// Distances, in layers, from the eye to the nearest and the farthest layer of the support. The nearest is not positive if the eye is
     /// beside or inside the layers.
     fn layer_distances(&self) -> (f64, f64) {
         let to = |k: f64| (k - self.eye.z) * f64::from(self.layer_step);
-        let (a, b) = (to(-self.radius), to(self.dims[2] as f64 - 1.0 + self.radius));
+        let (a, b) = (to(-self.sampling.radius()), to(self.dims[2] as f64 - 1.0 + self.sampling.radius()));
         (a.min(b), a.max(b))
     }
 
     /// Range of the shears of the rays to the corners of the support.
     fn shear_bounds(&self, i: usize) -> (f64, f64) {
-        bounds(&self.support_corners().map(|c| (c[i] - self.eye[i]) / (c.z - self.eye.z)))
-    }
-
-    /// Corners of the field's support, (u, v, a).
-    fn support_corners(&self) -> [DVec3; 8] {
-        std::array::from_fn(|c| {
-            let (lowest, beyond) = (-self.radius, self.radius - 1.0);
-            DVec3::from_array(std::array::from_fn(|i| if c >> i & 1 == 0 { lowest } else { self.dims[i] as f64 + beyond }))
-        })
+        bounds(&support_corners(self.dims, self.sampling).map(|c| (c[i] - self.eye[i]) / (c.z - self.eye.z)))
     }
 
     /// Shears of the rays through the viewport's corners; `None` if one of them points away from the layers.

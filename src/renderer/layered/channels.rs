@@ -76,7 +76,7 @@ impl ChannelLayers {
             lattice: samples,
             active_samples,
         };
-        let variant = (together.kind, view.kernel, segments, together.rendering, together.channels());
+        let variant = (together.kind, view.kernel, segments, view.rendering(together.rendering), together.channels());
         self.lattice.launch(device, variant, &arguments)
     }
 

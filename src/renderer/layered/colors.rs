@@ -49,7 +49,7 @@ impl ColorLayers {
         };
         // Deep segments are always composited in parts: their colours may differ.
         let segments = Segments { dimmed: true, ..segments };
-        let variant = (layout.voxels.kind(), view.kernel, segments, region.rendering_from(gradients));
+        let variant = (layout.voxels.kind(), view.kernel, segments, view.rendering(region.rendering_from(gradients)));
         self.lattice.launch(scene.device, variant, &arguments)
     }
 }

@@ -11,12 +11,12 @@ use super::super::tiles::{Drawn, Target, Tiles, declare_target};
 use super::channels::ChannelLayers;
 use super::colors::ColorLayers;
 use super::pixels::{direct_params, layer_axes};
-use crate::device::launch::Launcher;
 use crate::device::launch::layered::{
     PointDirect, PointDirectArguments, PointLattice, PointLatticeArguments, PointSamples, Segments,
 };
 use crate::device::launch::structs::{ClassificationParams, RayLatticeParams, SampleParams, SegmentParams};
 use crate::device::launch::tinted::TintLauncher;
+use crate::device::launch::{Launcher, Rendering};
 use crate::device::{LatticeSchedule, Tuning};
 use crate::error::Error;
 use crate::layers::{Axis, AxisFrame, Density, Kernel, Lattice, Stagger};
@@ -124,7 +124,7 @@ impl PointLayers {
         let FieldInputs { layout, gradients, visible, sample, region, .. } = &inputs;
         let illumination = scene.illumination()?;
         let [light, sky] = illumination.arguments(&visible.flags);
-        let variant = (layout.voxels.kind(), kernel, segments, region.rendering_from(gradients));
+        let variant = (layout.voxels.kind(), kernel, segments, view.rendering(region.rendering_from(gradients)));
         let tint = scene.tint(frame)?;
         let arguments = PointLatticeArguments {
             voxels: &layout.voxels,
@@ -215,6 +215,11 @@ impl LatticeView<'_> {
         self.lattice.frame
     }
 
+    /// Kernel permutation of this lattice.
+    pub fn rendering(&self, rendering: Rendering) -> Rendering {
+        Rendering { pixel_rays: self.lattice.pixel_rays.is_some(), ..rendering }
+    }
+
     /// Kernel argument, for min-max blocks in these numbers.
     pub fn params(&self, blocks: [i32; 2], culling: bool) -> RayLatticeParams {
         let Self { lattice, range, tiles, kernel, .. } = *self;
@@ -274,6 +279,9 @@ fn point_params(
 
 /// Maximum distance of a staggered column from its row, in voxel rows.
 fn farthest(lattice: &Lattice) -> i32 {
+    if let Some(pixel_rays) = &lattice.pixel_rays {
+        return pixel_rays.most_behind.ceil() as i32;
+    }
     let staggered = lattice.stagger != Stagger::default();
     if staggered { lattice.rays[1].crossing[1].ceil() as i32 } else { 0 }
 }
@@ -290,7 +298,15 @@ pub(super) fn lattice_params(
         let rays = lattice.rays[i];
         [rays.crossing, rays.shear].as_flattened().iter().map(|&x| x as f32).collect::<Vec<_>>().try_into().expect("four numbers")
     };
+    let pixel_rays = lattice.pixel_rays.as_deref();
+    let steps = |axis: usize| pixel_rays.map_or([0.0; 2], |p| p.steps.map(|step| step[axis] as f32));
     RayLatticeParams {
+        u_steps: steps(0),
+        v_steps: steps(1),
+        depth_steps: pixel_rays.map_or([0.0; 2], |p| p.depth_steps.map(|step| step as f32)),
+        spread: pixel_rays.map_or([0.0; 2], |p| p.spread.map(|spread| spread as f32)),
+        drift: pixel_rays.map_or([0.0; 4], |p| p.drift_terms().map(|term| term as f32)),
+        lead: tiles.lead as i32,
         size: lattice.size.map(|n| n as i32),
         tiles: tiles.for_kernels(),
         blocks,
