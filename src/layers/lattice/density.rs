@@ -46,7 +46,7 @@ pub enum Density {
     /// At least the density of the screen, and at least this many samples per voxel.
     AtLeast(u32),
     /// Denser than the screen for small voxels, coarser for large ones: up to 1.6 samples per pixel, up to 1.86 per voxel, at most 2
-    /// pixels apart. The kernel has no finer detail, and the warp interpolates. In views that are not rolled, with voxels of 1 to about
+    /// pixels apart. The kernel has no finer detail, and the warp interpolates. In views with little roll, with voxels of 1 to about
     /// 1.86 pixels, samples coincide with pixels instead along one or both axes.
     Relaxed,
     /// As [`Relaxed`](Self::Relaxed), with up to 2.1 samples per pixel, up to 2.35 per voxel, at most 1.7 pixels apart.
