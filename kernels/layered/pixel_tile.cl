@@ -8,34 +8,45 @@
 #define RAGGED_ROWS 2
 #define ROW_STEP (TILE_ROWS - RAGGED_ROWS)
 
-// Voxels, at most, by which the columns of a tile lean: MAX_LEAN in src/layers/lattice/pixel_rays.rs, times the voxel rows under a tile.
+// Voxels, at most, by which the columns of a tile lean: 0.4 times the voxel rows under a tile (src/layers/lattice/pixel_rays.rs).
 #define MOST_LEAN 14
 
-// Rays of a tile: its columns where they cross its middle row, how far they lean from a row of voxels to the next, its rows, and all between
-// the outermost rays. Offsets of shears are from the ray in the middle of the lattice, by patch.
+// Rays of a tile: its columns in its middle row, how far they lean from a row of voxels to the next, the offsets of its rays by patch, its
+// rows, and the outermost rays.
 typedef struct {
     realv centre_u, shear_u, centre_v, shear_v, lean;
     realv offset_u[TILE_ROWS], offset_v[TILE_ROWS];
     TileRows v;
-    int tile_u, tile_v, column, rows, bands;
+    int column, tile_v, drift, end_drift, rows, bands;
     Beam beam;
 } Tile;
 
-// The lattice row where columns of a tile begin; `columns` of the tile. Neighbours share this edge, so no rounding is left to the compiler,
+// Drift at an edge of a tile, in 32nds of a row; edge n is above tiles of row n. Tiles share edges, so no rounding is left to the compiler,
 // which may contract operations.
-static inline intv first_rows(const RayLatticeParams *p, int tile_u, int tile_v, intv columns) {
-    const int row = tile_v * ROW_STEP - p->lead;
-    const float i = tile_u * VW + 0.5f * (VW - p->width), j = row - 0.5f * (p->height - 1);
-    const float drift = fma(p->drift[1], j, p->drift[0]) / fma(p->drift[3], i, p->drift[2]);
-    const int per_32 = convert_int_rtn(fma(drift, 32.0f, 0.5f));
-    return row + ((per_32 * (2 * columns - (VW - 1)) + 32) >> 6);
+static inline int drift_at(const RayLatticeParams *p, int tile_u, int edge) {
+    const float i = tile_u * VW + 0.5f * (VW - p->width), j = edge * ROW_STEP - p->lead - 0.5f * (p->height - 1);
+    const float factor = 32.0f / fma(p->drift[3], i, p->drift[2]);
+    return convert_int_rtn(fma(fma(p->drift[1], j, p->drift[0]), factor, 0.5f));
+}
+
+// The lattice rows where columns of a tile begin, and behind its last rows; `columns` of the tile.
+static inline intv rows_at(const RayLatticeParams *p, int edge, int drift, intv columns) {
+    return edge * ROW_STEP - p->lead + ((drift * (2 * columns - (VW - 1)) + 32) >> 6);
+}
+static inline intv first_rows(const RayLatticeParams *p, const Tile *tile, intv columns) {
+    return rows_at(p, tile->tile_v, tile->drift, columns);
+}
+static inline intv end_rows(const RayLatticeParams *p, const Tile *tile, intv columns) {
+    return rows_at(p, tile->tile_v + 1, tile->end_drift, columns);
 }
 
 static inline Tile make_tile(const RayLatticeParams *p, int id) {
     Tile tile;
-    tile.tile_u = id % p->tiles_u, tile.tile_v = id / p->tiles_u, tile.column = tile.tile_u * VW;
-    const intv first = first_rows(p, tile.tile_u, tile.tile_v, LANES), end = first_rows(p, tile.tile_u, tile.tile_v + 1, LANES);
-    tile.rows = clamp((int)largest_lane(CONVERT_REALV(end - first)), 1, TILE_ROWS);
+    const int tile_u = id % p->tiles_u;
+    tile.tile_v = id / p->tiles_u, tile.column = tile_u * VW;
+    tile.drift = drift_at(p, tile_u, tile.tile_v), tile.end_drift = drift_at(p, tile_u, tile.tile_v + 1);
+    const intv first = first_rows(p, &tile, LANES);
+    tile.rows = clamp((int)largest_lane(CONVERT_REALV(end_rows(p, &tile, LANES) - first)), 1, TILE_ROWS);
     tile.bands = (tile.rows + PATCH_ROWS - 1) / PATCH_ROWS;
     const intv columns = LANES + tile.column;
     const realv i = CONVERT_REALV(columns) - 0.5f * (p->width - 1);
@@ -55,7 +66,7 @@ static inline Tile make_tile(const RayLatticeParams *p, int id) {
             continue;
         }
         realv u, v;
-        shear_offsets(p, columns, first + r, &u, &v);
+        ray_offsets(p, columns, first + r, &u, &v);
         // All other columns are farther along v.
         const float before = p->spread_at_centre > 0.0f ? smallest_lane(v) : largest_lane(v);
         tile.v.centre[r] = p->rays[4] + p->spread_at_centre * before, tile.v.shear[r] = p->rays[6] + p->spread_per_layer * before;
@@ -77,8 +88,8 @@ static inline SampleRays patch_rays(const RayLatticeParams *p, const Tile *tile,
 
 // The lanes with a pixel, for rows of the tile.
 static inline intv lanes_with_samples(const RayLatticeParams *p, const Tile *tile, intv columns, intv rows) {
-    const intv first = first_rows(p, tile->tile_u, tile->tile_v, columns), end = first_rows(p, tile->tile_u, tile->tile_v + 1, columns);
-    return rows < end - first && first + rows >= 0 && first + rows < p->height && columns + tile->column < p->width;
+    const intv first = first_rows(p, tile, columns);
+    return first + rows < end_rows(p, tile, columns) && first + rows >= 0 && first + rows < p->height && columns + tile->column < p->width;
 }
 
 static inline intv lanes_with_rays(const RayLatticeParams *p, const Tile *tile, int patch) {
@@ -100,7 +111,7 @@ static inline realv column_in_row(const ColumnLine *line, int row) { return line
 
 // Loads or stores row r of a tile.
 static inline intv samples_of_row(const RayLatticeParams *p, const Tile *tile, int r) {
-    return (first_rows(p, tile->tile_u, tile->tile_v, LANES) + r) * p->width + (LANES + tile->column);
+    return (first_rows(p, tile, LANES) + r) * p->width + (LANES + tile->column);
 }
 #define LANES_IN_ROW(p, tile, r) lanes_with_samples(p, tile, LANES, (intv)(r))
 #define LOAD_ROW(p, sample, lattice, tile, r) load_raw_at(sample, lattice, samples_of_row(p, tile, r), LANES_IN_ROW(p, tile, r))

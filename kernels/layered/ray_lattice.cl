@@ -1,5 +1,5 @@
-// A lattice of rays (`RayLatticeParams`): each ray has the same column and row in all layers. PIXEL_RAYS: samples are the pixels of a
-// perspective (src/layers/lattice/pixel_rays.rs).
+// A lattice of rays (`RayLatticeParams`): each ray has the same column and row in all layers. PIXEL_RAYS: samples are pixels, and their
+// columns lean (src/layers/lattice/pixel_rays.rs).
 
 #include "layered/beam.cl"
 #include "shared/clipping.cl"
@@ -21,15 +21,15 @@ static inline void axis_crossings(const RayLatticeParams *p, int axis, intv indi
 }
 
 #ifdef PIXEL_RAYS
-// Shears of samples, less that of the ray in the middle.
-static inline void shear_offsets(const RayLatticeParams *p, intv columns, intv rows, realv *u, realv *v) {
+// Distances of rays from that in the middle of the lattice, along u and v, where the spread is 1.
+static inline void ray_offsets(const RayLatticeParams *p, intv columns, intv rows, realv *u, realv *v) {
     const realv i = CONVERT_REALV(columns) - 0.5f * (p->width - 1), j = CONVERT_REALV(rows) - 0.5f * (p->height - 1);
     const realv inverse = 1.0f / (1.0f + (p->depth_per_column * i + p->depth_per_row * j));
     *u = (p->u_per_column * i + p->u_per_row * j) * inverse;
     *v = (p->v_per_column * i + p->v_per_row * j) * inverse;
 }
 
-// Rays with all shears between two, given as offsets (u, v, u, v) from the middle.
+// Rays between two, given by their offsets (u, v, u, v).
 static inline Beam beam_between(const RayLatticeParams *p, float4 offsets) {
     const float4 crossing = (float4)(p->rays[0], p->rays[4], p->rays[0], p->rays[4]);
     const float4 shear = (float4)(p->rays[2], p->rays[6], p->rays[2], p->rays[6]);
@@ -44,7 +44,7 @@ static inline Beam make_beam(const RayLatticeParams *p, int column, int row, int
     float4 offsets = (float4)(INFINITY, INFINITY, -INFINITY, -INFINITY);
     for (int corner = 0; corner < 4; corner++) {
         float u, v;
-        shear_offsets(p, corner & 1 ? column + columns - 1 : column, corner & 2 ? row + rows - 1 : row, &u, &v);
+        ray_offsets(p, corner & 1 ? column + columns - 1 : column, corner & 2 ? row + rows - 1 : row, &u, &v);
         offsets.lo = MIN(offsets.lo, (float2)(u, v)), offsets.hi = MAX(offsets.hi, (float2)(u, v));
     }
     return beam_between(p, offsets);
@@ -81,7 +81,7 @@ static inline SampleRays sample_rays(const RayLatticeParams *p, intv columns, in
     SampleRays rays;
 #ifdef PIXEL_RAYS
     realv u, v;
-    shear_offsets(p, columns, rows, &u, &v);
+    ray_offsets(p, columns, rows, &u, &v);
     rays = rays_with_offsets(p, u, v);
 #else
     axis_crossings(p, 0, columns, &rays.centre_u, &rays.shear_u);

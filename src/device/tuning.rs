@@ -127,8 +127,8 @@ impl Tuning {
         }
     }
 
-    /// Rows of a tile of a lattice whose samples are pixels of a perspective, for tiles with this number of rows otherwise: kernels add some,
-    /// and number the rows of a tile in 32 bits.
+    /// Rows of a tile where columns of pixels lean, for tiles with this number of rows otherwise: kernels add some, and number the rows of a
+    /// tile in 32 bits.
     pub(crate) fn pixel_tile_rows(rows: u32) -> u32 {
         rows.min(MAX_TILE_ROWS - 2)
     }

@@ -19,8 +19,8 @@ pub(super) struct Tiles {
     pub numbers: [u32; 2],
     /// Number of tiles that are rendered one after another where they are in one row.
     run: u32,
-    /// Rows from where the first tiles begin to the first of the lattice. Columns of tiles on pixels of a perspective begin at different rows,
-    /// so that some tiles are partly outside the lattice.
+    /// Rows from where the first tiles begin to the first of the lattice. Where columns of pixels lean, those of a tile begin at different
+    /// rows, so that some tiles are partly outside the lattice.
     pub lead: u32,
 }
 

@@ -97,7 +97,7 @@ pub(crate) struct Rendering {
     pub gradients: Gradients,
     /// Cast rays compute depths instead of colours.
     pub depths: bool,
-    /// Samples of a lattice are pixels of a perspective.
+    /// Samples of a lattice are pixels, and their columns lean.
     pub pixel_rays: bool,
 }
 
@@ -186,7 +186,7 @@ impl Defines {
 }
 
 impl Defines {
-    /// For kernels with a work-item per tile of a lattice. Tiles of `pixel_rays` lattices have rows to spare.
+    /// For kernels with a work-item per tile of a lattice. Where columns of pixels lean, tiles have rows to spare.
     pub(super) fn with_tile_rows(self, rows: u32, pixel_rays: bool) -> Self {
         self.with("TILE_ROWS", if pixel_rays { Tuning::pixel_tile_rows(rows) + RAGGED_ROWS } else { rows })
     }

@@ -4,8 +4,8 @@
 //! for views that are not rolled about a volume axis. If that other axis is u, staggered columns align both axes. Aligned samples need no
 //! interpolation, so one sample per pixel is exact.
 //!
-//! In any other parallel view, staggered columns have samples where rows (or columns) of pixels cross them: pixels are interpolated along
-//! one axis only, between columns.
+//! In any other parallel view, unless columns of pixels lean little (`pixel_rays`), staggered columns have samples where rows (or columns) of
+//! pixels cross them: pixels are interpolated along one axis only, between columns.
 
 use super::density::MOST_CROSSED;
 use super::{Density, MAX_VOXELS_PER_POINT, Sampling, ScreenAxis};

@@ -98,7 +98,7 @@ pub struct Lattice {
     pub dims: [usize; 3],
     /// Number of samples along u and v.
     pub size: [u32; 2],
-    /// Samples per voxel along u and v; in a perspective, in the layer nearest to the eye.
+    /// Samples per voxel along u and v; in a perspective, in the layer nearest to the eye, or with `pixel_rays` where there are fewest.
     pub samples_per_voxel: [f64; 2],
     /// +1 if rays run towards higher layers, else −1.
     pub layer_step: i32,

@@ -17,6 +17,9 @@ const MAX_LEAN: f64 = 0.12;
 /// The same in a perspective, whose other lattice is less faithful: gains of 0.3, -0.05 and 1.5 dB with 0.37, and of 2.4, 3.5 and 4.3 with at
 /// most 0.11.
 const MAX_LEAN_IN_PERSPECTIVE: f64 = 0.4;
+/// Largest lean per voxel of v between samples. Interpolation along leaning columns moves surfaces by up to 0.1 voxels times the lean: a tenth
+/// of a pixel, however large voxels are.
+const MAX_LEAN_PER_PITCH: f64 = 0.8;
 /// Largest number of rows by which the next column of a tile begins farther down.
 const MAX_DRIFT: f64 = 1.0;
 /// Largest change of the drift from row to row. With it, columns of a tile differ by no more rows than kernels/layered/pixel_tile.cl has room
@@ -116,8 +119,12 @@ impl PixelRays {
     /// Whether kernels can sample these rays, in a lattice of this size.
     fn are_supported(&self, size: [u32; 2], pitch: [f64; 2]) -> bool {
         let corners = corners(size);
-        let max_lean = if self.depth_steps == [0.0; 2] { MAX_LEAN } else { MAX_LEAN_IN_PERSPECTIVE };
+        let by_projection = if self.depth_steps == [0.0; 2] { MAX_LEAN } else { MAX_LEAN_IN_PERSPECTIVE };
+        let max_lean = by_projection.min(MAX_LEAN_PER_PITCH * pitch[1]);
+        let [_, _, c, d] = self.drift_terms();
         corners.iter().all(|&[i, j]| (1.0 / MAX_DEPTH..MAX_DEPTH).contains(&self.depth(i, j)))
+            // Rows run the same way along all columns.
+            && corners.iter().all(|&[i, _]| (c + d * i) * c > 0.0)
             && corners.iter().all(|&corner| self.lean(corner[0]).abs() <= max_lean && self.drift(corner).abs() <= MAX_DRIFT)
             && corners.iter().all(|&[i, _]| (self.drift([i, 1.0]) - self.drift([i, 0.0])).abs() <= MAX_DRIFT_PER_ROW)
             && pitch[0] <= MAX_VOXELS_PER_POINT
