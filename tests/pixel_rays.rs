@@ -163,28 +163,42 @@ fn culling_changes_no_bit() {
     }
 }
 
-/// Every pixel has the sample of its own ray.
+/// Every pixel has the sample of its own ray, also beside tiles without any. Oblique columns of a wide tile begin at rows far apart.
 #[test]
 fn samples_are_those_of_the_pixels() {
-    let volume = random_volume(DIMS, DVec3::new(1.0, 0.95, 1.05), 9);
-    let size = viewport(SIDES.0, SIDES.1);
-    for camera in cameras(&volume) {
-        let settings = with(Kernel::Cubic, false, Clipping::default());
-        let mut renderer = Renderer::new(&device(), &volume, &smooth_transfer()).unwrap();
-        let lattice = renderer.lattice_picture(&camera, size, &settings).unwrap().expect("a lattice");
-        let (frame, _) = renderer.render(&camera, size, &settings).unwrap();
-        let rays = Rays::new(&camera, size, volume.grid()).unwrap();
-        let mut found = 0;
-        for (n, sample) in lattice.samples.iter().enumerate() {
-            let n = n as u32;
-            let ray = lattice.ray(n % lattice.size[0], n / lattice.size[0]);
-            let place = pixel_of(&rays, &ray);
-            let [x, y] = place.map(|at| at.floor() as i64);
-            assert!(place.iter().all(|at| (at.rem_euclid(1.0) - 0.5).abs() < 1e-6), "{place:?}");
-            let pixel = frame.pixels()[(y * i64::from(size.width) + x) as usize];
-            assert_eq!(pixel, *sample, "{x} {y}");
-            found += usize::from(sample[3] > 0.0);
-        }
-        assert!(found > 1000 && found == frame.pixels().iter().filter(|pixel| pixel[3] > 0.0).count(), "{found}");
+    let device = device();
+    let wide =
+        device.with_tuning(Tuning { vector_width: 16, lattice_schedule: LatticeSchedule::Tiles, ..*device.tuning() }).unwrap();
+    let noise = random_volume(DIMS, DVec3::new(1.0, 0.95, 1.05), 9);
+    for camera in cameras(&noise) {
+        assert_samples_of_pixels(&wide, &noise, &camera, SIDES, 1000);
     }
+    let dims = [120, 130, 110];
+    let mut scattered = vec![0; dims.iter().product()];
+    scattered.iter_mut().step_by(19_997).for_each(|voxel| *voxel = 230);
+    let scattered = volume(dims, DVec3::ONE, Voxels::Uint8(scattered));
+    for azimuth in [-42.0, 42.0] {
+        let oblique = Orbit { azimuth, elevation: 30.0, roll: 0.0 };
+        let camera = Camera::orbit(scattered.grid().centre(), 420.0, oblique, Projection::Perspective { field_of_view: 28.0 });
+        assert_samples_of_pixels(&wide, &scattered, &camera, (270, 250), 100);
+    }
+}
+
+fn assert_samples_of_pixels(device: &Device, volume: &Volume, camera: &Camera, sides: (u32, u32), least: usize) {
+    let size = viewport(sides.0, sides.1);
+    let settings = with(Kernel::Cubic, false, Clipping::default());
+    let mut renderer = Renderer::new(device, volume, &smooth_transfer()).unwrap();
+    let lattice = renderer.lattice_picture(camera, size, &settings).unwrap().expect("a lattice");
+    let (frame, _) = renderer.render(camera, size, &settings).unwrap();
+    let rays = Rays::new(camera, size, volume.grid()).unwrap();
+    let mut found = 0;
+    for (sample, n) in lattice.samples.iter().zip(0..) {
+        let place = pixel_of(&rays, &lattice.ray(n % lattice.size[0], n / lattice.size[0]));
+        assert!(place.iter().all(|at| (at.rem_euclid(1.0) - 0.5).abs() < 1e-6), "{place:?}");
+        let [x, y] = place.map(|at| at.floor() as i64);
+        let pixel = frame.pixels()[(y * i64::from(size.width) + x) as usize];
+        assert_eq!(pixel, *sample, "{x} {y}: {camera:?}");
+        found += usize::from(sample[3] > 0.0);
+    }
+    assert!(found > least && found == frame.pixels().iter().filter(|pixel| pixel[3] > 0.0).count(), "{found}");
 }

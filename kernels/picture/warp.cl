@@ -116,7 +116,7 @@ static inline bool is_empty_under(__global const float4 *lattice, __global const
         return true;
     const int tiles_u = (p->width + p->tile_columns - 1) / p->tile_columns;
     bool active = false;
-    for (int j = top / p->tile_rows; j <= bottom / p->tile_rows; j++)
+    for (int j = top / p->tile_rows; j <= (bottom + p->tile_lead) / p->tile_rows; j++)
         for (int i = first / p->tile_columns; i <= last / p->tile_columns; i++)
             active |= active_samples[j * tiles_u + i] != 0;
     if (!active || (last - first) * (bottom - top) > BLOCK_COLUMNS * BLOCK_ROWS)

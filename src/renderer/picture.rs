@@ -106,6 +106,7 @@ impl WarpInputs<'_> {
             frame: [viewport.width as i32, viewport.height as i32],
             forward: lattice.forward() as f32,
             tile: tiles.size.map(|n| n as i32),
+            tile_lead: tiles.most_lead() as i32,
             share: share.share as f32,
             added: i32::from(share.added),
             displayed: 0,

@@ -95,6 +95,11 @@ impl Tiles {
         [self.run as i32, next as i32]
     }
 
+    /// Rows, at most, by which columns of tiles begin before those of tiles without a lead.
+    pub fn most_lead(self) -> u32 {
+        2 * self.lead
+    }
+
     /// Kernel argument.
     pub fn for_kernels(self) -> [i32; 2] {
         self.numbers.map(|n| n as i32)

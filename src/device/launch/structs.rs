@@ -391,6 +391,8 @@ kernel_struct! {
         forward: f32,
         /// Samples of a tile.
         tile as [tile_columns, tile_rows]: i32,
+        /// Rows by which tiles may begin before their place, where columns of pixels lean.
+        tile_lead: i32,
         /// Places per pixel and axis: more than 1 where a pixel covers more than a voxel.
         filter: i32,
         /// Rows of pixels cross the lattice's lines of one u (1), or of one v (2); 0 where they run too close along both.
