@@ -153,7 +153,8 @@ impl Window {
             let hi = points.iter().fold(f64::NEG_INFINITY, |hi, p| hi.max(p[n]));
             [(lo - MARGIN).floor().clamp(0.0, side) as u32, (hi + MARGIN).ceil().clamp(0.0, side) as u32]
         });
-        Self { first: ends.map(|[lo, _]| lo), size: ends.map(|[lo, hi]| hi - lo) }
+        // Points that no number stands for are nowhere.
+        Self { first: ends.map(|[lo, _]| lo), size: ends.map(|[lo, hi]| hi.saturating_sub(lo)) }
     }
 
     fn middle(&self) -> [f64; 2] {
