@@ -4,8 +4,9 @@
 // cross the columns at other angles. So the rows of a tile follow rows of voxels instead: next columns begin `drift` samples farther down.
 // The drift changes from tile to tile, and tiles share their edges: columns of a tile differ by a sample or two in length.
 
-// Samples by which columns of a tile may be longer than others.
-#define RAGGED_ROWS 2
+#ifndef RAGGED_ROWS
+#error "RAGGED_ROWS: samples by which columns of a tile may be longer than others"
+#endif
 #define ROW_STEP (TILE_ROWS - RAGGED_ROWS)
 
 // Voxels, at most, by which the columns of a tile lean: 0.4 times the voxel rows under a tile (src/layers/lattice/pixel_rays.rs).

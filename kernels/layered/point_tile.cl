@@ -1,6 +1,7 @@
 // What the kernels of point-sampled layers do for a tile (point_lattice.cl, channel_lattice.cl): its clip intervals, voxels fetched ahead,
 // and the spans and midpoints of its patches.
 
+#include "layered/point_layer.cl"
 #include "layered/visible_tile.cl"
 #include "shared/segment.cl"
 

@@ -56,7 +56,6 @@ static inline Beam make_beam(const RayLatticeParams *p, int column, int row, int
     const Beam beam = {(float4)(first_u.x, first_v.x, last_u.x, last_v.x), (float4)(first_u.y, first_v.y, last_u.y, last_v.y)};
     return beam;
 }
-
 #endif
 
 // Stagger of VW columns in voxels along v; less than the distance between rows.

@@ -1,6 +1,6 @@
 // Visible slabs under a tile and its patches: `visible`, a bit per block and slab, from slab_visibility.cl.
 
-#include "layered/point_layer.cl"
+#include "layered/tile.cl"
 
 // Where the first row of a tile crosses a plane, and the distance to the crossing of the next row. PIXEL_RAYS: the mean distance.
 static inline float2 first_row_crossing(const RayLatticeParams *p, const Tile *tile, float depth) {

@@ -250,27 +250,22 @@ static inline uint count_visible_lanes(const realv *color, intv present) {
 }
 static inline uint count_visible(const realv *color, int count) { return count_visible_lanes(color, LANES < count); }
 
-// Stores the rays of a lattice as `p` requests: as raw state, or resolved to colours. Counts non-zero colours where the samples taken
-// here are not enough to tell: earlier parts contributed, or the initial value is visible.
-#define STORE_RAYS(p, sample, table, gathered, interval, count, stride, out, total) \
-    if ((p).raw) {                                                                  \
-        store_raw(gathered, count, stride, out);                                    \
-    } else {                                                                        \
-        realv color[4];                                                             \
-        resolve(&(sample), table, gathered, interval, color);                       \
-        store_colors(color, count, stride, out);                                    \
-        if ((p).continues || GATHERS_VALUES)                                        \
-            total += count_visible(color, count);                                   \
+// Stores the rays of a lattice as `p` requests: as raw state, or resolved to `color`. Counts non-zero colours where the samples taken here
+// are not enough to tell: earlier parts contributed, or the initial value is visible.
+#define STORE_RAYS_BY(p, sample, table, gathered, interval, total, STORED_RAW, STORED_COLORS, VISIBLE) \
+    if ((p).raw) {                                                                                     \
+        STORED_RAW;                                                                                    \
+    } else {                                                                                           \
+        realv color[4];                                                                                \
+        resolve(&(sample), table, gathered, interval, color);                                          \
+        STORED_COLORS;                                                                                 \
+        if ((p).continues || GATHERS_VALUES)                                                           \
+            total += VISIBLE;                                                                          \
     }
-
-// The same for some lanes, each at its own place.
-#define STORE_RAYS_AT(p, sample, table, gathered, interval, at, present, out, total) \
-    if ((p).raw) {                                                                   \
-        store_raw_at(gathered, at, present, out);                                    \
-    } else {                                                                         \
-        realv color[4];                                                              \
-        resolve(&(sample), table, gathered, interval, color);                        \
-        store_colors_at(color, at, present, out);                                    \
-        if ((p).continues || GATHERS_VALUES)                                         \
-            total += count_visible_lanes(color, present);                            \
-    }
+#define STORE_RAYS(p, sample, table, gathered, interval, count, stride, out, total)                           \
+    STORE_RAYS_BY(p, sample, table, gathered, interval, total, store_raw(gathered, count, stride, out),       \
+                  store_colors(color, count, stride, out), count_visible(color, count))
+// For some lanes, each at its own place.
+#define STORE_RAYS_AT(p, sample, table, gathered, interval, at, present, out, total)                          \
+    STORE_RAYS_BY(p, sample, table, gathered, interval, total, store_raw_at(gathered, at, present, out),      \
+                  store_colors_at(color, at, present, out), count_visible_lanes(color, present))

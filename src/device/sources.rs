@@ -18,6 +18,7 @@ kernel_files!(
     "layered/channel_splat_perspective.cl",
     "layered/channels.cl",
     "layered/color_lattice.cl",
+    "layered/columns.cl",
     "layered/footprint.cl",
     "layered/footprint_set.cl",
     "layered/footprints.cl",

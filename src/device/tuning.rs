@@ -127,10 +127,13 @@ impl Tuning {
         }
     }
 
+    /// Rows by which columns of a tile may be longer than others, where columns of pixels lean.
+    pub(crate) const RAGGED_ROWS: u32 = 2;
+
     /// Rows of a tile where columns of pixels lean, for tiles with this number of rows otherwise: kernels add some, and number the rows of a
     /// tile in 32 bits.
     pub(crate) fn pixel_tile_rows(rows: u32) -> u32 {
-        rows.min(MAX_TILE_ROWS - 2)
+        rows.min(MAX_TILE_ROWS - Self::RAGGED_ROWS)
     }
 
     /// Work-group size with [`LatticeSchedule::Samples`].

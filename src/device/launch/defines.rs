@@ -17,9 +17,6 @@ fn opencl_type(voxel_type: VoxelType) -> (&'static str, i32) {
     }
 }
 
-/// See kernels/layered/pixel_tile.cl.
-const RAGGED_ROWS: u32 = 2;
-
 /// `-D` options of a program.
 pub(super) struct Defines(pub String);
 
@@ -188,7 +185,11 @@ impl Defines {
 impl Defines {
     /// For kernels with a work-item per tile of a lattice. Where columns of pixels lean, tiles have rows to spare.
     pub(super) fn with_tile_rows(self, rows: u32, pixel_rays: bool) -> Self {
-        self.with("TILE_ROWS", if pixel_rays { Tuning::pixel_tile_rows(rows) + RAGGED_ROWS } else { rows })
+        if !pixel_rays {
+            return self.with("TILE_ROWS", rows);
+        }
+        let ragged = Tuning::RAGGED_ROWS;
+        self.with("TILE_ROWS", Tuning::pixel_tile_rows(rows) + ragged).with("RAGGED_ROWS", ragged)
     }
 
     /// For programs that use gradients.

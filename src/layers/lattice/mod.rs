@@ -1,6 +1,7 @@
 //! Ray lattices: grids of rays with the same column and row in every layer.
 
 mod aligned;
+mod crossings;
 mod density;
 mod lines;
 mod parallel;

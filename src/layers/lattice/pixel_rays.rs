@@ -6,6 +6,7 @@
 //! voxels.
 
 use super::aligned::WORTH;
+use super::crossings::{Crossings, Window};
 use super::{AffineRays, Density, Lattice, MAX_VOXELS_PER_POINT, ScreenAxis, Source};
 use crate::layers::Rays;
 use crate::viewport::Viewport;
@@ -33,8 +34,6 @@ const MAX_DEPTH: f64 = 4.0;
 const MOST_BEHIND: f64 = 1.45;
 /// Voxel rows that kernels select from, at most.
 const MOST_VOXELS_BEHIND: f64 = 2.0;
-/// Pixels around the volume.
-const MARGIN: f64 = 1.0;
 
 /// Rays of a lattice whose samples are pixels. With i and j counted from the middle of the lattice, ray (I, J) crosses a layer (u, v) voxels
 /// beside the ray in the middle: (i steps\[0\] + j steps\[1\]) / (1 + i depth_steps\[0\] + j depth_steps\[1\]), times the spread of the rays
@@ -136,64 +135,6 @@ impl PixelRays {
 fn corners(size: [u32; 2]) -> [[f64; 2]; 4] {
     let [i, j] = [0, 1].map(|n| f64::from(size[n]) / 2.0 + PADDING[n]);
     [[-i, -j], [i, -j], [-i, j], [i, j]]
-}
-
-/// Pixels of the screen that rays of a volume cross: the first along x and y, and their number.
-struct Window {
-    first: [u32; 2],
-    size: [u32; 2],
-}
-
-impl Window {
-    /// Around points on the screen.
-    fn around(points: &[[f64; 2]], viewport: Viewport) -> Self {
-        let ends = [0, 1].map(|n| {
-            let side = f64::from([viewport.width, viewport.height][n]);
-            let lo = points.iter().fold(f64::INFINITY, |lo, p| lo.min(p[n]));
-            let hi = points.iter().fold(f64::NEG_INFINITY, |hi, p| hi.max(p[n]));
-            [(lo - MARGIN).floor().clamp(0.0, side) as u32, (hi + MARGIN).ceil().clamp(0.0, side) as u32]
-        });
-        // Points that no number stands for are nowhere.
-        Self { first: ends.map(|[lo, _]| lo), size: ends.map(|[lo, hi]| hi.saturating_sub(lo)) }
-    }
-
-    fn middle(&self) -> [f64; 2] {
-        [0, 1].map(|n| f64::from(self.first[n]) + 0.5 * f64::from(self.size[n]))
-    }
-}
-
-/// Where the rays of a view cross the layers, in homogeneous coordinates (u, v, w): of the eye's shears in a perspective, of the layer of the
-/// volume's centre in a parallel view.
-struct Crossings {
-    /// At (0, 0) on the screen, and changes along x and y.
-    rays: [DVec3; 3],
-    /// Of the corners of the field's support, and the spread of the rays there.
-    corners: [(DVec3, f64); 8],
-    spread: [f64; 2],
-}
-
-impl Crossings {
-    fn new(lattice: &Lattice, rays: &Rays, support: &[DVec3; 8]) -> Self {
-        let frame = lattice.frame;
-        match lattice.source {
-            Source::Eye(eye) => Self {
-                rays: rays.direction.map(|d| frame.local(d)),
-                corners: support.map(|corner| (corner - eye, corner.z - eye.z)),
-                spread: [lattice.centre_layer - eye.z, 1.0],
-            },
-            Source::Direction(_) => {
-                let shear = lattice.shear();
-                let across = |p: DVec3, z: f64| DVec3::new(p.x - z * shear[0], p.y - z * shear[1], 0.0);
-                let [base, x, y] = rays.origin.map(|origin| frame.local(origin));
-                let crossing = |p: DVec3| across(p, p.z - lattice.centre_layer) + DVec3::Z;
-                Self {
-                    rays: [crossing(base), across(x, x.z), across(y, y.z)],
-                    corners: support.map(|corner| (crossing(corner), 1.0)),
-                    spread: [1.0, 0.0],
-                }
-            }
-        }
-    }
 }
 
 /// The lattice whose samples are the pixels, in place of `evenly`, if that is worth it: if kernels can sample it, and pixels are not many
