@@ -54,6 +54,8 @@ use serde::Serialize;
 use std::io::IsTerminal;
 use std::path::Path;
 use std::process::ExitCode;
+use tracing_subscriber::filter::Targets;
+use tracing_subscriber::prelude::*;
 
 /// Turns volume data (CT, MRI, microscopy, simulations) into pictures and films
 #[derive(Parser)]
@@ -174,13 +176,13 @@ pub fn main() -> ExitCode {
 /// Logs to standard error: warnings by default, else the level of --verbose or RUST_LOG.
 fn log(verbose: u8) {
     let level = ["warn", "layersplat=info,warn", "layersplat=debug,warn"][usize::from(verbose.min(2))];
-    let filter =
-        tracing_subscriber::EnvFilter::try_from_default_env().ok().filter(|_| verbose == 0).unwrap_or_else(|| level.into());
+    let asked = std::env::var("RUST_LOG").ok().filter(|_| verbose == 0).and_then(|text| text.parse::<Targets>().ok());
+    let targets = asked.unwrap_or_else(|| level.parse().expect("levels above are valid"));
     // See no-color.org.
     let no_color = std::env::var_os("NO_COLOR").is_some_and(|value| !value.is_empty());
     let colors = std::io::stderr().is_terminal() && !no_color;
-    let builder = tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).with_ansi(colors);
-    builder.without_time().with_target(false).init();
+    let layer = tracing_subscriber::fmt::layer().with_writer(std::io::stderr).with_ansi(colors).without_time().with_target(false);
+    tracing_subscriber::registry().with(layer.with_filter(targets)).init();
 }
 
 /// 2 if the command line caused the error, else 1.
