@@ -8,8 +8,8 @@ Occupancy is the maximum number of resident waves relative to the capacity of a 
     waves per SIMD   = min(limit, registers per lane / registers of the kernel, rounded up to the allocation granularity)
     groups           = min(SIMDs x waves per SIMD / waves per group, group limit, local memory / that of the kernel), all rounded down
     occupancy        = groups x waves per group / (SIMDs x wave limit)
-Stack is in bytes per work-item, local memory in bytes per work-group (AMD's compiler moves arrays there, for groups of up to 256). Spills are
-bytes on NVIDIA and registers on AMD. A star marks kernels of the default render paths, with their quality presets. A kernel in a file of
+Stack is in bytes per work-item, local memory in bytes per work-group (AMD's compiler moves arrays there, for groups of up to 256). Spills to
+memory are bytes on NVIDIA and registers on AMD, which keeps further scalars in lanes of vector registers. A star marks kernels of the default render paths, with their quality presets. A kernel in a file of
 another name is shown as file:kernel.
 """
 
@@ -27,14 +27,18 @@ from typing import NamedTuple
 
 from gpu_static_instructions import counted
 
-# Limits of --check: no kernel may have a stack, except one that lists the visible voxels for sheets. Kernels of the default render path (the
-# warp also to 8 bits) have a register limit.
+# Limits of --check: no kernel may have a stack, except one that lists the visible voxels for sheets, and those of several fields, of colours
+# and of labels, in which a work-item draws a tile. Kernels of the default render path (the warp also to 8 bits) have a register limit.
 CHECKED = ["sm_90", "gfx1100"]
-WITH_STACK = ["splats"]
+WITH_STACK = ["splats", "channel_lattice", "channel_raycast", "color_lattice", "color_raycast", "label_voxels"]
 DEFAULT_PATH = ["point_samples", "warp"]
 MOST_REGISTERS = {"standard": 96, "high": 128}
-# Subdivided segments read the field between samples. They need more registers, and scalars that AMD's compiler keeps in lanes.
-DIMMED = {"registers": 128, "spills": 8}
+# It has five ways to find a pixel, and AMD's compiler keeps four registers more than the limit above.
+WARP = {"registers": 104}
+# Subdivided segments read the field between samples, and need more registers.
+DIMMED = {"registers": 128}
+# The indices of the eight labels around a point.
+TINTED = {"stack": 32}
 
 
 class Unit(NamedTuple):
@@ -109,6 +113,7 @@ def nvidia(arguments, architecture, options, text, folder):
             # The cumulative figure includes called functions.
             "stack": max(numbers(r"(\d+) bytes (?:stack frame|cumulative stack size)", part), default=0),
             "spills": sum(numbers(r"(\d+) bytes spill", part)),
+            "lanes": 0,
             "local": sum(numbers(r"(\d+) bytes smem", part)),
             "instructions": instructions.get(name, {}),
         }
@@ -129,7 +134,9 @@ def amd(arguments, architecture, options, text, folder):
             "registers": int(fields["vgpr_count"]),
             "scalars": int(fields["sgpr_count"]),
             "stack": int(fields["private_segment_fixed_size"]),
-            "spills": int(fields["vgpr_spill_count"]) + int(fields["sgpr_spill_count"]),
+            "spills": int(fields["vgpr_spill_count"]),
+            # Of vector registers, which count as such.
+            "lanes": int(fields["sgpr_spill_count"]),
             "local": int(fields["group_segment_fixed_size"]),
             "instructions": instructions.get(name, {}),
         }
@@ -190,7 +197,7 @@ def defines(row):
 
 
 def print_table(rows):
-    print(f"{'':10}{'registers':>10}{'stack':>8}{'spills':>8}{'local':>8}{'occupancy':>11}")
+    print(f"{'':10}{'registers':>10}{'stack':>8}{'spills':>8}{'lanes':>8}{'local':>8}{'occupancy':>11}")
     before = None
     for row in rows:
         star = f" * {', '.join(row['qualities'])}" if row["qualities"] else ""
@@ -198,7 +205,7 @@ def print_table(rows):
         if about != before:
             print(about)
         before = about
-        print(f"  {row['arch']:8}{row['registers']:10}{row['stack']:8}{row['spills']:8}{row['local']:8}{row['occupancy']:11.0%}")
+        print(f"  {row['arch']:8}{row['registers']:10}{row['stack']:8}{row['spills']:8}{row['lanes']:8}{row['local']:8}{row['occupancy']:11.0%}")
 
 
 def check(rows, wanted):
@@ -206,11 +213,13 @@ def check(rows, wanted):
     started = {row["kernel"] for row in rows if row["qualities"]}
     wrong = [f"{kernel}: not started by default" for kernel in DEFAULT_PATH if kernel not in started and kernel in (wanted or {kernel})]
     for row in rows:
-        limits = {} if row["kernel"] in WITH_STACK else {"stack": 0}
+        limits = {} if row["kernel"] in WITH_STACK else dict(TINTED) if "TINTED" in defines(row).split() else {"stack": 0}
         if row["kernel"] in DEFAULT_PATH and row["qualities"]:
             limits |= {"registers": min(MOST_REGISTERS[quality] for quality in row["qualities"]), "spills": 0}
             if "DIMMED" in defines(row).split():
                 limits |= DIMMED
+            if row["kernel"] == "warp":
+                limits |= WARP
         over = [f"{row[name]} {name}, not {most}" for name, most in limits.items() if row[name] > most]
         if over:
             wrong.append(f"{row['name']} ({defines(row)}) on {row['arch']}: {'; '.join(over)}")

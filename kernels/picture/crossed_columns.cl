@@ -5,9 +5,11 @@
 #include "picture/own_samples.cl"
 #include "picture/lines.cl"
 
-// Rows of the lattice per column, along rows (or columns) of pixels.
+// Rows of the lattice per column, along rows (or columns) of pixels. Without variable indices, for which GPUs keep arguments in memory.
 static inline float crossing_slope(const WarpParams *p) {
-    return p->from_screen[2 + p->crossed_along] / p->from_screen[p->crossed_along - 1];
+    const float *m = p->from_screen;
+    const bool along_rows = p->crossed_along == 1;
+    return (along_rows ? m[3] : m[4]) / (along_rows ? m[0] : m[1]);
 }
 
 // The sample of column i where the row of pixels through (column, row) crosses it; transparent beyond the lattice.

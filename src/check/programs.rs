@@ -4,10 +4,13 @@ use super::pictures::{self, SIZE};
 use super::{Family, figures};
 use crate::camera::{Camera, Projection};
 use crate::device::{Buffer, DeviceKind, Started, Tuning, kernel_names};
-use crate::renderer::{DeviceVoxels, Renderer, UploadedVolume};
-use crate::settings::{AmbientOcclusion, Blend, Clipping, CropBox, GradientOpacity, LightGrid, Quality, Settings};
+use crate::layers::Kernel;
+use crate::renderer::{Channel, DeviceVoxels, LabelColors, Renderer, UploadedColors, UploadedVolume};
+use crate::settings::{
+    Algorithm, AmbientOcclusion, Blend, Clipping, CropBox, GradientOpacity, LightGrid, Quality, Settings, Shadows,
+};
 use crate::transfer::TransferFunction;
-use crate::volume::{Volume, VoxelType, Voxels};
+use crate::volume::{LabelSurfaces, Volume, VoxelType, Voxels};
 use crate::{Device, DeviceChoice};
 use glam::DVec3;
 use serde::Serialize;
@@ -40,12 +43,17 @@ fn values() -> Vec<f64> {
     (0..volume.grid().dims().iter().product()).map(|n| volume.value(n)).collect()
 }
 
-/// Renders the views of the default family with the settings of a quality, and a close view with so few voxels that layers are sampled
-/// more densely.
+/// The views of the default family, a close view with so few voxels that layers are sampled more densely, and a perspective with voxels of
+/// about a pixel, which is sampled at its pixels.
+fn cameras() -> [Camera; 4] {
+    let [parallel, perspective] = pictures::views(Family::PointLattice).map(|picture| picture.camera);
+    let near = Camera { projection: Projection::Parallel { scale: 1.2 }, ..parallel };
+    let far = Camera { position: 2.0 * perspective.position - perspective.focal_point, ..perspective };
+    [parallel, perspective, near, far]
+}
+
 fn draw(renderer: &mut Renderer, quality: Quality) {
-    let cameras = pictures::views(Family::PointLattice).map(|picture| picture.camera);
-    let near = Camera { projection: Projection::Parallel { scale: 1.2 }, ..cameras[0] };
-    for camera in cameras.into_iter().chain([near]) {
+    for camera in cameras() {
         renderer.render(&camera, SIZE, &quality.settings()).unwrap();
         renderer.render_rgba8(&camera, SIZE, &quality.settings(), figures::BACKGROUND).unwrap();
     }
@@ -70,6 +78,28 @@ fn draw_light(device: &Device) {
     }
 }
 
+/// Draws several fields, labels, and a field in the colours of labels, in layers, cast, and with a light volume.
+fn draw_colors(device: &Device) {
+    let volume = UploadedVolume::new(device, &pictures::volume()).unwrap();
+    let entries: Vec<[f64; 4]> = (0..256).map(|n| [1.0, f64::from(n) / 255.0, 0.0, f64::from(n) / 512.0]).collect();
+    let channels = |count| vec![Channel::new(&volume, &pictures::transfer()); count];
+    let labels = UploadedColors::from_labels(&[(&volume, &entries)], LabelSurfaces::Smooth).unwrap();
+    let mut scan = Renderer::from_uploaded(&volume, &pictures::transfer()).unwrap();
+    scan.set_label_colors(Some(&LabelColors::new(device, &[(&pictures::volume(), &entries)]).unwrap())).unwrap();
+    let two = Renderer::from_channels(&channels(2)).unwrap();
+    let renderers = [two, Renderer::from_channels(&channels(3)).unwrap(), Renderer::from_colors(&labels).unwrap(), scan];
+    let standard = Quality::Standard.settings();
+    let cast = Algorithm::Raycast { kernel: Kernel::Linear, step: 0.5 };
+    let shadows = Settings { shadows: Some(Shadows::default()), ..standard };
+    for mut renderer in renderers {
+        draw(&mut renderer, Quality::Standard);
+        draw(&mut renderer, Quality::High);
+        for settings in [Settings { algorithm: cast, ..standard }, shadows] {
+            renderer.render(&cameras()[0], SIZE, &settings).unwrap();
+        }
+    }
+}
+
 /// The transfer function of the check, and one with strong attenuation within a layer.
 fn transfers() -> [TransferFunction; 2] {
     let colors = vec![(0.0, [0.0, 0.0, 1.0]), (127.0, [1.0, 0.0, 0.0])];
@@ -89,7 +119,7 @@ fn started_by(quality: Quality) -> BTreeSet<Started> {
     device.started()
 }
 
-/// The programs of the device check and of light, and those of float voxels in a caller's buffer whose range is unknown.
+/// The programs of the device check, of light and of colours, and those of float voxels in a caller's buffer whose range is unknown.
 fn started_by_check() -> BTreeSet<Started> {
     let device = device();
     device.check().unwrap();
@@ -99,6 +129,7 @@ fn started_by_check() -> BTreeSet<Started> {
     let volume = UploadedVolume::in_place(&device, &description, &voxels).unwrap();
     draw(&mut Renderer::from_uploaded(&volume, &pictures::transfer()).unwrap(), Quality::Standard);
     draw_light(&device);
+    draw_colors(&device);
     device.started()
 }
 
