@@ -52,6 +52,7 @@ fn cameras() -> [Camera; 4] {
     [parallel, perspective, near, far]
 }
 
+/// Renders these views with the settings of a quality, to floats and to 8 bits.
 fn draw(renderer: &mut Renderer, quality: Quality) {
     for camera in cameras() {
         renderer.render(&camera, SIZE, &quality.settings()).unwrap();
