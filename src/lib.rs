@@ -49,6 +49,7 @@ pub mod image;
 #[doc(hidden)]
 pub mod layers;
 mod memory;
+mod npy;
 mod progress;
 #[doc(hidden)]
 pub mod reference;

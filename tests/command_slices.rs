@@ -93,10 +93,9 @@ fn values_are_the_voxels() {
     let voxels: Vec<u8> = (0..60).map(|n| n * 3 + 1).collect();
     std::fs::write(f.join("v_5x4x3_uint8.raw"), &voxels).unwrap();
     json(f, &["slice", "v_5x4x3_uint8.raw", "--axis", "z", "--at", "1", "--size", "5x4", "--values", "-o", "v.npy"]);
-    let bytes = std::fs::read(f.join("v.npy")).unwrap();
-    let npy = npyz::NpyFile::new(&bytes[..]).unwrap();
-    assert_eq!(npy.shape(), [4, 5]);
-    let found = npy.into_vec::<f32>().unwrap();
+    let slice = layersplat::Volume::open(f.join("v.npy").to_str().unwrap(), &layersplat::OpenOptions::default()).unwrap();
+    assert_eq!(slice.grid().dims(), [5, 4, 1]);
+    let found: Vec<f32> = (0..20).map(|n| slice.value(n) as f32).collect();
     let expected = (0..4).rev().flat_map(|y| (0..5).map(move |x| f32::from((x + 5 * (y + 4)) as u8 * 3 + 1)));
     assert!(found.iter().zip(expected).all(|(found, expected)| (found - expected).abs() < 0.01), "{found:?}");
 }

@@ -3,9 +3,9 @@
 use super::{Frame, ImageFormat};
 use crate::error::Error;
 use crate::memory;
+use crate::npy;
 use crate::viewport::Viewport;
 use image::{DynamicImage, ImageDecoder, ImageReader, Limits};
-use std::io;
 use std::path::Path;
 
 /// Reads a `.png`, `.jpg`, `.tif`, `.webp`, `.exr` or `.npy` picture as premultiplied floats.
@@ -61,18 +61,29 @@ fn size_of(path: &Path, width: u32, height: u32) -> Result<Viewport, Error> {
 
 fn read_npy(path: &Path) -> Result<Frame, Error> {
     let damaged = |problem: String| Error::Image { path: path.into(), problem };
-    let file = std::fs::File::open(path).map_err(|e| Error::read(path, e))?;
-    let array = npyz::NpyFile::new(io::BufReader::new(file)).map_err(|e| damaged(e.to_string()))?;
-    let [height, width, 4] = *array.shape() else {
-        return Err(damaged(format!("its shape is {:?}: expected height, width, 4", array.shape())));
+    let failed = |e| Error::read(path, e);
+    // The file, its numbers and its pixels.
+    let len = std::fs::metadata(path).map_err(failed)?.len();
+    memory::require(&path.display().to_string(), len.saturating_mul(3))?;
+    let bytes = std::fs::read(path).map_err(failed)?;
+    let header = npy::Header::from_bytes(&bytes).map_err(damaged)?;
+    let [height, width, 4] = header.shape[..] else {
+        return Err(damaged(format!("its shape is {:?}: expected height, width, 4", header.shape)));
     };
-    if array.order() != npyz::Order::C {
+    if header.fortran_order {
         return Err(damaged("it is in Fortran order: save it in C order".into()));
     }
-    let side = |n: u64| u32::try_from(n).unwrap_or(u32::MAX);
+    let number = match header.descr.as_deref() {
+        Some("<f4") => f32::from_le_bytes,
+        Some(">f4") => f32::from_be_bytes,
+        other => return Err(damaged(format!("its type is {}: expected float32", other.unwrap_or("not a plain number")))),
+    };
+    let side = |n: usize| u32::try_from(n).unwrap_or(u32::MAX);
     let viewport = size_of(path, side(width), side(height))?;
-    memory::require(&path.display().to_string(), viewport.pixels() as u64 * 16)?;
-    let numbers = array.into_vec::<f32>().map_err(|e| damaged(format!("{e}: expected float32")))?;
+    let numbers = bytes.get(header.end as usize..).unwrap_or_default();
+    let numbers = numbers.get(..viewport.pixels() * 16).ok_or_else(|| damaged("it is truncated".into()))?;
+    let (numbers, _) = numbers.as_chunks::<4>();
+    let numbers: Vec<f32> = numbers.iter().map(|&bytes| number(bytes)).collect();
     let (pixels, _) = numbers.as_chunks::<4>();
     finite(path, Frame::new(viewport, pixels.to_vec()))
 }

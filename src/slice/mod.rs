@@ -6,10 +6,10 @@ pub use axis::SliceAxis;
 
 use crate::error::Error;
 use crate::files::write_whole;
+use crate::npy;
 use crate::viewport::Viewport;
 use crate::volume::Grid;
 use glam::DVec3;
-use npyz::WriterBuilder;
 use std::path::Path;
 
 /// A rectangle of any plane, in world coordinates. Pixels are square.
@@ -265,12 +265,8 @@ impl SliceValues {
     /// # Errors
     /// If the file cannot be written.
     pub fn save(&self, path: impl AsRef<Path>) -> Result<(), Error> {
-        write_whole(path.as_ref(), |out| {
-            let shape = [u64::from(self.viewport.height), u64::from(self.viewport.width)];
-            let mut writer = npyz::WriteOptions::new().default_dtype().shape(&shape).writer(out).begin_nd()?;
-            writer.extend(&self.values)?;
-            writer.finish()
-        })
+        let shape = [self.viewport.height, self.viewport.width].map(|side| side as usize);
+        write_whole(path.as_ref(), |out| npy::write(out, &shape, &self.values))
     }
 
     /// Data value of each pixel, NaN outside the volume.

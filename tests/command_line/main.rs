@@ -6,7 +6,6 @@ mod refused;
 mod verbose;
 
 use common::command::*;
-use npyz::WriterBuilder;
 
 #[test]
 fn render_writes_pictures_of_every_kind() {
@@ -343,13 +342,11 @@ fn odd_values_are_shown_or_explained() {
     ];
     for (name, shape, value, sentence) in volumes {
         let count: u64 = shape.iter().product();
-        let mut bytes = Vec::new();
-        let mut writer = npyz::WriteOptions::new().default_dtype().shape(shape).writer(&mut bytes).begin_nd().unwrap();
-        writer.extend((0..count as usize).map(value)).unwrap();
-        writer.finish().unwrap();
-        std::fs::write(f.join(format!("{name}.npy")), bytes).unwrap();
+        let bytes: Vec<u8> = (0..count as usize).flat_map(|n| value(n).to_le_bytes()).collect();
+        let [z, y, x] = *shape else { panic!("three axes") };
+        let source = format!("{name}_{x}x{y}x{z}_float32.raw");
+        std::fs::write(f.join(&source), bytes).unwrap();
         for blend in ["composite", "maximum"] {
-            let source = format!("{name}.npy");
             let view = ["--size", "24x24", "--azimuth", "30", "--elevation", "20", "-o", "a.npy"];
             let done = layersplat(f, &[&["render", &source, "--blend", blend][..], &view].concat());
             let said = String::from_utf8(done.stderr).unwrap();

@@ -8,12 +8,12 @@ use super::{Background, Depths, Frame, blue_noise, display};
 use crate::error::Error;
 use crate::files::write_whole;
 use crate::memory;
+use crate::npy;
 use crate::viewport::Viewport;
 use exr::prelude::{AnyChannel, AnyChannels, FlatSamples, Image, Text, WritableImage};
 use image::codecs::webp::WebPEncoder;
 use image::{ExtendedColorType, ImageEncoder};
 use jpeg_encoder::{ColorType, Encoder, PixelDensity, SamplingFactor};
-use npyz::WriterBuilder;
 use std::borrow::Cow;
 use std::io;
 use std::num::NonZeroU16;
@@ -204,12 +204,8 @@ fn write_exr(
 }
 
 fn write_npy(path: &Path, frame: &Frame) -> Result<(), Error> {
-    write_whole(path, |out| {
-        let shape = [u64::from(frame.height()), u64::from(frame.width()), 4];
-        let mut writer = npyz::WriteOptions::new().default_dtype().shape(&shape).writer(out).begin_nd()?;
-        writer.extend(frame.pixels().iter().flatten())?;
-        writer.finish()
-    })
+    let shape = [frame.height() as usize, frame.width() as usize, 4];
+    write_whole(path, |out| npy::write(out, &shape, frame.pixels().as_flattened()))
 }
 
 #[cfg(test)]

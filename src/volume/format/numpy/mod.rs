@@ -11,8 +11,10 @@ use super::bytes::{Bytes, Plain};
 use super::load::{self, Header, Opened, upright};
 use super::{Format, Found, OpenOptions};
 use crate::error::Error;
+use crate::npy;
 use crate::volume::Contents;
 use glam::DVec3;
+use header::Array;
 use std::fs::File;
 use std::path::Path;
 
@@ -24,7 +26,7 @@ const MOST_CHANNELS: usize = 4;
 
 impl Format for Npy {
     fn recognises(&self, file: &Found, _options: &OpenOptions) -> bool {
-        file.start.starts_with(header::MARK)
+        file.start.starts_with(npy::MARK)
     }
 
     fn open(&self, file: &Found, options: &OpenOptions) -> Result<Opened, Error> {
@@ -36,8 +38,8 @@ impl Format for Npy {
 
 /// Opens an array. Its last axes are z, y and x, possibly followed by an axis of up to four channels. All axes before are frames.
 fn array(path: &Path, mut bytes: Box<dyn Bytes>, options: &OpenOptions) -> Result<Opened, Error> {
-    let read = header::read(bytes.as_mut()).map_err(|e| Error::read(path, e))?;
-    let found = read.map_err(|problem| Error::volume(path, problem))?;
+    let read = npy::Header::read(|at, into| bytes.read(at, into)).map_err(|e| Error::read(path, e))?;
+    let found = read.and_then(Array::new).map_err(|problem| Error::volume(path, problem))?;
     let axes = found.shape.len();
     let behind = usize::from(axes > 3 && found.shape[axes - 1] <= MOST_CHANNELS);
     let space = (axes - behind).min(3);
