@@ -49,7 +49,7 @@ def signal_sampled(n):
 
 
 def signal(work):
-    """The scene of tests/kernels/scene.rs. The reference has enough samples under a B-spline, ray cast in steps of 1/16."""
+    """The scene of tests/fidelity/kernels/scene.rs. The reference has enough samples under a B-spline, ray cast in steps of 1/16."""
     opacities = [(0, 0), (40, 0), (70, 0.015), (100, 0), (0.45 * 255, 0), (0.55 * 255, 0.9), (255, 0.9)]
     colors = [0, 0.2, 0.4, 0.9, 100, 0.2, 0.6, 0.8, 128, 0.95, 0.7, 0.3, 255, 0.8, 0.3, 0.2]
     transfer = work / "rings.json"

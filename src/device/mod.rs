@@ -4,6 +4,7 @@ mod background;
 mod bands;
 mod budget;
 mod buffer;
+mod build_log;
 mod cache;
 mod caller_queue;
 mod commands;

@@ -45,7 +45,7 @@ fn a_streamed_volume_has_the_same_picture() {
     ok(status);
     assert!(plan.parts > 1 && plan.device_bytes <= BUDGET, "{plan:?}");
     assert_eq!((plan.volume_bytes, plan.available_bytes), (2 * BUDGET, BUDGET));
-    // As in the library's tests/streamed.rs, no difference is allowed.
+    // As in the library's tests/rendering/streamed.rs, no difference is allowed.
     assert!(scene.floats(null()) == expected);
     let mut bytes = vec![0u8; FLOATS];
     // SAFETY: all arguments are alive. The streaming renderer keeps the volume.

@@ -44,7 +44,7 @@ def test_a_volume_beyond_the_budget_has_the_same_picture(large, faint, whole):
         assert plan["lattices"][0]["parts"] > 1 and plan["lattices"][0]["held_layers"] < 160
         assert plan["device_bytes"] <= plan["available_bytes"] <= BUDGET
         assert whole.stream_plan(camera, SIZE) is None
-        # As in the library's tests/streamed.rs, no difference is allowed.
+        # As in the library's tests/rendering/streamed.rs, no difference is allowed.
         expected = whole.render_float(camera, SIZE)
         assert 0.05 < expected[..., 3].max() < 0.99
         assert np.array_equal(renderer.render_float(camera, SIZE), expected)

@@ -25,12 +25,13 @@ pub(crate) use request::KernelRequest;
 pub(crate) use voxel_buffer::{Floats, VoxelBuffer, VoxelKind};
 
 use super::bands::{self, BandSize};
-use super::{Buffer, Device, Tuning};
+use super::{Buffer, Device, Tuning, build_log};
 use crate::error::Error;
 use opencl3::kernel::Kernel as ClKernel;
 use std::collections::hash_map::Entry;
 use std::collections::{HashMap, HashSet};
 use std::hash::Hash;
+use std::time::Instant;
 
 /// A kernel as declared by `kernel!`.
 pub(crate) trait Declared {
@@ -167,6 +168,8 @@ impl<K: Launch> Launcher<K> {
             return Ok(());
         }
         let variant = self.available(device, variant, items);
+        let begun = Instant::now();
+        let is_new = !self.built.contains_key(&variant);
         let built = match self.built.entry(variant) {
             Entry::Occupied(built) => built.into_mut(),
             Entry::Vacant(entry) => {
@@ -182,7 +185,11 @@ impl<K: Launch> Launcher<K> {
         let group = group.min(*largest_group);
         arguments.set(kernel).map_err(|e| device.error("clSetKernelArg", e))?;
         if !device.has_bands() || K::ITEMS == Items::Runs {
-            return device.start(K::STAGE, kernel, items, group);
+            device.start(K::STAGE, kernel, items, group)?;
+            if is_new {
+                build_log::record(K::NAME, &K::defines(tuning, variant), group, begun.elapsed());
+            }
+            return Ok(());
         }
         // PoCL compiles small launches separately. Those of pixels are large elsewhere, so their bands are, too.
         let is_wide = K::ITEMS == Items::Pixels && items > KernelRequest::SMALL_GRID;

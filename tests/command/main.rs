@@ -1,0 +1,19 @@
+//! The command, as its users run it.
+
+mod channels;
+#[path = "../common/mod.rs"]
+mod common;
+mod device_checks;
+mod environment;
+mod guide;
+mod options;
+mod orientation;
+mod output;
+mod package;
+mod paper;
+mod pictures;
+mod sequences;
+mod slices;
+mod streams;
+mod transfer;
+mod volumes;

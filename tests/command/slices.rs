@@ -1,0 +1,175 @@
+//! `layersplat slice`: files, reports and what is refused.
+
+use crate::common::command::*;
+use layersplat::image::read_image;
+use serde_json::json;
+
+const SMALL: [&str; 4] = ["slice", "builtin:hydrogen@24", "--size", "30x20"];
+
+fn with(more: &str) -> Vec<&str> {
+    [&SMALL[..], &more.split(' ').filter(|word| !word.is_empty()).collect::<Vec<_>>()].concat()
+}
+
+#[test]
+fn slices_are_written_and_reported() {
+    let folder = tempfile::tempdir().unwrap();
+    let f = folder.path();
+    let report = json(f, &with("-o a.png"));
+    let expected = [
+        "at",
+        "axis",
+        "center",
+        "device",
+        "height",
+        "kernel",
+        "output",
+        "parallel_scale",
+        "right",
+        "transfer",
+        "up",
+        "volume",
+        "width",
+        "window",
+    ];
+    assert_eq!(keys(&report), expected);
+    assert_eq!((&report["axis"], &report["at"], &report["kernel"]), (&json!("z"), &json!(11.5), &json!("linear")));
+    assert_eq!((&report["transfer"], &report["parallel_scale"]), (&json!(null), &json!(12.0)));
+    assert!(report["window"][1].as_f64().unwrap() > 0.0);
+    // The same place in three notations, and the middle.
+    for (name, at) in [("b.npy", "--at 6"), ("c.npy", "--at 27.0833333333333333333%"), ("d.npy", "--center 11.5,11.5,6")] {
+        let report = json(f, &with(&format!("--axis z {at} -o {name}")));
+        assert!((report["at"].as_f64().unwrap() - 6.0).abs() < 1e-9, "{report}");
+    }
+    let [b, c, d] = ["b.npy", "c.npy", "d.npy"].map(|name| read_image(&f.join(name)).unwrap());
+    assert!(b.compare(&c).unwrap().max_difference < 1e-4 && b == d);
+    assert!(b.compare(&read_image(&f.join("a.png")).unwrap()).unwrap().max_difference > 0.1, "another slice");
+    // Beside the volume is the background.
+    assert_eq!((b.pixel(0, 0), b.pixel(15, 10)[3]), ([0.0; 4], 1.0));
+    json(f, &with("--background white -o white.npy"));
+    assert_eq!(read_image(&f.join("white.npy")).unwrap().pixel(0, 0), [1.0; 4]);
+}
+
+/// Colours by the transfer function, and by its opacity; a window of colours is opaque.
+#[test]
+fn colors_are_chosen_by_options() {
+    let folder = tempfile::tempdir().unwrap();
+    let f = folder.path();
+    let mut pictures = Vec::new();
+    for (n, more) in [
+        "--window 100,50",
+        "--window p50,50",
+        "--transfer fire",
+        "--transfer fire --thickness 2",
+        "--transfer fire --window 100,50",
+        "--palette tissue",
+        "--tent 120,60",
+        "--kernel bspline",
+        "--kernel gaussian",
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let report = json(f, &with(&format!("{more} -o {n}.npy")));
+        assert_eq!(report["window"].is_null(), more.contains("--t") || more.contains("--p"), "{more}");
+        pictures.push(read_image(&f.join(format!("{n}.npy"))).unwrap());
+    }
+    for (n, one) in pictures.iter().enumerate() {
+        for other in &pictures[..n] {
+            assert!(one.compare(other).unwrap().max_difference > 1e-3, "each option changes the picture");
+        }
+    }
+    let opacity = |n: usize| pictures[n].pixel(15, 10)[3];
+    assert_eq!((opacity(0), opacity(4)), (1.0, 1.0));
+    assert!(opacity(2) == 0.0 || opacity(2) == 1.0);
+    assert!(opacity(3) < 1.0);
+}
+
+#[test]
+fn values_are_the_voxels() {
+    let folder = tempfile::tempdir().unwrap();
+    let f = folder.path();
+    let voxels: Vec<u8> = (0..60).map(|n| n * 3 + 1).collect();
+    std::fs::write(f.join("v_5x4x3_uint8.raw"), &voxels).unwrap();
+    json(f, &["slice", "v_5x4x3_uint8.raw", "--axis", "z", "--at", "1", "--size", "5x4", "--values", "-o", "v.npy"]);
+    let slice = layersplat::Volume::open(f.join("v.npy").to_str().unwrap(), &layersplat::OpenOptions::default()).unwrap();
+    assert_eq!(slice.grid().dims(), [5, 4, 1]);
+    let found: Vec<f32> = (0..20).map(|n| slice.value(n) as f32).collect();
+    let expected = (0..4).rev().flat_map(|y| (0..5).map(move |x| f32::from((x + 5 * (y + 4)) as u8 * 3 + 1)));
+    assert!(found.iter().zip(expected).all(|(found, expected)| (found - expected).abs() < 0.01), "{found:?}");
+}
+
+/// A patient stored from left to right, from front to back and from head to feet.
+#[test]
+fn slices_of_patients_are_seen_from_the_usual_side() {
+    let folder = tempfile::tempdir().unwrap();
+    let f = folder.path();
+    let header = "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 5 5 5\nencoding: raw\nspace: left-posterior-superior\n\
+        space directions: (-1,0,0) (0,1,0) (0,0,-2)\nspace origin: (30,-4,100)\n\n";
+    // Bright at the patient's right (the last x) and at the front (the first y).
+    let voxel = |n: usize| {
+        if n % 5 == 4 {
+            200
+        } else if (n / 5).is_multiple_of(5) {
+            100
+        } else {
+            10
+        }
+    };
+    let bytes = [header.as_bytes(), &(0..125).map(voxel).collect::<Vec<u8>>()].concat();
+    std::fs::write(f.join("patient.nrrd"), bytes).unwrap();
+    let slice = |more: &[&str]| {
+        json(f, &[&["slice", "patient.nrrd", "--size", "5x5", "--window", "128,256", "-o", "a.npy"], more].concat())
+    };
+    let report = slice(&[]);
+    assert_eq!((&report["axis"], &report["at"]), (&json!("axial"), &json!(96.0)));
+    let axial = read_image(&f.join("a.npy")).unwrap();
+    let grey = |x: u32, y: u32| (axial.pixel(x, y)[0] * 256.0).round();
+    assert_eq!((grey(0, 2), grey(2, 0), grey(2, 4)), (200.0, 100.0, 10.0), "right on the left, the front above");
+    let coronal = slice(&["--axis", "coronal", "--at", "0%"]);
+    assert_eq!((&coronal["up"], &coronal["right"]), (&json!([0.0, 0.0, 1.0]), &json!([-1.0, 0.0, 0.0])));
+    let message = layersplat(f, &["slice", "builtin:hydrogen@8", "--axis", "sagittal"]);
+    assert_eq!(message.status.code(), Some(2));
+}
+
+#[test]
+fn bad_slices_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let f = folder.path();
+    for (more, code, words) in [
+        ("--axis w", 2, "possible values: x, y, z, axial, coronal, sagittal"),
+        ("--at 101%", 2, "from 0% to 100%"),
+        ("--at 24", 2, "outside the volume|-0.5 to 23.5|--at N"),
+        ("--axis axial", 2, "use x, y or z|--axis x"),
+        ("--plane 1,2,3", 2, "a point and a normal"),
+        ("--plane 1,2,3,0,0,1 --at 4", 2, "cannot be used"),
+        ("--plane 1,2,3,0,0,1 --up z", 2, "span no plane|--plane"),
+        ("--center 1,2,3 --at 4", 2, "cannot be used"),
+        ("--up y", 2, "--plane"),
+        ("--window 5,0", 2, "LEVEL,WIDTH"),
+        ("--thickness 0", 2, "above 0"),
+        ("--values -o a.png", 2, ".npy|--values"),
+        ("--background transparent -o a.jpg", 2, "JPEG"),
+        ("--bits 16 -o a.webp", 2, "--bits"),
+        ("-o a.doc", 2, "picture format"),
+        ("--kernel nearest", 2, "catmull-rom"),
+        ("-o missing/a.png", 1, "missing"),
+    ] {
+        refused(f, &with(more), code, &words.split('|').collect::<Vec<_>>());
+    }
+}
+
+/// A plane through any point, seen from its normal, fills the picture; the command is in the file.
+#[test]
+fn planes_and_metadata() {
+    let folder = tempfile::tempdir().unwrap();
+    let f = folder.path();
+    let report = json(f, &with("--plane 9,10,12,1,1,0.5 -o plane.png"));
+    assert!(report["axis"].is_null() && report["at"].is_null(), "{report}");
+    let bytes = std::fs::read(f.join("plane.png")).unwrap();
+    let text = String::from_utf8_lossy(&bytes).into_owned();
+    assert!(text.contains("--plane 9,10,12,1,1,0.5"));
+    let placed = json(f, &with("--plane 9,10,12,1,1,0.5 --parallel-scale 3 -o near.png"));
+    assert_eq!((&placed["center"], &placed["parallel_scale"]), (&json!([9.0, 10.0, 12.0]), &json!(3.0)));
+    let out = layersplat(f, &with("-o -"));
+    assert!(out.status.success() && out.stdout.starts_with(b"\x89PNG"));
+}
