@@ -1,6 +1,8 @@
 //! Depth cueing in all algorithms: closed forms, the f64 reference, parts of volumes.
 
-use crate::common::blends::{ISO, VALUES, algorithms, composited, compositing, crop, cuts, has, settings, tolerance, tolerance_of};
+use crate::common::blends::{
+    ISO, VALUES, algorithms, composited, compositing, crop, cuts, has, settings, tolerance, tolerance_of,
+};
 use crate::common::reference::Pair;
 use crate::common::*;
 use glam::DVec3;

@@ -54,7 +54,8 @@ fn built_in_volumes_are_not_burnt_out() {
 #[test]
 #[cfg_attr(not(real_volumes), ignore = "needs ../shared/volumes or LAYERSPLAT_VOLUMES")]
 fn real_volumes_are_not_burnt_out() {
-    let mut files: Vec<PathBuf> = std::fs::read_dir(crate::common::real_volumes()).unwrap().map(|entry| entry.unwrap().path()).collect();
+    let mut files: Vec<PathBuf> =
+        std::fs::read_dir(crate::common::real_volumes()).unwrap().map(|entry| entry.unwrap().path()).collect();
     files.retain(|path| path.to_string_lossy().ends_with(".raw.gz"));
     files.sort();
     assert!(!files.is_empty());

@@ -1,7 +1,7 @@
 //! Many views of one volume: `--cameras`.
 
-use crate::common::command::*;
 use super::{NAME, done, folder, picture};
+use crate::common::command::*;
 use layersplat::image::read_image;
 use std::io::{BufRead, BufReader, Write};
 use std::process::{Command, Output, Stdio};

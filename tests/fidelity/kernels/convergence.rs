@@ -1,7 +1,7 @@
 //! Convergence of each kernel to its own integral, lit at every step.
 
-use crate::common::*;
 use super::scene::closest;
+use crate::common::*;
 use layersplat::layers::Kernel;
 use layersplat::reference::Integral;
 use layersplat::settings::{Classification, Evaluation, Layered, Shading};

@@ -1,8 +1,8 @@
 //! Fidelity of each kernel to the sampled signal: Marschner and Lobb's analytic signal, and data sets whose half-resolution versions are
 //! compared with the originals.
 
-use crate::common::*;
 use super::scene::{Scene, marschner_lobb, marschner_lobb_signal, whole_and_halved};
+use crate::common::*;
 use layersplat::glam::DVec3;
 use layersplat::layers::{Kernel, Rays};
 use layersplat::reference::Integral;

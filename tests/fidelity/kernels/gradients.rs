@@ -1,8 +1,8 @@
 //! Fidelity of gradient estimators to Marschner and Lobb's signal: what smoothing costs where nothing needs to be smoothed.
 
-use crate::common::*;
 use super::fidelity::{LIT, MARGIN};
 use super::scene::{marschner_lobb, marschner_lobb_signal};
+use crate::common::*;
 use layersplat::GradientEstimator::{self, Central, Gaussian, Own, Sobel};
 use layersplat::{Kernel, Quality, Settings};
 

@@ -1,8 +1,8 @@
 //! Fitted cameras, in all picture shapes: everything is visible and as large as possible.
 
-use crate::common::*;
 use super::decoded::Picture;
 use super::{OFF, OFF_IN_PERSPECTIVE, colored, one_voxel, ways};
+use crate::common::*;
 use glam::DVec3;
 use layersplat::framing::{Fixed, Framing};
 use layersplat::volume::Voxels;

@@ -27,7 +27,8 @@ fn runner(cases: u32) -> TestRunner {
 /// Returns whether there is a picture.
 fn check(shot: &Shot) -> Result<bool, TestCaseError> {
     let (volume, transfer) = (shot.volume(), shot.transfer());
-    let mut renderer = Renderer::new(&crate::common::device(), &volume, &transfer).map_err(|e| TestCaseError::fail(e.to_string()))?;
+    let mut renderer =
+        Renderer::new(&crate::common::device(), &volume, &transfer).map_err(|e| TestCaseError::fail(e.to_string()))?;
     let mut frame = || renderer.render(&shot.camera, shot.viewport, &shot.settings).map(|(frame, _)| frame);
     let first = match frame() {
         Ok(first) => first,
