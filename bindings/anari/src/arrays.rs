@@ -1,6 +1,6 @@
 //! Arrays: memory of the application or of the device.
 
-use crate::objects::Handle;
+use crate::handle::Handle;
 use crate::status::Problem;
 use crate::types::{self, DataType};
 use anari_sys::*;
@@ -92,7 +92,7 @@ impl Memory {
 }
 
 /// Memory that the application brings, if any.
-pub struct Given {
+pub struct ApplicationMemory {
     pub memory: *const c_void,
     pub deleter: Option<Deleter>,
     pub user: *const c_void,
@@ -106,7 +106,7 @@ impl Array {
     ///
     /// # Safety
     /// Memory of the application has the elements.
-    pub unsafe fn new(given: Given, element: DataType, dims: [u64; 3]) -> Result<Self, Problem> {
+    pub unsafe fn new(given: ApplicationMemory, element: DataType, dims: [u64; 3]) -> Result<Self, Problem> {
         let size = size_of_element(element).inspect_err(|_| given.give_back())?;
         let lengths = dims.map(|n| usize::try_from(n).unwrap_or(0));
         let bytes =
@@ -141,7 +141,7 @@ impl Array {
     }
 }
 
-impl Given {
+impl ApplicationMemory {
     /// Frees memory that was given away for an array that could not be made.
     fn give_back(&self) {
         if let (Some(deleter), false) = (self.deleter, self.memory.is_null()) {

@@ -4,10 +4,10 @@
 //! released.
 #![allow(clippy::missing_safety_doc, clippy::too_many_arguments)]
 
-use crate::arrays::{Deleter, Given};
+use crate::arrays::{ApplicationMemory, Deleter};
 use crate::device::Device;
+use crate::handle::Handle;
 use crate::introspection;
-use crate::objects::Handle;
 use crate::status::{Callback, Problem};
 use crate::types::DataType;
 use std::ffi::{CStr, c_char, c_int, c_void};
@@ -86,7 +86,7 @@ unsafe extern "C" fn layersplat_anari_new_array(
 ) -> usize {
     // SAFETY: upheld by the caller, here and below.
     let device = unsafe { of(device) };
-    let given = Given { memory, deleter, user };
+    let given = ApplicationMemory { memory, deleter, user };
     guard(Some(device), 0, || unsafe { device.new_array(given, element, [n1, n2, n3], rank as usize) }.0)
 }
 

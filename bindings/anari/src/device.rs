@@ -7,13 +7,17 @@ mod memory;
 #[cfg(test)]
 mod tests;
 
-use crate::objects::{Body, Handle, Object, Objects};
-use crate::parameters::{self, Value};
+use crate::frame::{FrameState, Phase};
+use crate::handle::Handle;
+use crate::objects::{Body, Object, Objects};
+use crate::parameters;
 use crate::schema;
 use crate::status::{Callback, Message, Problem, Reporter};
 use crate::types::{self, DataType};
+use crate::value::Value;
 use crate::worker::{Worker, locked};
 use anari_sys::*;
+use std::collections::HashMap;
 use std::ffi::{CStr, c_void};
 use std::sync::Mutex;
 
@@ -28,6 +32,8 @@ pub struct Device {
 /// What the lock protects.
 pub struct State {
     pub objects: Objects,
+    /// The state of each frame, which goes with its object.
+    frames: HashMap<Handle, FrameState>,
     pub messages: Vec<Message>,
     reporter: Reporter,
     /// The reporter if the application sets none.
@@ -44,6 +50,15 @@ impl State {
     pub fn reporter(&self) -> Reporter {
         self.reporter
     }
+
+    /// The state of a frame; `None` for other objects.
+    ///
+    /// # Errors
+    /// Unknown handles.
+    fn frame(&mut self, handle: Handle) -> Result<Option<&mut FrameState>, Problem> {
+        self.objects.known(handle)?;
+        Ok(self.frames.get_mut(&handle))
+    }
 }
 
 impl Device {
@@ -52,7 +67,7 @@ impl Device {
         let mut objects = Objects::default();
         let class = schema::find(ANARI_DEVICE, c"").expect("there is a class of devices");
         objects.insert_device(handle, Object::new(class, ANARI_DEVICE, Body::Plain));
-        let state = State { objects, messages: Vec::new(), reporter, default_reporter: reporter };
+        let state = State { objects, frames: HashMap::new(), messages: Vec::new(), reporter, default_reporter: reporter };
         let device = Self { state: Mutex::new(state), worker: Worker::default(), handle };
         if !subtype.is_empty() && subtype != c"default" {
             let text = format!("there is no device '{}': this is the default one", subtype.to_string_lossy());
@@ -67,13 +82,14 @@ impl Device {
             let mut state = locked(&self.state);
             let result = act(&mut state);
             let dropped = std::mem::take(&mut state.objects.dropped);
+            let dropped: Vec<_> = dropped.into_iter().map(|(handle, o)| (handle, o, state.frames.remove(&handle))).collect();
             (result, dropped, std::mem::take(&mut state.messages), state.reporter)
         };
-        for (handle, mut object) in dropped {
+        for (handle, object, frame) in dropped {
             if object.data_type == ANARI_SPATIAL_FIELD {
                 self.worker.forget_field(handle);
             }
-            if let Some(task) = object.frame_mut().and_then(|frame| frame.task.take()) {
+            if let Some(task) = frame.and_then(|frame| frame.task) {
                 self.end(&task);
             }
         }
@@ -98,13 +114,13 @@ impl Device {
             [ANARI_INSTANCE, ANARI_RENDERER].contains(&data_type).then(|| schema::of_type(data_type).next()).flatten();
         let exact = schema::find(data_type, subtype);
         let class = exact.or(otherwise).unwrap_or(schema::UNSUPPORTED);
-        let body = match data_type {
-            ANARI_FRAME => Body::Frame(Default::default()),
-            _ if class.is_supported() => Body::Plain,
-            _ => Body::Unsupported(Vec::new()),
-        };
+        let is_plain = class.is_supported() || data_type == ANARI_FRAME;
+        let body = if is_plain { Body::Plain } else { Body::Unsupported(Vec::new()) };
         self.call(|state| {
             let handle = state.objects.insert(Object::new(class, data_type, body));
+            if data_type == ANARI_FRAME {
+                state.frames.insert(handle, FrameState::default());
+            }
             if exact.is_none() {
                 let (kind, subtype) = (types::name(data_type), subtype.to_string_lossy());
                 let effect = match otherwise {
@@ -240,7 +256,7 @@ impl Device {
     ) -> bool {
         let task = self.task(handle);
         if let Some(task) = task.as_ref().filter(|_| waits && !self.worker.is_current()) {
-            task.wait(crate::frame::Phase::Finished);
+            task.wait(Phase::Finished);
         }
         let found = self.try_call(handle, |state| {
             let object = state.objects.known(handle)?;
@@ -269,11 +285,8 @@ impl Drop for Device {
     /// Cancels all frames, and tells what the application did not release.
     fn drop(&mut self) {
         self.call(|state| {
-            for object in state.objects.all_mut() {
-                if let Some(task) = object.frame_mut().and_then(|frame| frame.task.as_ref()) {
-                    task.cancel.cancel();
-                }
-            }
+            let tasks = state.frames.values().filter_map(|frame| frame.task.as_ref());
+            tasks.for_each(|task| task.cancel.cancel());
             let rest = state.objects.count() - 1;
             if rest > 0 {
                 state.tell(self.handle, Problem::information(format!("{rest} objects were not released before the device")));

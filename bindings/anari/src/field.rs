@@ -1,7 +1,8 @@
 //! Spatial fields: values on a regular grid.
 
 use crate::arrays::Memory;
-use crate::objects::{Handle, Objects};
+use crate::handle::Handle;
+use crate::objects::Objects;
 use crate::status::Problem;
 use crate::types::DataType;
 use anari_sys::*;

@@ -1,9 +1,10 @@
 //! Frames: from the scene to a picture, and their state.
 
 use crate::camera::View;
-use crate::objects::{Body, Handle, Object, Objects};
+use crate::handle::Handle;
+use crate::objects::{Object, Objects};
 use crate::painter::{Accumulated, Channels, Picture};
-use crate::renderer::Look;
+use crate::renderer::RendererSettings;
 use crate::status::Problem;
 use crate::worker::locked;
 use crate::world;
@@ -86,11 +87,16 @@ impl Task {
     }
 }
 
-/// The picture of a frame's scene as it is now. Problems are what is drawn otherwise than it was asked for.
+/// The picture of a frame's scene as it is now. `accumulated`: earlier frames. Problems are what is drawn otherwise than it was asked for.
 ///
 /// # Errors
 /// Frames without a valid size, which have no pixels.
-pub fn picture(objects: &Objects, handle: Handle, problems: &mut Vec<Problem>) -> Result<Picture, Problem> {
+pub fn picture(
+    objects: &Objects,
+    handle: Handle,
+    accumulated: Arc<Mutex<Option<Accumulated>>>,
+    problems: &mut Vec<Problem>,
+) -> Result<Picture, Problem> {
     let frame = objects.known(handle)?;
     let viewport = viewport(frame)?;
     let mut required = |name: &CStr| {
@@ -105,7 +111,8 @@ pub fn picture(objects: &Objects, handle: Handle, problems: &mut Vec<Problem>) -
     let lights = world.and_then(|world| world::lights(objects, world, problems));
     let shown = world.map(|world| world::shown(objects, world, problems)).unwrap_or_default();
     let view = camera.and_then(|camera| View::from_object(camera, viewport, problems).map_err(|p| problems.push(p)).ok());
-    let look = renderer.map(|renderer| Look::from_object(objects, renderer, lights, &shown, problems)).unwrap_or_default();
+    let look =
+        renderer.map(|renderer| RendererSettings::from_object(objects, renderer, lights, &shown, problems)).unwrap_or_default();
     let is_complete = view.is_some() && renderer.is_some();
     let view = view.unwrap_or_default();
     let mut settings = look.settings;
@@ -124,13 +131,8 @@ pub fn picture(objects: &Objects, handle: Handle, problems: &mut Vec<Problem>) -
         has_depth: frame.integer(c"channel.depth").is_some(),
         has_ids: frame.integer(c"channel.objectId").is_some(),
         samples: look.samples,
-        accumulated: frame.is_set(c"accumulation").then(|| accumulated(frame)).flatten(),
+        accumulated: frame.is_set(c"accumulation").then_some(accumulated),
     })
-}
-
-/// Where the earlier frames of a frame are.
-fn accumulated(frame: &Object) -> Option<Arc<Mutex<Option<Accumulated>>>> {
-    if let Body::Frame(state) = &frame.body { Some(state.accumulated.clone()) } else { None }
 }
 
 /// The size of a frame.

@@ -1,8 +1,8 @@
 //! Renderers that stay from frame to frame, with their voxels on the device.
 
-use crate::objects::Handle;
+use crate::handle::Handle;
 use crate::on_device::{OnDevice, channels, uploaded};
-use crate::volume::{Place, Shown};
+use crate::volume::{DrawnVolume, Place};
 use layersplat::renderer::{Channel, VolumeRenderer, volume_renderer};
 use layersplat::{Device, DeviceChoice, Error};
 
@@ -28,13 +28,13 @@ pub struct Kept {
 }
 
 /// The volume of a scene with one, if it is drawn on its own grid.
-fn on_its_own_grid(shown: &[Shown]) -> Option<&Shown> {
+fn on_its_own_grid(shown: &[DrawnVolume]) -> Option<&DrawnVolume> {
     if let [one] = shown { Some(one).filter(|one| !one.is_sheared()) } else { None }
 }
 
 impl Kept {
     /// Sets the transfer functions of all its volumes.
-    fn show(&mut self, device: &Device, shown: &[Shown]) -> Result<(), Error> {
+    fn show(&mut self, device: &Device, shown: &[DrawnVolume]) -> Result<(), Error> {
         if let Some(one) = on_its_own_grid(shown) {
             if *self.renderer.transfer_function() != one.transfer {
                 self.renderer.set_transfer_function(&one.transfer);
@@ -47,7 +47,7 @@ impl Kept {
     }
 
     /// Hides all but one of several volumes, until the next frame.
-    pub fn show_only(&mut self, shown: &[Shown], which: usize) -> Result<(), Error> {
+    pub fn show_only(&mut self, shown: &[DrawnVolume], which: usize) -> Result<(), Error> {
         let channels: Vec<Channel> = channels(&self.uploaded, shown)?
             .into_iter()
             .enumerate()
@@ -84,12 +84,12 @@ impl Renderers {
     ///
     /// # Errors
     /// Those of the library.
-    pub fn get(&mut self, shown: &[Shown]) -> Result<&mut Kept, Error> {
+    pub fn get(&mut self, shown: &[DrawnVolume]) -> Result<&mut Kept, Error> {
         let device = match &self.device {
             Some(device) => device.clone(),
             None => self.device.insert(Device::open(&DeviceChoice::Default)?).clone(),
         };
-        let places: Vec<Place> = shown.iter().map(Shown::place).collect();
+        let places: Vec<Place> = shown.iter().map(DrawnVolume::place).collect();
         let kept = match self.kept.iter().position(|kept| kept.places == places) {
             Some(place) => self.kept.remove(place),
             None => self.make(&device, shown, places)?,
@@ -101,7 +101,7 @@ impl Renderers {
     }
 
     /// A renderer of volumes: one whose voxels are out of date, or a new one.
-    fn make(&mut self, device: &Device, shown: &[Shown], places: Vec<Place>) -> Result<Kept, Error> {
+    fn make(&mut self, device: &Device, shown: &[DrawnVolume], places: Vec<Place>) -> Result<Kept, Error> {
         let mut stale: Vec<Kept> = self.kept.extract_if(.., |kept| kept.is_stale(&places)).collect();
         if stale.is_empty() && self.kept.len() == KEPT {
             stale.push(self.kept.remove(0));
@@ -128,7 +128,13 @@ impl Renderers {
     }
 
     /// A renderer of one volume.
-    fn one(&mut self, device: &Device, shown: &Shown, stale: Vec<Kept>, known: &[OnDevice]) -> Result<Box<Renderer>, Error> {
+    fn one(
+        &mut self,
+        device: &Device,
+        shown: &DrawnVolume,
+        stale: Vec<Kept>,
+        known: &[OnDevice],
+    ) -> Result<Box<Renderer>, Error> {
         if let Some(volume) = known.iter().find_map(|known| known.alone(shown)) {
             return Ok(Box::new(layersplat::Renderer::from_uploaded(volume, &shown.transfer)?));
         }

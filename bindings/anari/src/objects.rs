@@ -1,23 +1,13 @@
-//! The table of objects. Handles are numbers, not addresses: a handle of an object that is gone is only unknown.
+//! The table of objects.
 
 use crate::arrays::Array;
-use crate::frame::FrameState;
-use crate::parameters::{Parameters, Value};
+use crate::handle::Handle;
 use crate::schema::Class;
 use crate::status::Problem;
 use crate::types::DataType;
+use crate::value::{Parameters, Value};
 use std::collections::HashMap;
 use std::ffi::{CStr, CString};
-
-/// An object, as the application knows it. Handles are never used again.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub struct Handle(pub usize);
-
-impl Handle {
-    pub const NULL: Self = Self(0);
-    /// Distance of handles, so that they look like addresses of objects.
-    const STEP: usize = 16;
-}
 
 /// An object and its references.
 pub struct Object {
@@ -43,7 +33,6 @@ pub enum Body {
     /// Arrays that are mapped as parameters of an object without parameters, by name. Nobody reads them.
     Unsupported(Vec<(CString, Array)>),
     Array(Array),
-    Frame(FrameState),
 }
 
 impl Object {
@@ -58,10 +47,6 @@ impl Object {
 
     pub fn array_mut(&mut self) -> Option<&mut Array> {
         if let Body::Array(array) = &mut self.body { Some(array) } else { None }
-    }
-
-    pub fn frame_mut(&mut self) -> Option<&mut FrameState> {
-        if let Body::Frame(frame) = &mut self.body { Some(frame) } else { None }
     }
 
     /// The objects that this one refers to, once per reference.
@@ -124,11 +109,6 @@ impl Objects {
     /// Number of objects.
     pub fn count(&self) -> usize {
         self.all.len()
-    }
-
-    /// All objects, for what concerns all of them.
-    pub fn all_mut(&mut self) -> impl Iterator<Item = &mut Object> {
-        self.all.values_mut()
     }
 
     /// Adds a reference of the application.

@@ -4,7 +4,7 @@
 //! volume it has its background, by default the smallest value. Where that is visible, a background below it, which the transfer function
 //! hides, keeps the volume in its grid.
 
-use crate::volume::{Place, Shown};
+use crate::volume::{DrawnVolume, Place};
 use layersplat::renderer::{Channel, UploadedVolume};
 use layersplat::{Device, Error, TransferFunction};
 
@@ -23,8 +23,8 @@ pub struct OnDevice {
 }
 
 /// Whether volumes have other grids than the first, or are sheared.
-fn grids_differ(shown: &[Shown]) -> bool {
-    let grid = |volume: &Shown| volume.field.grid(volume.placement).ok();
+fn grids_differ(shown: &[DrawnVolume]) -> bool {
+    let grid = |volume: &DrawnVolume| volume.field.grid(volume.placement).ok();
     shown.iter().any(|volume| volume.is_sheared() || grid(volume) != grid(&shown[0]))
 }
 
@@ -39,7 +39,7 @@ fn length((lowest, highest): (f64, f64)) -> f64 {
 
 impl OnDevice {
     /// Uploads a volume, and resamples it if it is sheared.
-    fn new(device: &Device, shown: &Shown, grids_differ: bool) -> Result<Self, Error> {
+    fn new(device: &Device, shown: &DrawnVolume, grids_differ: bool) -> Result<Self, Error> {
         let mut volume = shown.field.volume(shown.placement)?;
         let range = volume.range();
         let is_enclosed = grids_differ && shown.transfer.opacity(range.0) > 0.0;
@@ -54,13 +54,13 @@ impl OnDevice {
     }
 
     /// Whether it can be drawn as this volume.
-    fn fits(&self, shown: &Shown, grids_differ: bool) -> bool {
+    fn fits(&self, shown: &DrawnVolume, grids_differ: bool) -> bool {
         let is_visible_around = || shown.transfer.opacity(self.volume.description().range().0) > 0.0;
         self.place == shown.place() && if self.is_enclosed { grids_differ } else { !grids_differ || !is_visible_around() }
     }
 
     /// The volume, if one that is not sheared can be drawn alone as this one.
-    pub fn alone(&self, shown: &Shown) -> Option<&UploadedVolume> {
+    pub fn alone(&self, shown: &DrawnVolume) -> Option<&UploadedVolume> {
         self.fits(shown, false).then_some(&self.volume)
     }
 
@@ -82,7 +82,7 @@ impl OnDevice {
 ///
 /// # Errors
 /// If device memory is insufficient.
-pub fn uploaded(device: &Device, shown: &[Shown], mut known: Vec<OnDevice>) -> Result<Vec<OnDevice>, Error> {
+pub fn uploaded(device: &Device, shown: &[DrawnVolume], mut known: Vec<OnDevice>) -> Result<Vec<OnDevice>, Error> {
     let grids_differ = grids_differ(shown);
     let mut all = Vec::new();
     for volume in shown {
@@ -102,8 +102,8 @@ pub fn uploaded(device: &Device, shown: &[Shown], mut known: Vec<OnDevice>) -> R
 ///
 /// # Errors
 /// For numbers that the library does not take.
-pub fn channels(uploaded: &[OnDevice], shown: &[Shown]) -> Result<Vec<Channel>, Error> {
-    let channel = |(uploaded, volume): (&OnDevice, &Shown)| {
+pub fn channels(uploaded: &[OnDevice], shown: &[DrawnVolume]) -> Result<Vec<Channel>, Error> {
+    let channel = |(uploaded, volume): (&OnDevice, &DrawnVolume)| {
         let factor = shown[0].unit_distance / volume.unit_distance;
         Channel::new(&uploaded.volume, &uploaded.transfer(&volume.transfer)?).with_factor(factor)
     };

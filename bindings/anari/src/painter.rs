@@ -2,10 +2,10 @@
 
 use crate::camera::View;
 use crate::colors::{Background, Pixels};
+use crate::handle::Handle;
 use crate::kept::{Kept, Renderer, Renderers};
-use crate::objects::Handle;
 use crate::types::DataType;
-use crate::volume::{Place, Shown};
+use crate::volume::{DrawnVolume, Place};
 use anari_sys::ANARI_UFIXED8_VEC4;
 use layersplat::renderer::Accumulation;
 use layersplat::settings::Settings;
@@ -18,7 +18,7 @@ pub struct Picture {
     pub view: View,
     pub settings: Settings,
     /// Volumes that are drawn together; none: the background alone.
-    pub shown: Vec<Shown>,
+    pub shown: Vec<DrawnVolume>,
     pub background: Background,
     /// Type of the colours, if they are asked for.
     pub color: Option<DataType>,
@@ -32,13 +32,13 @@ pub struct Picture {
 
 /// The mean of frames of one scene.
 pub struct Accumulated {
-    scene: Scene,
+    key: AccumulationKey,
     mean: Accumulation,
 }
 
 /// All that the colours of a frame depend on, without the background.
 #[derive(Clone, PartialEq)]
-struct Scene {
+struct AccumulationKey {
     viewport: Viewport,
     view: View,
     settings: Settings,
@@ -147,7 +147,7 @@ impl Picture {
         }
         if let Some(accumulated) = &self.accumulated {
             let mut accumulated = accumulated.lock().unwrap_or_else(PoisonError::into_inner);
-            return self.accumulate(renderer, self.scene(), &mut accumulated);
+            return self.accumulate(renderer, self.accumulation_key(), &mut accumulated);
         }
         if self.samples > 1 {
             let mut mean = Accumulation::new(self.viewport)?;
@@ -160,9 +160,9 @@ impl Picture {
         Ok((frame.expect(ONE_PROCESS), 1.0))
     }
 
-    fn scene(&self) -> Scene {
-        let volume = |shown: &Shown| (shown.place(), shown.transfer.clone(), shown.unit_distance);
-        Scene {
+    fn accumulation_key(&self) -> AccumulationKey {
+        let volume = |shown: &DrawnVolume| (shown.place(), shown.transfer.clone(), shown.unit_distance);
+        AccumulationKey {
             viewport: self.viewport,
             view: self.view.clone(),
             settings: self.settings,
@@ -174,12 +174,12 @@ impl Picture {
     fn accumulate(
         &self,
         renderer: &mut Renderer,
-        scene: Scene,
+        key: AccumulationKey,
         accumulated: &mut Option<Accumulated>,
     ) -> Result<(Frame, f32), Error> {
-        let kept = match accumulated.take_if(|accumulated| accumulated.scene != scene) {
+        let kept = match accumulated.take_if(|accumulated| accumulated.key != key) {
             None if accumulated.is_some() => accumulated.as_mut().expect("it was tested"),
-            _ => accumulated.insert(Accumulated { scene, mean: Accumulation::new(self.viewport)? }),
+            _ => accumulated.insert(Accumulated { key, mean: Accumulation::new(self.viewport)? }),
         };
         for _ in 0..self.samples {
             if kept.mean.frames() < Accumulation::FRAMES {

@@ -4,12 +4,12 @@ use crate::colors::{self, Background};
 use crate::light::strength_and_hue;
 use crate::objects::{Object, Objects};
 use crate::status::Problem;
-use crate::volume::Shown;
+use crate::volume::DrawnVolume;
 use layersplat::settings::{Algorithm, AmbientOcclusion, Layered, Lights, Settings, Shading, Shadows};
 use layersplat::{Kernel, Quality};
 
 /// Settings of a frame without camera and volume.
-pub struct Look {
+pub struct RendererSettings {
     pub settings: Settings,
     pub background: Background,
     /// Rays per pixel.
@@ -18,13 +18,13 @@ pub struct Look {
     pub clips_to_bounds: bool,
 }
 
-impl Look {
+impl RendererSettings {
     /// The parameters of a renderer. `lights` are those of the world, and `shown` its volumes. Problems are what several volumes cannot have.
     pub fn from_object(
         objects: &Objects,
         renderer: &Object,
         lights: Option<Lights>,
-        shown: &[Shown],
+        shown: &[DrawnVolume],
         problems: &mut Vec<Problem>,
     ) -> Self {
         let mut refused = |what: &str| problems.push(Problem::argument(format!("{} volumes are visible: {what}", shown.len())));
@@ -46,7 +46,7 @@ impl Look {
         if shown.len() > 1 && std::mem::take(&mut clips_to_bounds) {
             refused("clipToBounds has no effect");
         }
-        if shown.iter().any(Shown::is_sheared) && std::mem::take(&mut clips_to_bounds) {
+        if shown.iter().any(DrawnVolume::is_sheared) && std::mem::take(&mut clips_to_bounds) {
             let text =
                 "the volume is sheared: clipToBounds has no effect, and it fades within one voxel beyond its outermost values";
             problems.push(Problem::argument(text));
@@ -55,8 +55,8 @@ impl Look {
     }
 }
 
-impl Default for Look {
-    /// The look of a renderer without parameters, in a world without lights.
+impl Default for RendererSettings {
+    /// The settings of a renderer without parameters, in a world without lights.
     fn default() -> Self {
         let settings = Settings { shading: None, ..Quality::default().settings() };
         Self { settings, background: Background::Color([0.0, 0.0, 0.0, 1.0]), samples: 1, clips_to_bounds: false }
@@ -69,7 +69,7 @@ fn kernel(renderer: &Object) -> Option<Kernel> {
 }
 
 /// The kernel of the first field's filter.
-fn kernel_of_filter(shown: &[Shown], refused: &mut impl FnMut(&str)) -> Kernel {
+fn kernel_of_filter(shown: &[DrawnVolume], refused: &mut impl FnMut(&str)) -> Kernel {
     let is_cubic = shown.first().is_some_and(|shown| shown.field.is_cubic);
     if shown.iter().any(|shown| shown.field.is_cubic != is_cubic) {
         refused("their filters differ, and that of the first is used");

@@ -1,6 +1,6 @@
 //! Status messages to the application.
 
-use crate::objects::Handle;
+use crate::handle::Handle;
 use crate::types::DataType;
 use anari_sys::{
     ANARI_SEVERITY_ERROR, ANARI_SEVERITY_FATAL_ERROR, ANARI_SEVERITY_INFO, ANARI_SEVERITY_WARNING, ANARI_STATUS_INVALID_ARGUMENT,

@@ -2,14 +2,15 @@
 
 use crate::colors;
 use crate::field::{Field, FieldKey};
-use crate::objects::{Handle, Object, Objects};
+use crate::handle::Handle;
+use crate::objects::{Object, Objects};
 use crate::status::Problem;
 use anari_sys::*;
 use layersplat::TransferFunction;
 use layersplat::glam::DAffine3;
 
 /// A volume to draw.
-pub struct Shown {
+pub struct DrawnVolume {
     pub field: Field,
     pub transfer: TransferFunction,
     /// World distance to which opacities apply.
@@ -27,7 +28,7 @@ pub struct Place {
     placement: DAffine3,
 }
 
-impl Shown {
+impl DrawnVolume {
     /// What its voxels on the device depend on.
     pub fn place(&self) -> Place {
         Place { field: self.field.key, placement: self.placement }

@@ -1,6 +1,6 @@
 //! The thread that draws frames, one after the other.
 
-use crate::objects::Handle;
+use crate::handle::Handle;
 use crate::painter::Painter;
 use std::sync::mpsc::{Sender, channel};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};

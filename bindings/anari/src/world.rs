@@ -1,10 +1,11 @@
 //! Worlds: which volumes and lights there are, and where.
 
 use crate::field::Field;
+use crate::handle::Handle;
 use crate::light;
-use crate::objects::{Handle, Object, Objects};
+use crate::objects::{Object, Objects};
 use crate::status::Problem;
-use crate::volume::{Shown, handles};
+use crate::volume::{DrawnVolume, handles};
 use layersplat::glam::{DAffine3, DMat4, DVec3};
 use layersplat::renderer::Channel;
 use layersplat::settings::{Light, Lights};
@@ -43,7 +44,7 @@ fn transform(instance: &Object) -> DAffine3 {
 }
 
 /// The volumes that are drawn together: the first visible ones that can be. Others are named as problems.
-pub fn shown(objects: &Objects, world: &Object, problems: &mut Vec<Problem>) -> Vec<Shown> {
+pub fn shown(objects: &Objects, world: &Object, problems: &mut Vec<Problem>) -> Vec<DrawnVolume> {
     let surfaces = placed(objects, world, c"surface").len();
     if surfaces > 0 {
         problems.push(Problem::argument(format!("{surfaces} surfaces are not drawn: this device draws volumes only")));
@@ -54,7 +55,7 @@ pub fn shown(objects: &Objects, world: &Object, problems: &mut Vec<Problem>) -> 
     let mut all = Vec::new();
     let mut names = Vec::new();
     for volume in placed(objects, world, c"volume").into_iter().filter(is_visible) {
-        match Shown::from_object(objects, volume.handle, volume.placement, volume.index) {
+        match DrawnVolume::from_object(objects, volume.handle, volume.placement, volume.index) {
             Ok(shown) => {
                 all.push(shown);
                 names.push(name(objects, volume.handle));

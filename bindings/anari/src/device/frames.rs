@@ -2,7 +2,8 @@
 
 use super::Device;
 use crate::frame::{self, Phase, Task};
-use crate::objects::{Handle, Object, Objects};
+use crate::handle::Handle;
+use crate::objects::Objects;
 use crate::painter::{Channels, Painter, Picture};
 use crate::status::{Problem, Reporter};
 use crate::types::DataType;
@@ -52,7 +53,7 @@ struct Completion {
 impl Device {
     /// The last frame that was begun of this object.
     pub fn task(&self, handle: Handle) -> Option<Arc<Task>> {
-        self.call(|state| state.objects.get_mut(handle)?.frame_mut()?.task.clone())
+        self.call(|state| state.frames.get(&handle)?.task.clone())
     }
 
     /// Cancels a frame and waits for it, unless its own callback asks for that.
@@ -69,12 +70,10 @@ impl Device {
             task.wait(Phase::Finished);
         }
         let begun = self.try_call(handle, |state| {
-            let is_frame = state.objects.known_mut(handle)?.frame_mut().is_some();
-            if !is_frame {
-                return Err(Problem::operation("only frames are rendered"));
-            }
+            let not_a_frame = || Problem::operation("only frames are rendered");
+            let accumulated = state.frame(handle)?.ok_or_else(not_a_frame)?.accumulated.clone();
             let mut problems = Vec::new();
-            let picture = frame::picture(&state.objects, handle, &mut problems);
+            let picture = frame::picture(&state.objects, handle, accumulated, &mut problems);
             let reporter = state.reporter();
             let (picture, completion) = match picture {
                 Ok(picture) => (Some(picture), completion(&state.objects, handle, reporter)),
@@ -84,7 +83,7 @@ impl Device {
                 }
             };
             let task = picture.is_some().then(|| Arc::new(Task::default()));
-            let Some(frame) = state.objects.get_mut(handle).and_then(Object::frame_mut) else { return Ok(None) };
+            let Some(frame) = state.frame(handle)? else { return Ok(None) };
             frame.task = task.clone();
             if frame.told != problems {
                 frame.told = problems.clone();
@@ -137,8 +136,7 @@ impl Device {
             task.wait(Phase::Drawn);
         }
         self.try_call(handle, |state| {
-            let frame = state.objects.known_mut(handle)?.frame_mut();
-            let frame = frame.ok_or_else(|| Problem::operation("only frames have channels"))?;
+            let frame = state.frame(handle)?.ok_or_else(|| Problem::operation("only frames have channels"))?;
             let channels = frame.task.as_ref().and_then(|task| task.channels());
             let channels = channels.ok_or_else(|| Problem::operation("the frame was not rendered: it has no channels"))?;
             let mapped = mapped(&channels, name).ok_or_else(|| {
@@ -153,7 +151,7 @@ impl Device {
     /// Unmaps a channel.
     pub fn unmap_channel(&self, handle: Handle, name: &CStr) {
         self.try_call(handle, |state| {
-            let Some(frame) = state.objects.known_mut(handle)?.frame_mut() else { return Ok(()) };
+            let Some(frame) = state.frame(handle)? else { return Ok(()) };
             if let Some(place) = frame.mapped.iter().position(|(mapped, _)| mapped.as_c_str() == name) {
                 frame.mapped.swap_remove(place);
             }

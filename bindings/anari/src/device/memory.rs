@@ -1,12 +1,13 @@
 //! Calls on arrays.
 
 use super::{Device, State, check_unmapped};
-use crate::arrays::{Array, Given, OBJECTS};
-use crate::objects::{Body, Handle, Object};
-use crate::parameters::Value;
+use crate::arrays::{ApplicationMemory, Array, OBJECTS};
+use crate::handle::Handle;
+use crate::objects::{Body, Object};
 use crate::schema;
 use crate::status::Problem;
 use crate::types::{self, DataType};
+use crate::value::Value;
 use anari_sys::ANARI_OBJECT;
 use std::ffi::CStr;
 use std::sync::Arc;
@@ -16,7 +17,7 @@ impl Device {
     ///
     /// # Safety
     /// As [`Array::new`].
-    pub unsafe fn new_array(&self, given: Given, element: DataType, dims: [u64; 3], rank: usize) -> Handle {
+    pub unsafe fn new_array(&self, given: ApplicationMemory, element: DataType, dims: [u64; 3], rank: usize) -> Handle {
         let data_type = anari_sys::ANARI_ARRAY1D + rank as DataType - 1;
         let is_shared = !given.memory.is_null();
         // SAFETY: upheld by the caller. Deleters may run here, without the lock.
@@ -67,7 +68,7 @@ impl Device {
         dims: [u64; 3],
         rank: usize,
     ) -> Option<(*mut u8, u64)> {
-        let given = Given { memory: std::ptr::null(), deleter: None, user: std::ptr::null() };
+        let given = ApplicationMemory { memory: std::ptr::null(), deleter: None, user: std::ptr::null() };
         // SAFETY: there is no memory of the application.
         let made = unsafe { Array::new(given, element, dims) };
         self.try_call(handle, |state| {

@@ -1,7 +1,7 @@
 //! What the API does not show: voxels on the OpenCL device.
 
 use super::*;
-use crate::arrays::Given;
+use crate::arrays::ApplicationMemory;
 
 /// Sets a parameter to an object.
 fn set(device: &Device, object: Handle, name: &CStr, value: Handle) {
@@ -11,7 +11,7 @@ fn set(device: &Device, object: Handle, name: &CStr, value: Handle) {
 
 fn array(device: &Device, element: DataType, dims: [u64; 3], rank: usize, memory: *const c_void) -> Handle {
     // SAFETY: the memory has the elements, and stays until the array is released.
-    unsafe { device.new_array(Given { memory, deleter: None, user: std::ptr::null() }, element, dims, rank) }
+    unsafe { device.new_array(ApplicationMemory { memory, deleter: None, user: std::ptr::null() }, element, dims, rank) }
 }
 
 /// A field of 2³ values.
