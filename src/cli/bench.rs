@@ -1,10 +1,11 @@
 //! `layersplat bench`: frame times by the paper's protocol, a full turn around the y axis.
 
+use super::cameras::Cameras;
 use super::options::Fit;
 use super::processes::Processes;
 use super::progress;
 use super::rotate::{START, turn};
-use super::scene::{Cameras, Scene, SceneOptions};
+use super::scene::{Scene, SceneOptions};
 use super::viewer::Viewer;
 use crate::camera::Orbit;
 use crate::device::StageTimes;
@@ -51,7 +52,7 @@ struct Bench<'a> {
     axis_change_ms: f64,
     stages: BTreeMap<&'static str, f64>,
     effective_splats: u64,
-    /// Of all processes that render a frame together.
+    /// Sum over all processes that render a frame together.
     #[serde(skip_serializing_if = "Option::is_none")]
     active_samples: Option<u64>,
     lattice: Option<LatticeReport>,

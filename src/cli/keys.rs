@@ -1,6 +1,6 @@
 //! Key cameras and the path between them.
 
-use super::scene::Cameras;
+use super::cameras::Cameras;
 use super::view::View;
 use crate::camera::{Camera, CameraPath, Key, Orbit, Projection};
 use crate::error::Error;

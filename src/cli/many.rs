@@ -1,10 +1,11 @@
 //! `layersplat render --cameras`: many pictures of one volume, one line of JSON each.
 
+use super::cameras::Cameras;
 use super::options::LightOptions;
 use super::orientation::OBLIQUE;
 use super::processes::Processes;
 use super::render::Arguments;
-use super::scene::{Cameras, Scene};
+use super::scene::Scene;
 use super::studio::Studio;
 use super::view::View;
 use super::{check, parse, progress};

@@ -1,19 +1,16 @@
-//! Hints for pictures that are empty or of one colour, and for suspicious spacings.
+//! Hints for pictures that are empty or of one colour.
 
 use super::scene::Scene;
 use crate::camera::{Camera, Projection};
 use crate::image::Frame;
 use crate::settings::Blend;
 use crate::transfer::TransferFunction;
-use crate::volume::{Grid, Volume};
+use crate::volume::Grid;
 
 /// Smallest alpha of an opaque pixel: one 8-bit step below 1.
 const OPAQUE: f32 = 1.0 - 1.0 / 255.0;
 /// Channels of a picture of one colour differ by less than two 8-bit steps.
 const ONE_COLOUR: f32 = 2.0 / 255.0;
-/// Larger ratios of spacings are suspicious: a spacing may be missing or have another unit.
-const MAX_SPACING_RATIO: f64 = 20.0;
-
 /// Whether a picture shows nothing: not even one 8-bit step of opacity.
 pub(super) fn is_empty(frame: &Frame) -> bool {
     frame.pixels().iter().all(|pixel| pixel[3] * 255.0 < 0.5)
@@ -105,40 +102,9 @@ fn visible_values(transfer: &TransferFunction) -> Option<(f64, f64)> {
     Some((points[first.saturating_sub(1)].0, points[(last + 1).min(points.len() - 1)].0))
 }
 
-/// Explains volumes without a single valid voxel. Takes a pass over volumes of one value.
-pub(super) fn explain_values(volume: &Volume) -> Option<String> {
-    let (lo, hi) = volume.range();
-    (lo == hi && volume.statistics().histogram.iter().all(|&voxels| voxels == 0)).then(|| {
-        format!(
-            "no voxel is a finite number of at most 1e30 in magnitude, so all count as the background value {}; check file, frame \
-             and channel, or scale the values down",
-            volume.background()
-        )
-    })
-}
-
-/// Warns of spacings that differ by a large factor between axes.
-pub(super) fn explain_spacing(spacing: glam::DVec3) -> Option<String> {
-    let ratio = spacing.max_element() / spacing.min_element();
-    (ratio > MAX_SPACING_RATIO).then(|| {
-        let [x, y, z] = spacing.to_array();
-        format!(
-            "the spacing {x},{y},{z} is {ratio:.0} times larger along one axis than along another; if wrong, use --spacing X,Y,Z"
-        )
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::DVec3;
-
-    #[test]
-    fn uneven_spacings_are_reported() {
-        assert_eq!(explain_spacing(DVec3::new(1.0, 1.0, 20.0)), None);
-        let text = explain_spacing(DVec3::new(0.5, 0.5, 40.0)).unwrap();
-        assert!(text.contains("80 times") && text.contains("--spacing"), "{text}");
-    }
 
     #[test]
     fn visible_values_are_found() {

@@ -1,7 +1,6 @@
 //! Which way is up, and the angles of a view.
 
 use super::options::CameraOptions;
-use super::scene::Scene;
 use crate::camera::{Orbit, Up};
 use crate::framing::{Orientation, UpReason};
 use crate::volume::Grid;
@@ -55,15 +54,6 @@ impl CameraOptions {
             roll: self.roll,
         }
     }
-}
-
-/// The orientation of a scene, with a line on standard error if it was not given.
-pub(super) fn announced(options: &CameraOptions, scene: &Scene) -> Orientation {
-    let orientation = options.orientation(scene.volume.grid());
-    if orientation.reason() != UpReason::Given && scene.processes.leads() {
-        eprintln!("up: {} (choose another with --up)", describe(&orientation, scene.volume.grid()));
-    }
-    orientation
 }
 
 /// Describes in one line which way is up and why, and where azimuth 0, elevation 0 looks from.

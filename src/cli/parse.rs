@@ -1,8 +1,7 @@
 //! Parsers of option values.
 
 use super::names;
-use super::options::{ChannelChoice, LevelChoice, Opacities, Reach, Tent};
-use super::slice::Along;
+use super::values::{Along, ChannelChoice, LevelChoice, Opacities, Reach, Tent};
 use crate::camera::Up;
 use crate::error::Error;
 use crate::framing::Side;

@@ -4,28 +4,26 @@ use super::blending::BlendOptions;
 use super::channels::{ChannelOptions, Field, Look};
 use super::check;
 use super::colors::ColorOptions;
-use super::notice;
-use super::numbers::shortened;
 use super::options::{
-    CameraOptions, DeviceOptions, Fit, LabelOptions, LightOptions, QualityOptions, Tent, TransferOptions, VolumeOptions,
+    BoundOptions, CameraOptions, DeviceOptions, Fit, LabelOptions, LightOptions, QualityOptions, TransferOptions, VolumeOptions,
 };
-use super::orientation::Angles;
+use super::orientation::describe;
 use super::processes::{Processes, TeamOptions};
-use super::viewer::BoundOptions;
+use super::remarks::{remark_on_transfer, remark_on_volume};
+use super::values::Tent;
 use crate::annotation::{Legend, LegendEntry};
-use crate::camera::{Camera, Orbit, Projection};
+use crate::camera::Camera;
 use crate::device::Device;
 use crate::error::Error;
-use crate::framing::{Fixed, Framing, Orientation};
+use crate::framing::{Framing, Orientation, UpReason};
 use crate::renderer::SeenVolume;
 use crate::settings::{Blend, CropBox, Settings};
 use crate::shown::{Shown, legend_of};
 use crate::transfer::{TransferFunction, Value};
 use crate::viewport::Viewport;
-use crate::volume::{Grid, LabelTable, Labels, Sequence, Volume};
+use crate::volume::{LabelTable, Labels, Sequence, Volume};
 use clap::Args;
 use glam::DVec3;
-use std::rc::Rc;
 use std::time::{Duration, Instant};
 
 /// Options shared by `render`, `rotate`, `views` and `bench`.
@@ -176,7 +174,7 @@ impl Scene {
         let others = fields.into_others(settings.blend)?;
         // A function that options have changed is the user's own.
         if processes.leads() && !options.transfer.changes_opacity() {
-            announce(&transfer);
+            remark_on_transfer(&transfer);
         }
         let choice = options.device.choice();
         let device = processes.agree(Device::open(&choice))?;
@@ -246,8 +244,18 @@ impl Scene {
         self.overview.as_ref().unwrap_or(&self.volume)
     }
 
+    /// The orientation of the volume, with a line on standard error if it was not given.
+    pub fn orientation(&self, options: &CameraOptions) -> Orientation {
+        let grid = self.volume.grid();
+        let orientation = options.orientation(grid);
+        if orientation.reason() != UpReason::Given && self.processes.leads() {
+            eprintln!("up: {} (choose another with --up)", describe(&orientation, grid));
+        }
+        orientation
+    }
+
     /// Bounds of the visible part.
-    fn framing(&self) -> Framing {
+    pub fn framing(&self) -> Framing {
         self.shown_by_steps.clone().unwrap_or_else(|| self.framing_of(&self.volume))
     }
 
@@ -288,30 +296,6 @@ impl Scene {
     }
 }
 
-/// Says on standard error what is assumed of a volume, and what looks wrong.
-pub(super) fn remark_on_volume(options: &VolumeOptions, volume: &Volume) {
-    if options.assumes_spacing() {
-        eprintln!("spacing: 1,1,1 assumed, since raw files state none (--spacing X,Y,Z)");
-    }
-    let notices = [notice::explain_spacing(volume.grid().spacing()), notice::explain_values(volume)];
-    notices.into_iter().flatten().for_each(|notice| eprintln!("layersplat: {notice}"));
-}
-
-/// Says on standard error which transfer function was made for the volume. The built-in phantom has its own, which needs no remark.
-fn announce(transfer: &TransferFunction) {
-    match transfer.name() {
-        TransferFunction::AUTOMATIC => {
-            eprintln!("transfer function: {} (choose another with --transfer)", describe(transfer));
-        }
-        name @ (TransferFunction::GREY_RAMP | TransferFunction::INVERTED_GREY_RAMP) => {
-            let (lo, hi) = transfer.range();
-            let [lo, hi] = [lo, hi].map(|value| rounded(value, hi - lo));
-            eprintln!("transfer function: {name} from {lo} to {hi} (choose another with --transfer or --window)");
-        }
-        _ => {}
-    }
-}
-
 /// Opens the transfer function given by the options, or derives one from the histogram: a grey ramp for projections of values.
 pub(super) fn open_transfer(options: &TransferOptions, volume: &Volume, blend: Blend) -> Result<TransferFunction, Error> {
     let transfer = match (&options.transfer, &options.preset, &options.palette) {
@@ -348,138 +332,4 @@ fn adjusted(options: &TransferOptions, volume: &Volume, mut transfer: TransferFu
         transfer = transfer.with_tent(find(value), width, opacity)?;
     }
     Ok(transfer)
-}
-
-/// Describes a transfer function in one line: its name, and the ramps of its opacity.
-pub(super) fn describe(transfer: &TransferFunction) -> String {
-    let mut points: Vec<String> = Vec::new();
-    for pair in transfer.opacities().windows(2) {
-        if pair[0].1 != pair[1].1 {
-            let [from, to] = [pair[0], pair[1]].map(|(value, opacity)| {
-                let opacity = (opacity * 1e3).round() / 1e3;
-                format!("{opacity} at {}", shortened(value))
-            });
-            points.push(format!("{from} to {to}"));
-        }
-    }
-    let changes = if points.is_empty() { "constant".into() } else { points.join(", ") };
-    format!("{}, opacity {changes}", transfer.name())
-}
-
-/// Writes a value to about a ten-thousandth of the range that it bounds.
-fn rounded(value: f64, range: f64) -> String {
-    let decimals = 4.0 - range.log10().floor();
-    if (0.0..10.0).contains(&decimals) { format!("{value:.0$}", decimals as usize) } else { format!("{value:.4e}") }
-}
-
-/// Camera construction from the options.
-#[derive(Clone)]
-pub(super) struct Cameras<'a> {
-    options: CameraOptions,
-    grid: &'a Grid,
-    orientation: Orientation,
-    /// Bounds that views are fitted to. `None` fits the whole volume from all sides, which needs no pass over the volume.
-    framing: Option<Rc<Framing>>,
-}
-
-impl<'a> Cameras<'a> {
-    /// Creates cameras that fit `default` unless `--fit` is given.
-    pub fn new(options: &CameraOptions, scene: &'a Scene, default: Fit, orientation: Orientation) -> Self {
-        let fit = options.fit.unwrap_or(default);
-        let framing = (fit == Fit::Visible).then(|| Rc::new(scene.framing()));
-        Self { options: options.clone(), grid: scene.volume.grid(), orientation, framing }
-    }
-
-    /// Creates cameras that fit the volume's bounding box unless `--fit` is given.
-    pub fn with_bounding_box(options: &CameraOptions, scene: &'a Scene, orientation: Orientation) -> Self {
-        // The box of a single voxel has no extent.
-        let framing =
-            (options.fit.is_none() && scene.volume.grid().voxel_count() > 1).then(|| Rc::new(Framing::whole(&scene.volume)));
-        framing.map_or_else(
-            || Self::new(options, scene, Fit::Visible, orientation),
-            |framing| Self { options: options.clone(), grid: scene.volume.grid(), orientation, framing: Some(framing) },
-        )
-    }
-
-    /// Returns cameras with other options but the same fit.
-    pub fn with_options(&self, options: CameraOptions) -> Self {
-        Self { options, ..self.clone() }
-    }
-
-    pub fn options(&self) -> &CameraOptions {
-        &self.options
-    }
-
-    pub fn orientation(&self) -> &Orientation {
-        &self.orientation
-    }
-
-    /// Angles that the options give.
-    pub fn angles(&self) -> Angles {
-        self.options.angles(&self.orientation)
-    }
-
-    /// Centre of rotation of a sequence.
-    pub fn centre(&self) -> DVec3 {
-        let middle = || self.framing.as_ref().map_or_else(|| self.grid.centre(), |framing| framing.centre());
-        self.options.center.unwrap_or_else(middle)
-    }
-
-    fn fixed(&self) -> Fixed {
-        Fixed { centre: self.options.center, scale: self.options.parallel_scale, distance: self.options.distance }
-    }
-
-    /// The camera of one picture. Orbits of cameras are counted in the frame of their orientation.
-    pub fn still(&self, orbit: Orbit) -> Camera {
-        match &self.framing {
-            Some(framing) => self.fitted(framing, orbit, self.fixed()),
-            None => self.whole_volume(orbit),
-        }
-    }
-
-    /// A camera fitted to `framing`; values in `fixed` are used as given.
-    fn fitted(&self, framing: &Framing, orbit: Orbit, fixed: Fixed) -> Camera {
-        let orbit = self.orientation.frame().orbit(orbit);
-        match self.options.perspective {
-            None => framing.parallel(orbit, self.options.size, fixed),
-            Some(field_of_view) => framing.perspective(orbit, self.options.size, field_of_view, fixed),
-        }
-    }
-
-    /// The cameras of a sequence, all with the same scale and centre.
-    pub fn sequence(&self, orbits: impl Iterator<Item = Orbit>) -> Vec<Camera> {
-        let Some(framing) = &self.framing else { return orbits.map(|orbit| self.whole_volume(orbit)).collect() };
-        let fixed = Fixed { centre: Some(self.centre()), ..self.fixed() };
-        let cameras: Vec<Camera> = orbits.map(|orbit| self.fitted(framing, orbit, fixed)).collect();
-        let size = |camera: &Camera| match camera.projection {
-            Projection::Parallel { scale } => scale,
-            Projection::Perspective { .. } => camera.position.distance(camera.focal_point),
-        };
-        let largest = cameras.iter().map(size).fold(0.0, f64::max);
-        let enlarge = |camera: Camera| match camera.projection {
-            Projection::Parallel { .. } => Camera { projection: Projection::Parallel { scale: largest }, ..camera },
-            Projection::Perspective { .. } => {
-                let to_eye = (camera.position - camera.focal_point).normalize_or_zero();
-                Camera { position: camera.focal_point + to_eye * largest, ..camera }
-            }
-        };
-        cameras.into_iter().map(enlarge).collect()
-    }
-
-    /// A camera that fits the whole volume for every orbit.
-    fn whole_volume(&self, orbit: Orbit) -> Camera {
-        let (options, grid) = (&self.options, self.grid);
-        let orbit = self.orientation.frame().orbit(orbit);
-        let centre = options.center.unwrap_or_else(|| grid.centre());
-        match (options.perspective, options.parallel_scale, options.distance) {
-            (Some(field_of_view), _, Some(distance)) => {
-                Camera::orbit(centre, distance, orbit, Projection::Perspective { field_of_view })
-            }
-            (Some(field_of_view), _, None) => {
-                Camera::fit_perspective(centre, grid.diagonal(), field_of_view, options.size, orbit)
-            }
-            (None, Some(scale), _) => Camera::orbit(centre, grid.diagonal(), orbit, Projection::Parallel { scale }),
-            (None, None, _) => Camera::fit_parallel(centre, grid.diagonal(), options.size, orbit),
-        }
-    }
 }

@@ -6,8 +6,10 @@ use super::compiling;
 use super::names;
 use super::options::{DeviceOptions, EncodingOptions, TransferOptions, VolumeOptions};
 use super::parse;
-use super::scene::{describe, open_transfer, remark_on_volume};
+use super::remarks::{describe, remark_on_volume};
+use super::scene::open_transfer;
 use super::standard::Output;
+use super::values::Along;
 use crate::camera::Up;
 use crate::check::Family;
 use crate::device::Device;
@@ -94,14 +96,6 @@ struct SlicePicture {
     background: Option<Background>,
     #[command(flatten)]
     encoding: EncodingOptions,
-}
-
-/// A place along an axis.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Along {
-    Coordinate(f64),
-    /// Share of the volume's extent, 0 … 1.
-    Share(f64),
 }
 
 #[derive(Serialize)]

@@ -1,12 +1,12 @@
 //! Finished pictures: rendered, supersampled, annotated.
 
+use super::cameras::Cameras;
 use super::compiling;
 use super::names;
 use super::notice;
 use super::options::{CameraOptions, EncodingOptions, Fit};
-use super::orientation;
 use super::parse;
-use super::scene::{Cameras, Scene};
+use super::scene::Scene;
 use super::viewer::Viewer;
 use crate::annotation::{Annotations, Shown, VectorFormat};
 use crate::camera::Camera;
@@ -179,7 +179,7 @@ impl<'a> Studio<'a> {
 impl PictureOptions {
     /// Cameras that fit the visible part, or the bounding box if it is drawn. Says on standard error which way is up.
     pub fn cameras<'a>(&self, options: &CameraOptions, scene: &'a Scene) -> Cameras<'a> {
-        let orientation = orientation::announced(options, scene);
+        let orientation = scene.orientation(options);
         let options = CameraOptions { size: self.inner(options.size, scene), ..options.clone() };
         match self.bounding_box {
             true => Cameras::with_bounding_box(&options, scene, orientation),

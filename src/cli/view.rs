@@ -1,7 +1,7 @@
 //! Views in JSON, for `--cameras` and `--keys`.
 
+use super::cameras::Cameras;
 use super::orientation::Angles;
-use super::scene::Cameras;
 use crate::camera::{Camera, Orbit, Projection};
 use glam::DVec3;
 use serde::Deserialize;

@@ -9,10 +9,11 @@ mod open;
 mod opening;
 mod python;
 
+use super::cameras::Cameras;
 use super::options::Fit;
-use super::orientation::{self, OBLIQUE};
+use super::orientation::OBLIQUE;
 use super::processes::Processes;
-use super::scene::{Cameras, Scene, SceneOptions};
+use super::scene::{Scene, SceneOptions};
 use super::standard;
 use crate::error::Error;
 use crate::image::Background;
@@ -124,7 +125,7 @@ impl Ending {
 
 /// The first view: that of `render` with the same options.
 fn opening_of(options: &SceneOptions, mut scene: Scene, sequence: Option<Sequence>) -> Result<Opening, Error> {
-    let orientation = orientation::announced(&options.camera, &scene);
+    let orientation = scene.orientation(&options.camera);
     let cameras = Cameras::new(&options.camera, &scene, Fit::Visible, orientation);
     let orbit = cameras.angles().or_all_of(OBLIQUE);
     let camera = PageCamera::new(&cameras.still(orbit), orbit);

@@ -2,8 +2,9 @@
 
 use super::{Look, open_options};
 use crate::annotation::LegendEntry;
-use crate::cli::options::{Mask, Opacities};
+use crate::cli::options::Mask;
 use crate::cli::parse;
+use crate::cli::values::Opacities;
 use crate::error::Error;
 use crate::files;
 use crate::settings::{Blend, GradientOpacity};

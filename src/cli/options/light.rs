@@ -1,5 +1,6 @@
 //! Options for lights, shadows and ambient occlusion.
 
+use crate::cli::values::Reach;
 use crate::cli::{names, parse};
 use crate::settings::{AmbientOcclusion, Light, LightGrid, LightSpace, Lights, Settings, Shading, Shadows};
 use clap::{Args, ValueEnum};
@@ -39,10 +40,6 @@ pub(in crate::cli) struct LightOptions {
     #[arg(long, value_name = "NAME", value_parser = names::of_enum::<LightGridName>())]
     pub(super) light_grid: Option<LightGridName>,
 }
-
-/// A distance, or no limit.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(in crate::cli) struct Reach(pub Option<f64>);
 
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
 pub(super) enum LightSpaceName {

@@ -1,5 +1,6 @@
 //! Options shared by several subcommands.
 
+mod bounds;
 mod encoding;
 mod labels;
 mod light;
@@ -8,13 +9,15 @@ mod mask;
 mod quality;
 mod volume;
 
+pub(super) use bounds::BoundOptions;
 pub(super) use encoding::{EncodingOptions, quoted};
 pub(super) use labels::LabelOptions;
-pub(super) use light::{LightOptions, Reach};
+pub(super) use light::LightOptions;
 pub(super) use mask::Mask;
 pub(super) use quality::QualityOptions;
-pub(super) use volume::{ChannelChoice, Described, FileOptions, LevelChoice, VolumeOptions};
+pub(super) use volume::{Described, FileOptions, VolumeOptions};
 
+use super::values::{Opacities, Tent};
 use super::{names, parse};
 use crate::camera::Up;
 use crate::device::DeviceChoice;
@@ -65,18 +68,6 @@ impl TransferOptions {
     pub fn changes_opacity(&self) -> bool {
         self.opacity.is_some() || !self.tent.is_empty()
     }
-}
-
-/// Opacities at data values, before percentiles are resolved.
-#[derive(Clone)]
-pub(super) struct Opacities(pub Vec<(Value, f64)>);
-
-/// A triangular opacity peak, before percentiles are resolved.
-#[derive(Clone, Copy)]
-pub(super) struct Tent {
-    pub value: Value,
-    pub width: f64,
-    pub opacity: f64,
 }
 
 /// Camera and picture.

@@ -1,6 +1,7 @@
 //! Options for the volume.
 
 use super::LabelOptions;
+use crate::cli::values::{ChannelChoice, LevelChoice};
 use crate::cli::{parse, standard};
 #[cfg(feature = "viewer")]
 use crate::renderer::Channel;
@@ -59,20 +60,6 @@ pub(in crate::cli) struct FileOptions {
     /// Resolution level from 0 (finest), or auto: the coarsest with a voxel per pixel [default: the finest that fits into memory]
     #[arg(long, value_parser = parse::level, value_name = "N|auto", help_heading = "Volume")]
     level: Option<LevelChoice>,
-}
-
-/// The value of `--level`.
-#[derive(Clone, Copy)]
-pub(in crate::cli) enum LevelChoice {
-    Auto,
-    Number(usize),
-}
-
-/// The value of `--channel`.
-#[derive(Clone, Copy)]
-pub(in crate::cli) enum ChannelChoice {
-    Number(usize),
-    Magnitude,
 }
 
 /// A volume with what its file states about it.

@@ -4,7 +4,8 @@ mod picture;
 
 use super::options::{TransferOptions, VolumeOptions};
 use super::parse;
-use super::scene::{describe, open_transfer};
+use super::remarks::describe;
+use super::scene::open_transfer;
 use super::standard::Output;
 use crate::error::Error;
 use crate::image::{ImageFormat, write_whole};
