@@ -1,6 +1,6 @@
 //! Grey ramps for projections of values: maximum, minimum and average.
 
-use super::sources::visible_range;
+use super::visible_range::visible_range;
 use super::{TransferFunction, Value};
 use crate::volume::Volume;
 

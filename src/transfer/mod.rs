@@ -18,6 +18,7 @@ mod steepness;
 mod table;
 mod test_signal;
 mod value;
+mod visible_range;
 
 pub use format::FileFormat;
 pub use integrals::{EXTINCTION_CELLS, ExtinctionCells, IntegralTable};

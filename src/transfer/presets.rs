@@ -154,7 +154,7 @@ impl TransferFunction {
             return Err(Error::UnknownName { what: "preset", name: name.into(), known: listed() });
         };
         let transfer = Self::new(name, preset.colors.to_vec(), preset.opacities.to_vec())?;
-        let (lo, hi) = super::sources::visible_range(volume);
+        let (lo, hi) = super::visible_range::visible_range(volume);
         match preset.scale {
             Scale::Hounsfield if hounsfield::is_ct(&volume.statistics(), volume) => Ok(transfer),
             Scale::Hounsfield => {

@@ -1,6 +1,7 @@
 //! Transfer functions from files, built-in names and histograms.
 
 use super::palettes::{self, Palette};
+use super::visible_range::visible_range;
 use super::{TransferFunction, automatic, builtin, format, phantom, presets, test_signal};
 use crate::error::Error;
 use crate::volume::Volume;
@@ -132,19 +133,4 @@ impl TransferFunction {
 fn of_volume(volume: &Volume, palette: Palette) -> TransferFunction {
     let fixed = phantom::transfer(volume).or_else(|| test_signal::transfer(volume, palette));
     fixed.unwrap_or_else(|| automatic::derived(volume, palette))
-}
-
-/// Range of values over which built-in functions are stretched: the range of the data. If all voxels are equal, it includes the
-/// background. If that is equal too, it spans 0 and a value above it, so that the volume is visible.
-pub(super) fn visible_range(volume: &Volume) -> (f64, f64) {
-    let (lo, hi) = volume.range();
-    if lo < hi {
-        return (lo, hi);
-    }
-    match volume.field_range() {
-        (lo, hi) if lo < hi => (lo, hi),
-        (lo, _) if lo > 0.0 => (0.0, lo),
-        // If adding 1 is lost to rounding, end the range at 0 instead.
-        (lo, _) => (lo, if lo + 1.0 > lo { lo + 1.0 } else { 0.0 }),
-    }
 }

@@ -9,6 +9,7 @@ mod description;
 mod format;
 mod grid;
 mod labels;
+mod open;
 mod part;
 mod placed;
 mod rescale;
@@ -80,28 +81,6 @@ pub struct Volume<'a> {
 }
 
 impl Volume<'static> {
-    /// Opens `builtin:NAME[@SIZE]`, a file, or one file per slice: a folder of numbered `.png` or `.tif` files, or a name with `%d` in
-    /// place of the number. Where the numbered files hold volumes, or where a `.pvd` names them, [`OpenOptions::frame`] counts the frames of
-    /// all files, as in a [`Sequence`].
-    ///
-    /// Formats recognised by content: NRRD, NIfTI-1 and -2, MetaImage, VTK image data (`.vti` with the feature `vtk`, legacy `.vtk`), NumPy
-    /// arrays (`.npz` with the feature `npz`), TIFF (feature `tiff`), PNG and VisIt's `.bov`. Raw files are named
-    /// `NAME_XxYxZ_TYPE.raw` or `.raw.gz`; `options` supplies what the name lacks, or overrides it. `options` also select one of
-    /// several volumes, channels or arrays. World axes are right, anterior, superior if a file specifies patient coordinates.
-    ///
-    /// Uncompressed voxels are memory-mapped, so the file must not be truncated while the volume is in use. Others are read into memory,
-    /// within [`OpenOptions::memory`].
-    ///
-    /// # Errors
-    /// If the file cannot be read, has an unknown format, is truncated or damaged, or has a sheared grid; if `options` do not fit the file.
-    pub fn open(source: impl AsRef<Path>, options: &OpenOptions) -> Result<Self, Error> {
-        let source = source.as_ref();
-        match source.to_str().and_then(|name| name.strip_prefix("builtin:")) {
-            Some(builtin) => builtin_volume(builtin, options),
-            None => format::read(source, options),
-        }
-    }
-
     /// Creates a volume from 32-bit integers, 64-bit integers or 64-bit floats, x fastest.
     ///
     /// The numbers are converted: the smallest becomes 0, and the type is the narrowest that holds all integers, else float32. A rescale

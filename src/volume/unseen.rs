@@ -3,7 +3,7 @@
 use super::placed::Placed;
 use super::shared::{Shared, Together, VoxelBox, within};
 use super::wide::{self, Numbers};
-use super::{Contents, Description, Endian, Grid, OpenOptions, Rescale, ScalarType, Storage, Volume, builtin, format};
+use super::{Contents, Description, Endian, Grid, Rescale, ScalarType, Storage, Volume};
 use crate::error::Error;
 use crate::progress::Task;
 use std::ops::Range;
@@ -21,7 +21,7 @@ pub(crate) struct Layers {
 
 impl Layers {
     /// The held and the owned box of a grid.
-    fn boxes(&self, dims: [usize; 3]) -> [VoxelBox; 2] {
+    pub fn boxes(&self, dims: [usize; 3]) -> [VoxelBox; 2] {
         [&self.held, &self.own].map(|layers| VoxelBox::layers(dims, 2, layers))
     }
 }
@@ -31,7 +31,7 @@ pub(crate) struct Unseen<'a> {
     name: String,
     grid: Grid,
     rescale: Rescale,
-    background: Option<f64>,
+    pub(super) background: Option<f64>,
     held: VoxelBox,
     own: VoxelBox,
     voxels: Found<'a>,
@@ -45,24 +45,6 @@ enum Found<'a> {
 }
 
 impl Unseen<'static> {
-    /// Opens layers of a file or built-in volume, as [`Volume::open`] does, without reading others. `choose` selects the layers, given the
-    /// dimensions of the volume.
-    ///
-    /// # Errors
-    /// As [`Volume::open`], and if the file does not support random access.
-    pub fn open(source: &Path, options: &OpenOptions, choose: &dyn Fn([usize; 3]) -> Layers) -> Result<Self, Error> {
-        match source.to_str().and_then(|name| name.strip_prefix("builtin:")) {
-            Some(name) => {
-                let (name, grid, made) = builtin::sampled(name, options)?;
-                let layers = choose(grid.dims());
-                let [held, own] = layers.boxes(grid.dims());
-                let voxels = builtin::layers(&name, &*made, grid.dims(), &layers.held)?;
-                Ok(Self { background: Some(0.0), ..Self::new(name, grid, held, own, voxels)? })
-            }
-            None => format::layers(source, options, choose),
-        }
-    }
-
     /// Layers of numbers of a type without device support.
     pub fn wide(
         name: String,

@@ -12,7 +12,7 @@ mod tissues;
 mod visibility;
 
 use super::palettes::Palette;
-use super::sources::visible_range;
+use super::visible_range::visible_range;
 use super::{ControlPoint, TransferFunction, hounsfield};
 use crate::volume::Volume;
 use classes::{Class, Classes};

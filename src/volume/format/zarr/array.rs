@@ -1,6 +1,6 @@
 //! Array metadata of Zarr version 2 (`.zarray`) and 3 (`zarr.json`).
 
-use super::codec::Codec;
+use super::codec::{Codec, sizes};
 use crate::volume::format::COMPLEX;
 use crate::volume::{Endian, ScalarType};
 use serde_json::Value;
@@ -78,13 +78,6 @@ impl Array {
         let name = if self.prefix.is_empty() { numbers } else { format!("{}{}{numbers}", self.prefix, self.separator) };
         self.folder.join(name)
     }
-}
-
-/// Parses an array of positive sizes.
-pub(super) fn sizes(metadata: &Value, name: &str) -> Result<Vec<usize>, String> {
-    let size = |n: &Value| n.as_u64().and_then(|n| usize::try_from(n).ok()).filter(|&n| n > 0);
-    let found: Option<Vec<usize>> = metadata.as_array().and_then(|sizes| sizes.iter().map(size).collect());
-    found.ok_or_else(|| format!("its {name} is {metadata}: expected numbers above 0"))
 }
 
 fn dtype(metadata: &Value) -> Result<(ScalarType, Endian), String> {

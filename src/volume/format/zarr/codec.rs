@@ -40,6 +40,13 @@ enum Packing {
     Crc32c,
 }
 
+/// Parses an array of positive sizes.
+pub(super) fn sizes(metadata: &Value, name: &str) -> Result<Vec<usize>, String> {
+    let size = |n: &Value| n.as_u64().and_then(|n| usize::try_from(n).ok()).filter(|&n| n > 0);
+    let found: Option<Vec<usize>> = metadata.as_array().and_then(|sizes| sizes.iter().map(size).collect());
+    found.ok_or_else(|| format!("its {name} is {metadata}: expected numbers above 0"))
+}
+
 /// Error message for an unsupported codec.
 pub(super) fn packed_by(name: &str) -> String {
     format!("it is compressed with {name}, which is not supported: use gzip, zstd, or blosc with lz4 or zstd")
@@ -74,7 +81,7 @@ impl Codec {
                 "bytes" if settings["endian"] == "big" => endian = Endian::Big,
                 "bytes" => {}
                 "sharding_indexed" => {
-                    let shape = super::array::sizes(&settings["chunk_shape"], "chunk_shape")?;
+                    let shape = sizes(&settings["chunk_shape"], "chunk_shape")?;
                     if shape.len() != axes {
                         return Err("its shards have a different number of axes".into());
                     }

@@ -111,7 +111,7 @@ mod tests {
         // Where all would be transparent, alpha is opacity.
         let opaque = table("2 White 245 245 245 255\n3 Grey 205 62 78 255\n").unwrap();
         assert!(opaque.labels().iter().all(|label| label.opacity == 1.0));
-        // Of Slicer, alpha is opacity.
+        // In a table of Slicer, alpha is opacity.
         let slicer = table("# Color table file /a.ctbl\n# 2 values\n1 tissue 128 174 128 255\n").unwrap();
         assert_eq!(slicer.get(1).unwrap().opacity, 1.0);
         let snap = table(
