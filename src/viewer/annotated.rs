@@ -1,6 +1,6 @@
 //! Annotations of a page's pictures: those of the command's `--legend-place over`.
 
-use super::fields::Now;
+use super::drawn::CurrentLook;
 use super::look::Look;
 use super::painter::Painter;
 use super::scene::Scene;
@@ -20,7 +20,7 @@ fn annotations_of(look: &Look, scene: &Scene) -> Result<Option<Annotations>, Err
 pub(super) fn annotated(
     frame: Frame,
     scene: &Scene,
-    Now { look, transfers }: Now,
+    CurrentLook { look, transfers }: CurrentLook,
     camera: &Camera,
     blend: Blend,
 ) -> Result<Frame, Error> {

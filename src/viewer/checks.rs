@@ -1,6 +1,6 @@
 //! Checks of messages that need neither volume nor device.
 
-use super::protocol::{Request, saved_size, shown_size, transfer_function};
+use super::requests::{Request, saved_size, shown_size, transfer_function};
 use crate::error::Error;
 use crate::transfer::{FileFormat, TransferFunction};
 use std::path::Path;

@@ -1,6 +1,6 @@
 //! Pictures as bytes: JPEG while something moves, PNG at rest.
 
-use super::protocol::Format;
+use super::replies::Format;
 use crate::error::Error;
 use crate::image::Background;
 use crate::viewport::Viewport;

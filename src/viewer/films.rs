@@ -1,13 +1,14 @@
 //! Films along key cameras, and the commands that make the same ones.
 
 use super::annotated::annotated;
-use super::fields::Now;
-use super::fields::PageRenderer;
+use super::drawn::CurrentLook;
+use super::drawn::PageRenderer;
 use super::host::FilmWanted;
 use super::keeper::{Maker, Order};
 use super::page_camera::{PageCamera, PageProjection};
-use super::protocol::{FilmState, Format, Picture, Reply, Step, saved_size};
-use super::saving::{TRANSFER_NAME, files_of_others, names_of_others, saved_look};
+use super::replies::{FilmState, Format, Picture, Reply, Step};
+use super::requests::{Film, FilmFormat, FilmKey, saved_size};
+use super::saving::{TRANSFER_NAME, files_of_others, names_of_others, saved_look, without_path};
 use crate::camera::{CameraPath, Key};
 use crate::error::Error;
 use crate::files::Scratch;
@@ -15,7 +16,6 @@ use crate::image::Animation;
 use crate::transfer::FileFormat;
 use crate::viewport::Viewport;
 use crate::volume::steps_along;
-use serde::Deserialize;
 use serde_json::json;
 use std::io::{self, Read};
 use std::path::Path;
@@ -30,40 +30,6 @@ const MOST_PIXELS: u64 = 1 << 30;
 const PART: usize = 256 << 10;
 /// Name of the key cameras' file beside the command.
 const KEYS_NAME: &str = "layersplat-keys.json";
-
-/// A film that a page asks for.
-#[derive(Clone, Debug, Deserialize, PartialEq)]
-#[serde(deny_unknown_fields)]
-pub(super) struct Film {
-    /// Number of the request; answers repeat it.
-    pub id: u32,
-    pub keys: Vec<FilmKey>,
-    pub width: u32,
-    pub height: u32,
-    pub samples: u32,
-    /// Pictures per second.
-    pub rate: u32,
-    pub format: FilmFormat,
-}
-
-/// A camera, its time in seconds, and the step of a sequence that is shown then.
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq)]
-#[serde(deny_unknown_fields)]
-pub(super) struct FilmKey {
-    pub time: f64,
-    pub camera: PageCamera,
-    #[serde(default)]
-    pub frame: usize,
-}
-
-/// Format of a film.
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq)]
-#[serde(rename_all = "snake_case")]
-pub(super) enum FilmFormat {
-    Gif,
-    Apng,
-    Mp4,
-}
 
 impl FilmFormat {
     fn file_name(self) -> &'static str {
@@ -189,7 +155,7 @@ impl Maker {
             let (Some(frame), _) = renderer.render(camera, rendered, &settings)? else { return Ok(()) };
             let frame = if film.samples > 1 { frame.averaged(film.samples)? } else { frame };
             animation
-                .add(&annotated(frame, scene, Now { look: &look, ..order.now() }, camera, settings.blend)?)
+                .add(&annotated(frame, scene, CurrentLook { look: &look, ..order.now() }, camera, settings.blend)?)
                 .map_err(without_path)?;
         }
         animation.finish().map_err(without_path)?;
@@ -239,14 +205,6 @@ impl Maker {
             let format = film.format.of_message();
             self.outgoing.picture(&Picture { step: Step::Part, format, id: film.id, size, milliseconds: 0.0, bytes });
         }
-    }
-}
-
-/// An error that does not name the temporary file.
-pub(super) fn without_path(error: Error) -> Error {
-    match error {
-        Error::Write { source, .. } => Error::write(Path::new("the file for the page"), source),
-        error => error,
     }
 }
 

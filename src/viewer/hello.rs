@@ -1,10 +1,11 @@
 //! What a page is told first.
 
-use super::fields::{Drawn, PageField};
+use super::drawn::{Drawn, PageField};
+use super::first::{First, Opening};
 use super::look::{Look, PageBlend, PageQuality};
 use super::look_fields::is_name;
-use super::protocol::{NamedTransfer, Reply};
-use super::scene::{First, Opening, Scene};
+use super::replies::{NamedTransfer, Reply};
+use super::scene::Scene;
 use super::slices;
 use crate::framing::Side;
 use crate::renderer::ColorOpacity;

@@ -1,9 +1,9 @@
 //! What a program that shows pages knows, and what it is asked.
 
+use super::first::Opening;
 use super::look::Look;
 use super::page_camera::PageCamera;
-use super::protocol::SavedFormat;
-use super::scene::Opening;
+use super::requests::SavedFormat;
 use crate::error::Error;
 use crate::settings::{Quality, Settings};
 use crate::viewport::Viewport;

@@ -1,11 +1,11 @@
 //! What a page wants, between the thread that listens to it and the thread that draws for it. Only the newest view, look and transfer
 //! function are kept, so a page can ask as often as it likes.
 
-use super::films::Film;
 use super::look::Look;
 use super::page_camera::PageCamera;
-use super::protocol::{Pick, SavedFormat, View};
-use super::slices::SlicesView;
+use super::requests::Film;
+use super::requests::SlicesView;
+use super::requests::{Pick, SavedFormat, View};
 use crate::device::Cancel;
 use crate::transfer::{FileFormat, TransferFunction};
 use crate::viewport::Viewport;

@@ -1,13 +1,13 @@
 //! What a page keeps, saved pictures and films, made one after another by a thread of its own. Its frames are drawn in bands, which wait while
 //! a hand moves.
 
-use super::fields::Now;
-use super::films::Film;
+use super::drawn::CurrentLook;
 use super::inbox::Saving;
 use super::look::Look;
-use super::protocol::{FilmState, Reply};
+use super::outgoing::Outgoing;
+use super::replies::{FilmState, Reply};
+use super::requests::Film;
 use super::scene::Scene;
-use super::session::Outgoing;
 use crate::device::{Bands, Cancel};
 use crate::error::Error;
 use crate::transfer::TransferFunction;
@@ -30,8 +30,8 @@ pub(super) struct Order {
 
 impl Order {
     /// How the fields were shown.
-    pub fn now(&self) -> Now<'_> {
-        Now { look: &self.look, transfers: &self.transfers }
+    pub fn now(&self) -> CurrentLook<'_> {
+        CurrentLook { look: &self.look, transfers: &self.transfers }
     }
 
     /// The step of a sequence that comes first.

@@ -10,9 +10,12 @@ mod annotated;
 #[cfg(feature = "viewer")]
 mod assets;
 mod checks;
+mod drawn;
+#[cfg(feature = "viewer")]
+mod drops;
 mod encoding;
-mod fields;
 mod films;
+mod first;
 mod hello;
 mod host;
 mod inbox;
@@ -21,17 +24,22 @@ mod look;
 mod look_fields;
 #[cfg(feature = "viewer")]
 mod opening;
+mod outgoing;
 mod overlay;
 mod pace;
 mod page_camera;
+mod page_renderer;
 mod painter;
-mod protocol;
 #[cfg(feature = "viewer")]
 mod rate;
 mod readiness;
 mod reading;
+mod replies;
+mod requests;
 mod saving;
 mod scene;
+#[cfg(feature = "viewer")]
+mod served;
 #[cfg(feature = "viewer")]
 mod server;
 mod session;
@@ -47,15 +55,16 @@ pub use crate::shown::{IndexedLabels, Shown};
 pub use access::Access;
 #[doc(hidden)]
 pub use checks::check_message;
-pub use fields::{Drawn, PageField};
+pub use drawn::{Drawn, PageField};
+pub use first::{First, Opening, Time};
 pub use host::{FilmWanted, Host, Offered, Source, Wanted};
 pub use look::{Look, PageBlend, PageKernel, PageLight, PageQuality};
 pub use look_fields::{PageChannel, PageLabels};
+pub use outgoing::Message;
 pub use overlay::Overlay;
 pub use page_camera::{PageCamera, PageProjection};
-pub use protocol::{OpenWanted, SavedFormat};
-pub use scene::{First, Opening, Scene};
+pub use requests::{OpenWanted, SavedFormat};
+pub use scene::Scene;
 #[cfg(feature = "viewer")]
 pub use server::{Server, Stop};
-pub use session::{Change, Message, Received, Session};
-pub use time::Time;
+pub use session::{Change, Received, Session};

@@ -1,10 +1,11 @@
 //! Volumes that a page opens: one of those that the program offers, or a file that was dropped onto the page. The page sends names, never
 //! paths.
 
+use super::drops::Drops;
 use super::host::Source;
-use super::protocol::OpenWanted;
+use super::requests::OpenWanted;
 use super::scene::Scene;
-use super::server::Served;
+use super::served::Served;
 use crate::error::Error;
 use crate::files::Scratch;
 use axum::body::{Body, HttpBody};
@@ -29,39 +30,6 @@ const MOST_BYTES: u64 = 8 << 30;
 const LONGEST_PAUSE: Duration = Duration::from_secs(30);
 /// Longest name of a dropped file in bytes.
 const LONGEST_NAME: usize = 200;
-
-/// A dropped file, removed with its folder when this is dropped.
-struct Dropped {
-    number: u32,
-    folder: Scratch,
-    path: PathBuf,
-}
-
-/// Dropped files: one may arrive at a time, and the last one waits to be opened.
-pub(super) struct Drops {
-    last: Mutex<(u32, Option<Dropped>)>,
-    arriving: Semaphore,
-}
-
-impl Default for Drops {
-    fn default() -> Self {
-        Self { last: Mutex::default(), arriving: Semaphore::new(1) }
-    }
-}
-
-impl Drops {
-    fn keep(&self, folder: Scratch, path: PathBuf) -> u32 {
-        let mut last = self.last.lock().unwrap_or_else(PoisonError::into_inner);
-        let number = last.0.wrapping_add(1);
-        *last = (number, Some(Dropped { number, folder, path }));
-        number
-    }
-
-    fn take(&self, number: u32) -> Option<Dropped> {
-        let mut last = self.last.lock().unwrap_or_else(PoisonError::into_inner);
-        last.1.take_if(|dropped| dropped.number == number)
-    }
-}
 
 /// Opens a volume. Takes as long as reading it. The error is a sentence for the page.
 pub(super) fn open(served: &Served, scene: &Scene, wanted: &OpenWanted) -> Result<Arc<Scene>, String> {

@@ -1,14 +1,16 @@
 //! The thread that draws for a page: frames that follow the hand, and the refinement of a picture at rest.
 
+use super::drawn::{CurrentLook, PageRenderer};
 use super::encoding::encoded;
-use super::fields::{Now, PageRenderer};
+use super::first::First;
 use super::inbox::{Inbox, Job, News};
 use super::keeper::{Keeper, Kept, Order};
 use super::look::Look;
+use super::outgoing::Outgoing;
 use super::pace::Pace;
-use super::protocol::{FilmState, Picture, Reply, Step, View, shown_size};
-use super::scene::{First, Scene};
-use super::session::Outgoing;
+use super::replies::{FilmState, Picture, Reply, Step};
+use super::requests::{View, shown_size};
+use super::scene::Scene;
 use super::sharpening::Sharpening;
 use super::time::Moment;
 use super::warming;
@@ -31,7 +33,7 @@ pub(super) struct Painter {
     pub outgoing: Outgoing,
     pub renderer: Box<PageRenderer>,
     pub look: Look,
-    /// Of all fields.
+    /// The transfer functions of all fields.
     pub transfers: Vec<TransferFunction>,
     /// The step of a sequence that the renderer has.
     pub moment: Moment,
@@ -73,15 +75,15 @@ impl Painter {
         cancel: Cancel,
     ) -> Result<Self, Error> {
         let (look, transfers) = (first.look.clone(), first.transfers());
-        let mut renderer = scene.page_renderer(&scene.opening.volume, Now { look: &look, transfers: &transfers })?;
+        let mut renderer = scene.page_renderer(&scene.opening.volume, CurrentLook { look: &look, transfers: &transfers })?;
         renderer.set_cancel(Some(cancel));
         let (moment, pace) = (Moment::new(&scene), Pace::default());
         Ok(Self { scene, inbox, keeper, outgoing, renderer, look, transfers, moment, pace, current: None })
     }
 
     /// How the fields are shown.
-    pub fn now(&self) -> Now<'_> {
-        Now { look: &self.look, transfers: &self.transfers }
+    pub fn now(&self) -> CurrentLook<'_> {
+        CurrentLook { look: &self.look, transfers: &self.transfers }
     }
 
     /// Draws until the page is gone.
@@ -146,7 +148,7 @@ impl Painter {
             }
         }
         if is_changed {
-            let (scene, now) = (&self.scene, Now { look: &self.look, transfers: &self.transfers });
+            let (scene, now) = (&self.scene, CurrentLook { look: &self.look, transfers: &self.transfers });
             if let Err(error) = scene.update(self.renderer.as_mut(), now) {
                 self.outgoing.problem(scene, &error);
             }

@@ -1,8 +1,9 @@
 //! What is seen at a place of a picture: a point, by the depths that the renderer defines, and the value of the field there.
 
-use super::fields::{Drawn, Now, PageField};
+use super::drawn::{CurrentLook, Drawn, PageField};
 use super::painter::Painter;
-use super::protocol::{Pick, shown_size};
+use super::replies::{Picked, PickedLabel};
+use super::requests::{Pick, shown_size};
 use super::scene::Scene;
 use crate::camera::{Camera, Projection};
 use crate::error::Error;
@@ -13,7 +14,6 @@ use crate::shown::{IndexedLabels, Shown, name_of};
 use crate::viewport::Viewport;
 use crate::volume::{LabelLayer, LabelSurfaces, LabelTable, Volume};
 use glam::DVec3;
-use serde::Serialize;
 use std::collections::BTreeMap;
 
 /// Farthest place in half heights from the middle of a picture. Pictures are at most this many times as wide as high.
@@ -22,28 +22,6 @@ const FARTHEST: f64 = 65_536.0;
 const MOST_OPAQUE: f64 = 0.99999;
 /// The one pixel of a pick.
 const PIXEL: Viewport = Viewport { width: 1, height: 1 };
-
-/// A point of the volume that is seen.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub(super) struct Picked {
-    /// World position.
-    pub position: [f64; 3],
-    /// Position in voxels.
-    pub voxel: [f64; 3],
-    /// Value of the field, of the first of several; `None` for labels alone.
-    pub value: Option<f64>,
-    /// Values of several fields, or of the components of colours.
-    pub values: Vec<f64>,
-    /// Labels that are seen there, of each layer that has one.
-    pub labels: Vec<PickedLabel>,
-}
-
-/// A label that is seen.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub(super) struct PickedLabel {
-    pub id: u32,
-    pub name: String,
-}
 
 impl Pick {
     /// Checks the numbers of a page.
@@ -111,7 +89,7 @@ struct Seen<'a> {
     scene: &'a Scene,
     /// The volume, or the step of a sequence.
     volume: &'a Volume<'static>,
-    now: Now<'a>,
+    now: CurrentLook<'a>,
     settings: &'a Settings,
 }
 

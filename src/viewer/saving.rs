@@ -1,17 +1,17 @@
 //! Saved pictures, and the commands that make the same ones.
 
 use super::annotated::annotated;
-use super::fields::Now;
-use super::fields::PageRenderer;
-use super::films::without_path;
+use super::drawn::CurrentLook;
+use super::drawn::PageRenderer;
 use super::host::Wanted;
 use super::inbox::Saving;
 use super::keeper::{Maker, Order};
 use super::look::{Look, PageQuality};
+use super::outgoing::Outgoing;
 use super::painter::Painter;
-use super::protocol::{Format, NamedText, Picture, Reply, SavedFormat, Step};
+use super::replies::{Format, NamedText, Picture, Reply, Step};
+use super::requests::SavedFormat;
 use super::scene::Scene;
-use super::session::Outgoing;
 use crate::error::Error;
 use crate::image::Encoding;
 use crate::transfer::{FileFormat, TransferFunction};
@@ -27,6 +27,14 @@ pub(super) fn saved_look(look: &Look) -> Look {
     Look { quality: look.quality.or(Some(PageQuality::High)), ..look.clone() }
 }
 
+/// An error that does not name the temporary file.
+pub(super) fn without_path(error: Error) -> Error {
+    match error {
+        Error::Write { source, .. } => Error::write(Path::new("the file for the page"), source),
+        error => error,
+    }
+}
+
 impl Maker {
     /// Renders a picture as the command does, and sends it as the command writes it.
     pub(super) fn save(&self, order: &Order, renderer: &mut PageRenderer, saving: &Saving) -> Result<(), Error> {
@@ -38,7 +46,7 @@ impl Maker {
         scene.host.require_checked(&view, rendered, &settings)?;
         let (Some(frame), _) = renderer.render(&view, rendered, &settings)? else { return Ok(()) };
         let frame = if samples > 1 { frame.averaged(samples)? } else { frame };
-        let frame = annotated(frame, scene, Now { look: &look, ..order.now() }, &view, settings.blend)?;
+        let frame = annotated(frame, scene, CurrentLook { look: &look, ..order.now() }, &view, settings.blend)?;
         let failed = |e: io::Error| Error::write(Path::new("the picture"), e);
         let folder = tempfile::tempdir().map_err(failed)?;
         let path = folder.path().join(format.file_name());
@@ -65,7 +73,12 @@ impl Painter {
 }
 
 /// Sends the command that makes a picture, and the program in Python, with the transfer function as a file.
-fn say_command(scene: &Scene, outgoing: &Outgoing, Now { look, transfers }: Now, saving: &Saving) -> Result<(), Error> {
+fn say_command(
+    scene: &Scene,
+    outgoing: &Outgoing,
+    CurrentLook { look, transfers }: CurrentLook,
+    saving: &Saving,
+) -> Result<(), Error> {
     let (look, others) = (saved_look(look), names_of_others(transfers));
     let wanted = wanted(scene, saving, &look, &others)?;
     let (line, python) = (scene.host.command_line(&wanted), scene.host.python(&wanted));

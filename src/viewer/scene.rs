@@ -1,81 +1,23 @@
-//! What all pages of a run share: the volume on the device, and what its first view is.
+//! What all pages of a run share: the volume on the device, and what their first view is.
 
-use super::fields::{Drawn, Last, Now, PageRenderer, Uploaded};
+use super::drawn::{CurrentLook, Drawn, LastColors, PageRenderer, Uploaded};
+use super::first::{First, Opening};
 use super::host::Host;
-use super::look::Look;
 use super::page_camera::{PageCamera, PageProjection};
-use super::protocol::Kind;
 use super::readiness::Readiness;
-use super::time::Time;
+use super::requests::Kind;
 use crate::camera::OrbitFrame;
-use crate::device::Device;
 use crate::error::Error;
 #[cfg(feature = "viewer")]
 use crate::files::Scratch;
-use crate::framing::{Fixed, Orientation};
+use crate::framing::Fixed;
 use crate::renderer::{FieldKind, LabelColors, UploadedVolume};
 use crate::settings::Settings;
 use crate::transfer::TransferFunction;
 use crate::viewport::Viewport;
-use crate::volume::{Statistics, Volume};
+use crate::volume::Statistics;
 use std::sync::OnceLock;
 use std::sync::atomic::AtomicBool;
-use std::time::Duration;
-
-/// How a volume is shown first.
-pub struct Opening {
-    /// The volume, or the first step of a sequence. Its name is that of the file, without folders.
-    pub volume: Volume<'static>,
-    /// The sequence, if the volume is one.
-    pub time: Option<Time>,
-    /// The first transfer function.
-    pub transfer: TransferFunction,
-    /// What is drawn besides the volume, or instead of it.
-    pub drawn: Drawn,
-    /// The device.
-    pub device: Device,
-    /// Which way is up.
-    pub orientation: Orientation,
-    /// The first camera.
-    pub camera: PageCamera,
-    /// Whether the camera is as the user gave it; otherwise it is fitted to each page.
-    pub camera_is_given: bool,
-    /// The first look.
-    pub look: Look,
-    /// Time limit per frame on the device.
-    pub time_limit: Option<Duration>,
-}
-
-/// What a page begins with.
-#[derive(Clone, Debug, PartialEq)]
-pub struct First {
-    /// The camera.
-    pub camera: PageCamera,
-    /// Whether it stays as it is; otherwise it is fitted to the page.
-    pub camera_is_given: bool,
-    /// The look.
-    pub look: Look,
-    /// The transfer function.
-    pub transfer: TransferFunction,
-    /// Those of the other fields.
-    pub others: Vec<TransferFunction>,
-}
-
-impl First {
-    /// The transfer functions of all fields.
-    pub(super) fn transfers(&self) -> Vec<TransferFunction> {
-        std::iter::once(&self.transfer).chain(&self.others).cloned().collect()
-    }
-}
-
-impl Opening {
-    /// What the first page begins with.
-    pub fn first(&self) -> First {
-        let Self { camera, camera_is_given, look, transfer, .. } = self;
-        let others = self.drawn.fields().iter().skip(1).map(|field| field.transfer.clone()).collect();
-        First { camera: *camera, camera_is_given: *camera_is_given, look: look.clone(), transfer: transfer.clone(), others }
-    }
-}
 
 /// What all pages of a run share.
 pub struct Scene {
@@ -85,8 +27,8 @@ pub struct Scene {
     pub(super) host: Box<dyn Host>,
     pub(super) uploaded: Uploaded,
     /// Colours of labels over the volume.
-    pub(super) label_colors: Last<LabelColors>,
-    /// Of each field, counted for the first page.
+    pub(super) label_colors: LastColors<LabelColors>,
+    /// Statistics of each field, counted for the first page.
     pub(super) statistics: OnceLock<Vec<Statistics>>,
     /// The folder of a dropped file, removed with the scene. After the volume, which may be mapped.
     #[cfg(feature = "viewer")]
@@ -123,7 +65,7 @@ impl Scene {
             opening,
             host,
             uploaded,
-            label_colors: Last::default(),
+            label_colors: LastColors::default(),
             statistics,
             #[cfg(feature = "viewer")]
             _held: None,
@@ -149,7 +91,7 @@ impl Scene {
     /// Insufficient memory of the device.
     pub fn renderer(&self, transfer: &TransferFunction) -> Result<Box<PageRenderer>, Error> {
         let first = First { transfer: transfer.clone(), ..self.opening.first() };
-        let now = Now { look: &first.look, transfers: &first.transfers() };
+        let now = CurrentLook { look: &first.look, transfers: &first.transfers() };
         self.page_renderer(&self.opening.volume, now)
     }
 
@@ -175,7 +117,13 @@ impl Scene {
     ///
     /// # Errors
     /// Those of reading the steps of a sequence.
-    pub(super) fn fitted(&self, camera: &PageCamera, size: Viewport, settings: &Settings, now: Now) -> Result<PageCamera, Error> {
+    pub(super) fn fitted(
+        &self,
+        camera: &PageCamera,
+        size: Viewport,
+        settings: &Settings,
+        now: CurrentLook,
+    ) -> Result<PageCamera, Error> {
         let framing = self.framing(settings, now)?;
         let orbit = self.frame().orbit(camera.orbit());
         let fitted = match camera.projection {

@@ -1,12 +1,15 @@
 //! The session of a page: takes its requests as text, and answers by texts and pictures. How both travel is the caller's matter.
 
+use super::first::First;
 use super::inbox::{Inbox, Job, Saving};
 use super::keeper::{Keeper, Maker};
 use super::look::Look;
+use super::outgoing::{Message, Outgoing, text};
 use super::page_camera::PageCamera;
 use super::painter::Painter;
-use super::protocol::{MAX_MESSAGE, OpenWanted, Picture, Reply, Request, saved_size, shown_size, transfer_function};
-use super::scene::{First, Scene};
+use super::replies::Reply;
+use super::requests::{MAX_MESSAGE, OpenWanted, Request, saved_size, shown_size, transfer_function};
+use super::scene::Scene;
 use super::warming;
 use crate::device::Cancel;
 use crate::error::Error;
@@ -15,39 +18,6 @@ use crate::transfer::{FileFormat, TransferFunction};
 use std::path::Path;
 use std::sync::Arc;
 use std::thread::JoinHandle;
-
-/// A message to a page.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Message {
-    /// JSON.
-    Text(String),
-    /// A picture after its header.
-    Binary(Vec<u8>),
-}
-
-/// The way from the drawing thread to the page.
-#[derive(Clone)]
-pub(super) struct Outgoing(Arc<dyn Fn(Message) + Send + Sync>);
-
-impl Outgoing {
-    pub fn picture(&self, picture: &Picture) {
-        (self.0)(Message::Binary(picture.message()));
-    }
-
-    /// Sends the sentence of an error.
-    pub fn problem(&self, scene: &Scene, error: &Error) {
-        tracing::info!("reported to a page: {error}");
-        self.reply(&Reply::Problem { sentence: &scene.host.sentence(error) });
-    }
-
-    pub fn reply(&self, reply: &Reply) {
-        (self.0)(text(reply));
-    }
-}
-
-pub(super) fn text(reply: &Reply) -> Message {
-    Message::Text(serde_json::to_string(reply).expect("replies are plain data"))
-}
 
 /// The session of a page. Dropping it ends the drawing thread after the kernel that is running.
 pub struct Session {

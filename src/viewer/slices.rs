@@ -1,9 +1,9 @@
 //! Three slices beside the picture, through one point.
 
 use super::encoding::encoded;
-use super::look::PageKernel;
 use super::painter::Painter;
-use super::protocol::{Picture, Reply, Step};
+use super::replies::{Picture, PlacedSlice, Reply, Step};
+use super::requests::{PagePlane, SlicesView};
 use crate::error::Error;
 use crate::image::Frame;
 use crate::layers::Kernel;
@@ -14,7 +14,6 @@ use crate::transfer::TransferFunction;
 use crate::viewport::Viewport;
 use crate::volume::{Grid, Volume};
 use glam::DVec3;
-use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use std::time::Instant;
 
@@ -22,45 +21,6 @@ use std::time::Instant;
 const MOST_PIXELS: usize = 1 << 22;
 /// The pixel whose centre is the point, relative to the smallest spacing.
 const POINT_SCALE: f64 = 1e-3;
-
-/// Slices to draw, all of one size. The newest request wins.
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq)]
-#[serde(deny_unknown_fields)]
-pub(super) struct SlicesView {
-    /// Number of the request; the answer and the picture repeat it.
-    id: u32,
-    /// World point that all slices pass through.
-    point: [f64; 3],
-    planes: [PagePlane; 3],
-    /// Size of each slice in device pixels.
-    width: u32,
-    height: u32,
-    kernel: PageKernel,
-    /// Level and width of a window of grey; `null`: colours of the transfer function.
-    window: Option<[f64; 2]>,
-    /// Thickness of the layer whose opacity colours have; `null`: opaque.
-    thickness: Option<f64>,
-    /// Whether a hand moves.
-    moving: bool,
-}
-
-/// Orientation of a plane: world vectors.
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq)]
-#[serde(deny_unknown_fields)]
-struct PagePlane {
-    right: [f64; 3],
-    up: [f64; 3],
-}
-
-/// Where the pixels of a slice lie: world vectors.
-#[derive(Serialize)]
-pub(super) struct PlacedSlice {
-    /// Upper left corner.
-    corner: [f64; 3],
-    /// To the next pixel on the right, and below.
-    right: [f64; 3],
-    down: [f64; 3],
-}
 
 impl SlicesView {
     /// Checks sizes and numbers, before anything is drawn.

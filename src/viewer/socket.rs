@@ -1,11 +1,13 @@
 //! A page's WebSocket: what goes both ways, and the limits of both.
 
 use super::opening;
-use super::protocol::{OpenWanted, Reply};
+use super::outgoing::{Message as PageMessage, text};
 use super::rate::Rate;
+use super::replies::Reply;
+use super::requests::OpenWanted;
 use super::scene::Scene;
-use super::server::Served;
-use super::session::{Message as PageMessage, Received, Session, text};
+use super::served::Served;
+use super::session::{Received, Session};
 use axum::extract::ws::{CloseFrame, Message, WebSocket, close_code};
 use std::sync::Arc;
 use std::sync::atomic::Ordering;

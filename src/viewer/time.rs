@@ -1,19 +1,11 @@
 //! Sequences in time: the step that a page shows, and the next one, which is read while this one is drawn.
 
-use super::fields::Now;
+use super::drawn::CurrentLook;
 use super::scene::Scene;
 use crate::error::Error;
 use crate::framing::Framing;
 use crate::settings::{Blend, CropBox, Settings};
 use crate::volume::{Grid, Playback, Sequence, Volume};
-
-/// The sequence of a scene.
-pub struct Time {
-    /// Its steps.
-    pub sequence: Sequence,
-    /// A sample of all of them ([`Sequence::overview`]).
-    pub overview: Volume<'static>,
-}
 
 impl Scene {
     /// The sequence, if there is one.
@@ -64,7 +56,7 @@ impl Scene {
     ///
     /// # Errors
     /// Those of reading a step.
-    pub(super) fn framing(&self, settings: &Settings, now: Now) -> Result<Framing, Error> {
+    pub(super) fn framing(&self, settings: &Settings, now: CurrentLook) -> Result<Framing, Error> {
         let transfer = &now.transfers[0];
         let cropped = |framing: Framing, grid: &Grid| match settings.clipping.crop {
             Some(CropBox { lowest, highest }) => framing.cropped(grid, lowest, highest),

@@ -1,14 +1,11 @@
-//! Messages between page and server. The page sends JSON; pictures come back as bytes after a header.
+//! Messages of a page, as JSON, and their limits.
 
-use super::films::Film;
-use super::look::Look;
+use super::look::{Look, PageKernel};
 use super::page_camera::PageCamera;
-use super::reading::Picked;
-use super::slices::{PlacedSlice, SlicesView};
 use crate::error::Error;
 use crate::transfer::{ControlPoint, TransferFunction};
 use crate::viewport::Viewport;
-use serde::{Deserialize, Serialize};
+use serde::Deserialize;
 
 /// Longest message of a page in bytes. A transfer function of 4096 points takes about a third.
 pub(super) const MAX_MESSAGE: usize = 1 << 20;
@@ -194,135 +191,67 @@ pub(super) fn transfer_function(
     TransferFunction::new("page", colors, opacities)
 }
 
-/// A message to the page, as JSON.
-#[derive(Serialize)]
-#[serde(tag = "type", rename_all = "snake_case")]
-pub(super) enum Reply<'a> {
-    /// What the program shows from now on; the page asks for it.
-    Given { camera: PageCamera, look: &'a Look, transfer: NamedTransfer<'a>, others: Vec<NamedTransfer<'a>> },
-    /// A camera that fits.
-    Fitted { camera: PageCamera },
-    /// A transfer function that was asked for.
-    Transfer { name: &'a str, colors: &'a [ControlPoint<[f64; 3]>], opacities: &'a [ControlPoint<f64>] },
-    /// The text of a file that was asked for.
-    Written { name: &'a str, text: &'a str },
-    /// The command that makes the picture. `more`: further files that it reads.
-    Command { line: &'a str, python: &'a str, transfer_name: &'a str, transfer_text: &'a str, more: &'a [NamedText] },
-    /// The command that makes a film, if the program has one, and its files.
-    FilmCommand {
-        id: u32,
-        line: Option<&'a str>,
-        keys_name: &'a str,
-        keys_text: &'a str,
-        transfer_name: &'a str,
-        transfer_text: &'a str,
-        more: &'a [NamedText],
-    },
-    /// How far a film is: pictures done, of how many.
-    Film { id: u32, state: FilmState, done: u32, of: u32 },
-    /// What is seen at a place. `None`: nothing.
-    Picked { id: u32, point: Option<Picked> },
-    /// The slices whose picture follows: their places, and the value at their point, if it lies in the volume.
-    Slices { id: u32, value: Option<f32>, placed: &'a [PlacedSlice] },
-    /// Whether all programs of usual frames are built.
-    Ready { ready: bool },
-    /// No better picture of this view follows the last one.
-    Refined { id: u32 },
-    /// A request that failed: what is wrong and what can be done.
-    Problem { sentence: &'a str },
-}
-
-/// What has become of a film.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub(super) enum FilmState {
-    Drawing,
-    /// All parts were sent.
-    Complete,
-    Cancelled,
-    /// The problem was sent.
-    Failed,
-}
-
-/// A text file beside a command.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub(super) struct NamedText {
-    pub name: String,
-    pub text: String,
-}
-
-/// A transfer function, and its name.
-#[derive(Serialize)]
-pub(super) struct NamedTransfer<'a> {
-    name: &'a str,
-    colors: &'a [ControlPoint<[f64; 3]>],
-    opacities: &'a [ControlPoint<f64>],
-}
-
-impl<'a> From<&'a TransferFunction> for NamedTransfer<'a> {
-    fn from(transfer: &'a TransferFunction) -> Self {
-        Self { name: transfer.name(), colors: transfer.colors(), opacities: transfer.opacities() }
-    }
-}
-
-/// What a picture is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(u8)]
-pub(super) enum Step {
-    Moving = 0,
-    Standard = 1,
-    High = 2,
-    /// With 2 × 2 samples per pixel.
-    Half = 3,
-    /// With 4 × 4 samples per pixel, or of the chosen quality: no picture follows.
-    Last = 4,
-    /// A picture to save.
-    Saved = 5,
-    /// Three slices below each other.
-    Slices = 6,
-    /// Part of a film's file.
-    Part = 7,
-}
-
-/// Format of a picture's bytes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(u8)]
-pub(super) enum Format {
-    Jpeg = 0,
-    Png = 1,
-    Exr = 2,
-    Gif = 3,
-    Apng = 4,
-    Mp4 = 5,
-}
-
-/// A picture, with what the page needs to know about it.
-pub(super) struct Picture {
-    pub step: Step,
-    pub format: Format,
-    /// Number of the request.
+/// A film that a page asks for.
+#[derive(Clone, Debug, Deserialize, PartialEq)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Film {
+    /// Number of the request; answers repeat it.
     pub id: u32,
-    pub size: Viewport,
-    /// Time from the request to the encoded picture.
-    pub milliseconds: f32,
-    pub bytes: Vec<u8>,
+    pub keys: Vec<FilmKey>,
+    pub width: u32,
+    pub height: u32,
+    pub samples: u32,
+    /// Pictures per second.
+    pub rate: u32,
+    pub format: FilmFormat,
 }
 
-/// Bytes before a picture: step, format, two of zero, then id, width and height, then milliseconds; four each, little-endian.
-pub(super) const HEADER: usize = 20;
+/// A camera, its time in seconds, and the step of a sequence that is shown then.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq)]
+#[serde(deny_unknown_fields)]
+pub(super) struct FilmKey {
+    pub time: f64,
+    pub camera: PageCamera,
+    #[serde(default)]
+    pub frame: usize,
+}
 
-impl Picture {
-    /// The message: header and picture.
-    pub fn message(&self) -> Vec<u8> {
-        let mut message = Vec::with_capacity(HEADER + self.bytes.len());
-        message.extend([self.step as u8, self.format as u8, 0, 0]);
-        for number in [self.id, self.size.width, self.size.height] {
-            message.extend(number.to_le_bytes());
-        }
-        message.extend(self.milliseconds.to_le_bytes());
-        message.extend(&self.bytes);
-        message
-    }
+/// Format of a film.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum FilmFormat {
+    Gif,
+    Apng,
+    Mp4,
+}
+
+/// Slices to draw, all of one size. The newest request wins.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq)]
+#[serde(deny_unknown_fields)]
+pub(super) struct SlicesView {
+    /// Number of the request; the answer and the picture repeat it.
+    pub id: u32,
+    /// World point that all slices pass through.
+    pub point: [f64; 3],
+    pub planes: [PagePlane; 3],
+    /// Size of each slice in device pixels.
+    pub width: u32,
+    pub height: u32,
+    pub kernel: PageKernel,
+    /// Level and width of a window of grey; `null`: colours of the transfer function.
+    pub window: Option<[f64; 2]>,
+    /// Thickness of the layer whose opacity colours have; `null`: opaque.
+    pub thickness: Option<f64>,
+    /// Whether a hand moves.
+    pub moving: bool,
+}
+
+/// Orientation of a plane: world vectors.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq)]
+#[serde(deny_unknown_fields)]
+pub(super) struct PagePlane {
+    pub right: [f64; 3],
+    pub up: [f64; 3],
 }
 
 #[cfg(test)]
@@ -367,14 +296,5 @@ mod tests {
         assert!(saved_size(1, 1, 0).is_err() && saved_size(1, 1, 17).is_err() && saved_size(u32::MAX, u32::MAX, 16).is_err());
         let points = vec![(0.0, 0.5); MAX_POINTS + 1];
         assert!(transfer_function(vec![(0.0, [0.0; 3])], points).is_err());
-    }
-
-    #[test]
-    fn a_message_begins_with_its_header() {
-        let size = Viewport { width: 3, height: 2 };
-        let picture = Picture { step: Step::High, format: Format::Png, id: 258, size, milliseconds: 1.5, bytes: vec![7, 8] };
-        let message = picture.message();
-        assert_eq!(message[..HEADER], [2, 1, 0, 0, 2, 1, 0, 0, 3, 0, 0, 0, 2, 0, 0, 0, 0, 0, 192, 63]);
-        assert_eq!(message[HEADER..], [7, 8]);
     }
 }

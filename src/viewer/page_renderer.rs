@@ -1,143 +1,18 @@
-//! What pages draw besides the values of one volume: several fields, colours, or labels, also over the volume. Their voxels are on the device once, for all pages;
-//! how they are shown is each page's own.
+//! The renderers of pages: what they draw, and how a page shows it.
 
+use super::drawn::{ColorKey, CurrentLook, Drawn, LastColors, PageField, PageRenderer, Uploaded};
 use super::look::Look;
-use super::look_fields::{PageChannel, PageLabels};
+use super::look_fields::PageChannel;
 use super::scene::Scene;
 use crate::annotation::{Legend, LegendEntry};
-use crate::device::Device;
 use crate::error::Error;
 use crate::framing::Framing;
-use crate::renderer::{Channel, FieldKind, Renderer, UploadedColors, UploadedVolume, VolumeRenderer, volume_renderer};
-use crate::settings::{Blend, GradientOpacity, Settings};
-use crate::shown::{IndexedLabels, Shown, legend_of};
+use crate::renderer::{Channel, FieldKind, Renderer, UploadedColors, UploadedVolume, volume_renderer};
+use crate::settings::{Blend, Settings};
+use crate::shown::{Shown, legend_of};
 use crate::transfer::TransferFunction;
-use crate::volume::{LabelTable, Labels, Volume};
-use std::sync::{Arc, Mutex, PoisonError};
-
-/// What a page draws.
-#[derive(Default)]
-pub enum Drawn {
-    /// The values of the volume.
-    #[default]
-    One,
-    /// Several fields. The first is the volume.
-    Several(Vec<PageField>),
-    /// Colours or labels instead of values.
-    Shown(Shown),
-    /// The values of the volume in the colours of labels, which lie where they colour it ([`Labels::over`]).
-    LabelColors(IndexedLabels),
-}
-
-/// One of several fields. Whether it is visible, its factor and its colour are part of the look ([`PageChannel`]).
-pub struct PageField {
-    /// Name.
-    pub name: String,
-    /// Its volume.
-    pub volume: Volume<'static>,
-    /// Its first transfer function.
-    pub transfer: TransferFunction,
-    /// Value of its iso-surface, if it has one of its own.
-    pub iso: Option<f64>,
-    /// Opacity by gradient magnitude, if it has one of its own.
-    pub gradient_opacity: Option<GradientOpacity>,
-}
-
-/// Voxels that all pages share.
-pub(super) enum Uploaded {
-    /// None: the volume is streamed, or a step of a sequence, which each page has on its own.
-    Own,
-    One(Box<UploadedVolume>),
-    Several(Vec<UploadedVolume>),
-    /// Components or indices of labels, and the colours that pages have made of them.
-    Shown(Vec<UploadedVolume>, Last<UploadedColors>),
-}
-
-/// The colours that a page made last, and what of: pages that show the same ones, and pictures that are saved, share them.
-pub(super) struct Last<T>(Mutex<Option<(ColorKey, Arc<T>)>>);
-
-/// What colours depend on besides the voxels.
-#[derive(PartialEq)]
-pub(super) enum ColorKey {
-    Opacities(Vec<(f64, f64)>),
-    Labels(PageLabels),
-}
-
-/// How a page shows its fields.
-#[derive(Clone, Copy)]
-pub(super) struct Now<'a> {
-    pub look: &'a Look,
-    /// Those of all fields.
-    pub transfers: &'a [TransferFunction],
-}
-
-/// A renderer of a page.
-pub(super) type PageRenderer = dyn VolumeRenderer<'static> + Send;
-
-impl<T> Default for Last<T> {
-    fn default() -> Self {
-        Self(Mutex::default())
-    }
-}
-
-impl<T> Last<T> {
-    /// The colours for a key: those at hand, or new ones.
-    fn get(&self, key: ColorKey, make: impl FnOnce() -> Result<T, Error>) -> Result<Arc<T>, Error> {
-        let mut last = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some((_, colors)) = last.as_ref().filter(|(known, _)| *known == key) {
-            return Ok(colors.clone());
-        }
-        let colors = Arc::new(make()?);
-        *last = Some((key, colors.clone()));
-        Ok(colors)
-    }
-}
-
-impl Drawn {
-    /// What a renderer draws of it.
-    pub fn kind(&self) -> FieldKind {
-        match self {
-            Self::One => FieldKind::One,
-            Self::Several(_) => FieldKind::Several,
-            Self::Shown(shown) => shown.kind(),
-            Self::LabelColors(_) => FieldKind::LabelColors,
-        }
-    }
-
-    /// The labels, if it has some.
-    pub(super) fn labels(&self) -> Option<&Labels> {
-        match self {
-            Self::One | Self::Several(_) => None,
-            Self::Shown(shown) => shown.labels(),
-            Self::LabelColors(all) => Some(all.labels()),
-        }
-    }
-
-    /// Uploads the voxels of what is no single volume.
-    pub(super) fn upload(&self, device: &Device) -> Result<Option<Uploaded>, Error> {
-        Ok(match self {
-            Self::One | Self::LabelColors(_) => None,
-            Self::Several(fields) => {
-                let uploaded = fields.iter().map(|field| UploadedVolume::new(device, &field.volume));
-                Some(Uploaded::Several(uploaded.collect::<Result<_, _>>()?))
-            }
-            Self::Shown(shown) => Some(Uploaded::Shown(shown.upload(device)?, Last::default())),
-        })
-    }
-
-    /// The fields, if there are several.
-    pub(super) fn fields(&self) -> &[PageField] {
-        if let Self::Several(fields) = self { fields } else { &[] }
-    }
-}
-
-impl PageField {
-    fn channel(&self, volume: &UploadedVolume, transfer: &TransferFunction, shown: &PageChannel) -> Result<Channel, Error> {
-        let channel = Channel::new(volume, transfer).with_visibility(shown.visible).with_factor(shown.factor)?;
-        let channel = self.gradient_opacity.map_or(channel.clone(), |opacity| channel.with_gradient_opacity(opacity));
-        Ok(self.iso.map_or(channel.clone(), |value| channel.with_iso(value)))
-    }
-}
+use crate::volume::{LabelTable, Volume};
+use std::sync::Arc;
 
 impl Scene {
     /// What a renderer of the scene draws.
@@ -167,7 +42,7 @@ impl Scene {
     ///
     /// # Errors
     /// Insufficient memory of the device, and looks that do not go with the fields.
-    pub(super) fn page_renderer(&self, volume: &Volume<'static>, now: Now) -> Result<Box<PageRenderer>, Error> {
+    pub(super) fn page_renderer(&self, volume: &Volume<'static>, now: CurrentLook) -> Result<Box<PageRenderer>, Error> {
         let device = &self.opening.device;
         let mut renderer: Box<PageRenderer> = match &self.uploaded {
             // The colours of labels need the whole volume.
@@ -183,7 +58,7 @@ impl Scene {
     }
 
     /// Draws the volume in the colours of labels, if there are some.
-    fn set_label_colors(&self, renderer: &mut PageRenderer, now: Now) -> Result<(), Error> {
+    fn set_label_colors(&self, renderer: &mut PageRenderer, now: CurrentLook) -> Result<(), Error> {
         let Drawn::LabelColors(all) = &self.opening.drawn else { return Ok(()) };
         let make = || all.over_scan(&self.opening.device, &self.tables(now.look)?);
         let colors = self.label_colors.get(ColorKey::Labels(now.look.labels.clone()), make)?;
@@ -194,7 +69,7 @@ impl Scene {
     ///
     /// # Errors
     /// Insufficient memory of the device, and looks that do not go with the fields: the renderer stays as it was.
-    pub(super) fn update(&self, renderer: &mut PageRenderer, now: Now) -> Result<(), Error> {
+    pub(super) fn update(&self, renderer: &mut PageRenderer, now: CurrentLook) -> Result<(), Error> {
         match &self.uploaded {
             Uploaded::Own | Uploaded::One(_) => {
                 renderer.set_transfer_function(&now.transfers[0]);
@@ -212,7 +87,7 @@ impl Scene {
         Ok(())
     }
 
-    fn channels(&self, uploaded: &[UploadedVolume], now: Now) -> Result<Vec<Channel>, Error> {
+    fn channels(&self, uploaded: &[UploadedVolume], now: CurrentLook) -> Result<Vec<Channel>, Error> {
         let shown = now.look.channels_of(uploaded.len())?;
         let fields = self.opening.drawn.fields().iter().zip(uploaded);
         fields
@@ -222,7 +97,12 @@ impl Scene {
             .collect()
     }
 
-    fn colors(&self, uploaded: &[UploadedVolume], made: &Last<UploadedColors>, now: Now) -> Result<Arc<UploadedColors>, Error> {
+    fn colors(
+        &self,
+        uploaded: &[UploadedVolume],
+        made: &LastColors<UploadedColors>,
+        now: CurrentLook,
+    ) -> Result<Arc<UploadedColors>, Error> {
         let Drawn::Shown(shown) = &self.opening.drawn else {
             unreachable!("colours are made of what is shown instead of values")
         };
@@ -267,7 +147,7 @@ impl Scene {
     ///
     /// # Errors
     /// Looks that do not go with the fields.
-    pub(super) fn framing_of_fields(&self, settings: &Settings, now: Now) -> Result<Option<Framing>, Error> {
+    pub(super) fn framing_of_fields(&self, settings: &Settings, now: CurrentLook) -> Result<Option<Framing>, Error> {
         let fields = match &self.opening.drawn {
             Drawn::One | Drawn::LabelColors(_) => return Ok(None),
             Drawn::Shown(shown) => return Ok(Some(shown.framing(&now.transfers[0], &self.tables(now.look)?))),
