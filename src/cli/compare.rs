@@ -31,7 +31,7 @@ pub(super) struct Arguments {
 struct Report {
     #[serde(flatten)]
     comparison: Comparison,
-    /// Of both pictures.
+    /// Roughness of both pictures.
     roughness: [Option<f64>; 2],
 }
 

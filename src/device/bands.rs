@@ -77,7 +77,7 @@ impl Bands {
 /// How many work-items of a kernel fit into a band, from the times of earlier bands.
 #[derive(Debug, Default)]
 pub(super) struct BandSize {
-    /// Of the slowest recent band; 0 if unknown.
+    /// Time of the slowest recent band; 0 if unknown.
     seconds_per_item: f64,
     /// Most work-items of the next band: twice those of the largest that was timed.
     most: usize,

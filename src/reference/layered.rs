@@ -30,7 +30,7 @@ pub struct Layered<'a> {
     pub(super) classification: Classification,
     region: Region,
     shadow_rays: Option<ShadowRays<'a>>,
-    /// Of the extinction.
+    /// Factor of the extinction.
     factor: f64,
     /// Fields that are drawn together with this one.
     others: Vec<Layered<'a>>,

@@ -42,7 +42,7 @@ struct Absorber<'a> {
     field: Field,
     volume: &'a Volume<'a>,
     transfer: &'a TransferFunction,
-    /// Of the extinction.
+    /// Factor of the extinction.
     factor: f64,
     region: Region,
     /// From voxels of the first field.

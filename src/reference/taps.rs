@@ -14,12 +14,12 @@ impl Taps {
     /// Largest number of taps, that of the Gaussian's slopes.
     const MOST: usize = 6;
 
-    /// Of the value at x.
+    /// Weights of the value at x.
     pub fn weights(kernel: Kernel, x: f64) -> Self {
         Self::new(x, kernel.radius(), |x| kernel.weight(x))
     }
 
-    /// Of the slope at x.
+    /// Weights of the slope at x.
     pub fn slopes(kernel: Kernel, x: f64) -> Self {
         let radius = match kernel {
             // Central differences of the weights reach one voxel further.

@@ -108,7 +108,7 @@ fn offset(n: u32) -> [f64; 2] {
 /// Rays beside the middles of pixels.
 #[derive(Clone, Copy)]
 pub(crate) struct Jitter {
-    /// In pixels, to the right and down.
+    /// Pixels to the right and down.
     offset: [f64; 2],
     /// Rays per side of a pixel, in all frames together.
     parts: u32,

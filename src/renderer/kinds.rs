@@ -51,7 +51,7 @@ impl FieldKind {
     pub fn check_slices(self) -> Result<(), Error> {
         match self {
             Self::One => Ok(()),
-            Self::LabelColors => refuse_label_colors("slices are drawn without: omit them"),
+            Self::LabelColors => refuse_label_colors("slices do not show them: omit them"),
             Self::Several => refuse("slices show one channel: show one alone"),
             Self::Colors | Self::Labels => refuse("slices show single values, which colours and labels do not have"),
         }
@@ -71,13 +71,13 @@ fn check_label_colors(settings: &Settings) -> Result<(), Error> {
     check_tinted(settings)?;
     match settings.algorithm {
         Algorithm::Layered(Layered { evaluation: Evaluation::Direct, .. }) => {
-            refuse_label_colors("layers per pixel are drawn without: omit them, or choose layers on a lattice or ray casting")
+            refuse_label_colors("layers per pixel do not show them: omit them, or choose layers on a lattice or ray casting")
         }
         Algorithm::Layered(Layered { classification: Classification::Post(_), .. }) => {
-            refuse_label_colors("splatted layers are drawn without: omit them, or choose pre-integrated layers or ray casting")
+            refuse_label_colors("splatted layers do not show them: omit them, or choose pre-integrated layers or ray casting")
         }
         Algorithm::Layered(_) | Algorithm::Raycast { .. } => Ok(()),
-        _ => refuse_label_colors("this algorithm draws without: omit them, or choose pre-integrated layers or ray casting"),
+        _ => refuse_label_colors("this algorithm does not show them: omit them, or choose pre-integrated layers or ray casting"),
     }
 }
 

@@ -4,7 +4,8 @@ use super::{LayerAxis, Layered};
 use crate::error::Error;
 use crate::layers::Kernel;
 
-/// Rendering algorithm. All but layered splatting are implemented for the comparisons of the paper.
+/// Rendering algorithm. Layered splatting casts rays by itself where no lattice applies. Ray casting approaches the converged integral. Sheets
+/// and slicing are the systems that the paper compares with.
 ///
 /// ```
 /// use layersplat::Kernel;

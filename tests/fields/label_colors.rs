@@ -273,7 +273,7 @@ fn mistakes_are_named() {
         let error = renderer.render(&camera, SIZE, &settings).err().unwrap();
         assert!(matches!(&error, Error::Settings { field: found, .. } if *found == field), "{error}");
     }
-    // And none again.
+    // Without labels again.
     renderer.set_label_colors(None).unwrap();
     assert!(
         renderer.render(&camera, SIZE, &Settings::default()).unwrap().0 == drawn(&device(), None, &camera, &Settings::default())

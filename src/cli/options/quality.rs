@@ -29,7 +29,7 @@ pub(in crate::cli) struct QualityOptions {
     /// Samples per layer, 1 to 8; with --classification post 1 to 16 [default: by --quality, more where opacity is steep]
     #[arg(long, value_parser = parse::sub_layers, value_name = "N", allow_hyphen_values = true)]
     sublayers: Option<u32>,
-    /// Scaling of opacity with the length of a ray segment
+    /// How opacity grows with the length of a ray segment
     #[arg(long, value_name = "NAME", value_parser = names::of_enum::<ExtinctionName>())]
     extinction: Option<ExtinctionName>,
     /// Estimation of gradients: central (differences), sobel (smoothed, hides terraces and noise), gaussian:SIGMA (smoothed more, SIGMA 0.3 to

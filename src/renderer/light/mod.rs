@@ -186,7 +186,7 @@ impl Scene<'_> {
         Ok(Illumination { lights, sky })
     }
 
-    /// Of each field.
+    /// The medium of each field.
     fn media(&mut self) -> Result<Vec<Medium>, Error> {
         self.for_each_channel(|scene| Ok(Medium::new(scene.settings)))
     }

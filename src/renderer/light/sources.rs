@@ -123,7 +123,7 @@ impl LightSources {
 }
 
 impl LightVolumeParams {
-    /// Without light volumes.
+    /// Parameters of frames without light volumes.
     pub(in crate::renderer) const NONE: Self = Self {
         shadow_scale: 0.0,
         sky_scale: 0.0,
