@@ -5,8 +5,8 @@ use std::path::Path;
 use std::process::Command;
 
 /// Dependencies of the command and its viewer only.
-const OF_THE_COMMAND: [&str; 9] =
-    ["axum", "clap", "cpu-time", "hyper", "indicatif", "plotters", "signal-hook", "tokio", "tracing-subscriber"];
+const OF_THE_COMMAND: [&str; 8] =
+    ["axum", "clap", "cpu-time", "hyper", "indicatif", "signal-hook", "tokio", "tracing-subscriber"];
 
 /// All crates that are built with these features.
 fn dependencies(features: &[&str]) -> BTreeSet<String> {

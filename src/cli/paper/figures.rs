@@ -112,6 +112,8 @@ pub(super) fn extinction(laboratory: &Laboratory, page: &mut Page) -> Result<(),
 /// Fig. 4 (a): transmittance curves, with points measured on a homogeneous cube.
 pub(super) fn curves(laboratory: &Laboratory, page: &mut Page) -> Result<(), Error> {
     const MOST: f64 = 2.0;
+    const BLUE: &str = "#145ab4";
+    const RED: &str = "#c8461e";
     laboratory.bar.set_message("fig4");
     let curve = |f: fn(f64) -> f64| (0..=100).map(|i| f64::from(i) / 100.0 * MOST).map(|x| (x, f(x))).collect();
     let exponential: fn(f64) -> f64 = |x| (-x).exp();
@@ -135,13 +137,13 @@ pub(super) fn curves(laboratory: &Laboratory, page: &mut Page) -> Result<(), Err
     let line = |name, color, points| Series { name, color, points, measured: false };
     let dots = |name, color, points| Series { name, color, points, measured: true };
     let series = [
-        line("e^−τΔt", (20, 90, 180), curve(exponential)),
-        line("max(0, 1 − τΔt)", (200, 70, 30), curve(linear)),
-        line("difference", (120, 120, 120), curve(difference)),
-        dots("measured, exponential", (20, 90, 180), by_exponential),
-        dots("measured, linear", (200, 70, 30), by_linear),
+        line("e^−τΔt", BLUE, curve(exponential)),
+        line("max(0, 1 − τΔt)", RED, curve(linear)),
+        line("difference", "#787878", curve(difference)),
+        dots("measured, exponential", BLUE, by_exponential),
+        dots("measured, linear", RED, by_linear),
     ];
-    let drawing = svg((0.0, MOST), (0.0, 1.0), ["τΔt", "transmittance of a layer"], &series);
+    let drawing = svg([MOST, 1.0], ["τΔt", "transmittance of a layer"], &series);
     page.drawing(
         "fig4.svg",
         "Transmittance of one layer: e^−τΔt, the first two terms of its series, and their difference",

@@ -1,48 +1,54 @@
 //! Curves and measured points, as an SVG drawing.
 
-use plotters::prelude::*;
+/// Size of the drawing in pixels.
+const SIZE: [u32; 2] = [720, 480];
+/// The area in which series are drawn: left, top, width and height.
+const AREA: [f64; 4] = [64.0, 16.0, 640.0, 408.0];
+/// Intervals between the numbers of an axis.
+const TICKS: u32 = 10;
 
 /// A curve, or measured points.
 pub(super) struct Series {
     pub name: &'static str,
-    pub color: (u8, u8, u8),
+    /// Colour in SVG.
+    pub color: &'static str,
     pub points: Vec<(f64, f64)>,
     /// Draws dots instead of a line.
     pub measured: bool,
 }
 
-/// Draws series over the ranges `x` and `y`, with axis labels and a legend.
-pub(super) fn svg(x: (f64, f64), y: (f64, f64), labels: [&str; 2], series: &[Series]) -> String {
-    let mut text = String::new();
-    draw(&mut text, x, y, labels, series).expect("drawing into a string does not fail");
-    text
-}
-
-type Drawn = Result<(), Box<dyn std::error::Error>>;
-
-fn draw(text: &mut String, x: (f64, f64), y: (f64, f64), labels: [&str; 2], series: &[Series]) -> Drawn {
-    let root = SVGBackend::with_string(text, (720, 480)).into_drawing_area();
-    root.fill(&WHITE)?;
-    let mut chart =
-        ChartBuilder::on(&root).margin(16).x_label_area_size(40).y_label_area_size(48).build_cartesian_2d(x.0..x.1, y.0..y.1)?;
-    chart.configure_mesh().x_desc(labels[0]).y_desc(labels[1]).light_line_style(WHITE).draw()?;
-    for s in series {
-        let color = RGBColor(s.color.0, s.color.1, s.color.2);
-        let swatch = move |(x, y): (i32, i32)| Rectangle::new([(x, y - 4), (x + 16, y + 4)], color.filled());
-        let drawn = if s.measured {
-            chart.draw_series(s.points.iter().map(|&p| Circle::new(p, 4, color.filled())))?
-        } else {
-            chart.draw_series(LineSeries::new(s.points.iter().copied(), color.stroke_width(2)))?
-        };
-        drawn.label(s.name).legend(swatch);
+/// Draws series from 0 to `largest`, with axis labels and a legend.
+pub(super) fn svg(largest: [f64; 2], labels: [&str; 2], series: &[Series]) -> String {
+    let ([width, height], [left, top, across, down]) = (SIZE, AREA);
+    let bottom = top + down;
+    let place = |&(x, y): &(f64, f64)| (left + x / largest[0] * across, bottom - y / largest[1] * down);
+    let text = |x: f64, y: f64, anchor: &str, text: &str| format!("<text x='{x}' y='{y}' text-anchor='{anchor}'>{text}</text>\n");
+    let mut svg = format!(
+        "<svg xmlns='http://www.w3.org/2000/svg' width='{width}' height='{height}' font-family='sans-serif' font-size='12'>\n\
+         <rect width='{width}' height='{height}' fill='white'/>\n"
+    );
+    for tick in 0..=TICKS {
+        let share = f64::from(tick) / f64::from(TICKS);
+        let (x, y) = place(&(share * largest[0], share * largest[1]));
+        let line = format!("<path d='M{x:.1} {bottom}v4M{left} {y:.1}h-4' stroke='black'/>\n");
+        let [below, beside] = largest.map(|largest| format!("{:.1}", share * largest));
+        svg += &[line, text(x, bottom + 18.0, "middle", &below), text(left - 8.0, y + 4.0, "end", &beside)].concat();
     }
-    chart
-        .configure_series_labels()
-        .position(SeriesLabelPosition::UpperRight)
-        .background_style(WHITE.mix(0.8))
-        .border_style(BLACK)
-        .draw()?;
-    root.present()?;
-    drop(chart);
-    Ok(())
+    svg += &text(left + across / 2.0, bottom + 40.0, "middle", labels[0]);
+    svg += &format!("<g transform='translate(16 {}) rotate(-90)'>{}</g>\n", top + down / 2.0, text(0.0, 0.0, "middle", labels[1]));
+    for Series { color, points, measured, .. } in series {
+        let points = points.iter().map(place);
+        svg += &if *measured {
+            points.map(|(x, y)| format!("<circle cx='{x:.1}' cy='{y:.1}' r='4' fill='{color}'/>\n")).collect::<String>()
+        } else {
+            let points = points.map(|(x, y)| format!("{x:.1},{y:.1}")).collect::<Vec<_>>().join(" ");
+            format!("<polyline points='{points}' fill='none' stroke='{color}' stroke-width='2'/>\n")
+        };
+    }
+    for (n, Series { name, color, .. }) in series.iter().enumerate() {
+        let y = top + 20.0 * (n as f64 + 1.0);
+        let swatch = format!("<rect x='{}' y='{}' width='16' height='8' fill='{color}'/>\n", left + across - 24.0, y - 8.0);
+        svg += &[swatch, text(left + across - 32.0, y, "end", name)].concat();
+    }
+    svg + &format!("<rect x='{left}' y='{top}' width='{across}' height='{down}' fill='none' stroke='black'/>\n</svg>\n")
 }
