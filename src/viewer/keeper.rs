@@ -186,7 +186,7 @@ mod tests {
     use super::*;
     use crate::image::Background;
     use crate::settings::Settings;
-    use crate::viewer::films::FilmFormat;
+    use crate::viewer::requests::FilmFormat;
 
     fn order(id: u32) -> Order {
         let film = Film { id, keys: Vec::new(), width: 1, height: 1, samples: 1, rate: 1, format: FilmFormat::Gif };

@@ -10,7 +10,6 @@ use crate::framing::Framing;
 use crate::renderer::{Channel, FieldKind, Renderer, UploadedColors, UploadedVolume, volume_renderer};
 use crate::settings::{Blend, Settings};
 use crate::shown::{Shown, legend_of};
-use crate::transfer::TransferFunction;
 use crate::volume::{LabelTable, Volume};
 use std::sync::Arc;
 

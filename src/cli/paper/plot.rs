@@ -35,7 +35,8 @@ pub(super) fn svg(largest: [f64; 2], labels: [&str; 2], series: &[Series]) -> St
         svg += &[line, text(x, bottom + 18.0, "middle", &below), text(left - 8.0, y + 4.0, "end", &beside)].concat();
     }
     svg += &text(left + across / 2.0, bottom + 40.0, "middle", labels[0]);
-    svg += &format!("<g transform='translate(16 {}) rotate(-90)'>{}</g>\n", top + down / 2.0, text(0.0, 0.0, "middle", labels[1]));
+    svg +=
+        &format!("<g transform='translate(16 {}) rotate(-90)'>{}</g>\n", top + down / 2.0, text(0.0, 0.0, "middle", labels[1]));
     for Series { color, points, measured, .. } in series {
         let points = points.iter().map(place);
         svg += &if *measured {
