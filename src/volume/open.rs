@@ -44,7 +44,7 @@ impl Unseen<'static> {
                 let layers = choose(grid.dims());
                 let [held, own] = layers.boxes(grid.dims());
                 let voxels = builtin::layers(&name, &*made, grid.dims(), &layers.held)?;
-                Ok(Self { background: Some(0.0), ..Self::new(name, grid, held, own, voxels)? })
+                Ok(Self::new(name, grid, held, own, voxels)?.with_background(0.0))
             }
             None => format::layers(source, options, choose),
         }

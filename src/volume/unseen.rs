@@ -31,7 +31,7 @@ pub(crate) struct Unseen<'a> {
     name: String,
     grid: Grid,
     rescale: Rescale,
-    pub(super) background: Option<f64>,
+    background: Option<f64>,
     held: VoxelBox,
     own: VoxelBox,
     voxels: Found<'a>,
@@ -67,6 +67,11 @@ impl Unseen<'static> {
 }
 
 impl<'a> Unseen<'a> {
+    /// Sets the value around the volume.
+    pub fn with_background(self, background: f64) -> Self {
+        Self { background: Some(background), ..self }
+    }
+
     /// The voxels of `held`; this process owns those in `own`.
     ///
     /// # Errors
