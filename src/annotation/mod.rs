@@ -63,7 +63,7 @@ pub struct Annotations {
 /// The scene in a picture, as annotations need it.
 ///
 /// ```
-/// use layersplat::annotation::{Annotations, Shown};
+/// use layersplat::annotation::{Annotations, AnnotatedView};
 /// use layersplat::settings::Blend;
 /// use layersplat::{Background, Camera, Frame, Orbit, OpenOptions, TransferFunction, Viewport, Volume};
 ///
@@ -71,13 +71,13 @@ pub struct Annotations {
 /// let (grid, transfer, viewport) = (volume.grid(), TransferFunction::builtin("fire", &volume)?, Viewport::new(96, 64)?);
 /// let camera = Camera::fit_parallel(grid.centre(), grid.diagonal(), viewport, Orbit::default());
 /// let empty = Frame::new(viewport, vec![[0.0; 4]; viewport.pixels()]);
-/// let shown = Shown { camera: &camera, grid, transfer: &transfer, blend: Blend::Composite, background: Background::BLACK };
+/// let shown = AnnotatedView { camera: &camera, grid, transfer: &transfer, blend: Blend::Composite, background: Background::BLACK };
 /// let annotations = Annotations { bounding_box: true, ..Annotations::default() };
 /// assert!(annotations.drawn(empty, shown)?.pixels().iter().any(|pixel| pixel[3] > 0.0));
 /// # Ok::<(), layersplat::Error>(())
 /// ```
 #[derive(Clone, Copy)]
-pub struct Shown<'a> {
+pub struct AnnotatedView<'a> {
     /// Camera of the frame.
     pub camera: &'a Camera,
     /// Grid of the volume.
@@ -182,7 +182,7 @@ impl Annotations {
     ///
     /// # Errors
     /// If the camera is invalid, or memory is insufficient.
-    pub fn drawn(&self, frame: Frame, shown: Shown) -> Result<Frame, Error> {
+    pub fn drawn(&self, frame: Frame, shown: AnnotatedView) -> Result<Frame, Error> {
         let size = Viewport::new(frame.width(), frame.height())?;
         self.drawn_beside(frame, size, shown)
     }
@@ -192,7 +192,7 @@ impl Annotations {
     ///
     /// # Errors
     /// If the frame is larger than `size`, the camera or the font size is invalid, or memory is insufficient.
-    pub fn drawn_beside(&self, frame: Frame, size: Viewport, shown: Shown) -> Result<Frame, Error> {
+    pub fn drawn_beside(&self, frame: Frame, size: Viewport, shown: AnnotatedView) -> Result<Frame, Error> {
         let inner = Viewport::new(frame.width(), frame.height())?;
         let frame = frame.within(size)?;
         if self.is_empty() {

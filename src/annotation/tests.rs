@@ -16,8 +16,13 @@ fn drawn(annotations: &Annotations, fill: [f32; 4], projection: Projection) -> F
     let (grid, transfer, viewport) = scene();
     let camera = camera(&grid, 0.0, projection);
     let frame = Frame::new(viewport, vec![fill; viewport.pixels()]);
-    let shown =
-        Shown { camera: &camera, grid: &grid, transfer: &transfer, blend: Blend::Composite, background: Background::BLACK };
+    let shown = AnnotatedView {
+        camera: &camera,
+        grid: &grid,
+        transfer: &transfer,
+        blend: Blend::Composite,
+        background: Background::BLACK,
+    };
     annotations.drawn(frame, shown).unwrap()
 }
 
@@ -48,8 +53,13 @@ fn the_volume_hides_what_is_behind_it() {
     let (grid, transfer, viewport) = scene();
     let bounding_box = Annotations { bounding_box: true, ..Annotations::default() };
     let camera = Camera::orbit(grid.centre(), 200.0, Orbit { azimuth: 30.0, elevation: 25.0, roll: 0.0 }, PARALLEL);
-    let shown =
-        Shown { camera: &camera, grid: &grid, transfer: &transfer, blend: Blend::Composite, background: Background::BLACK };
+    let shown = AnnotatedView {
+        camera: &camera,
+        grid: &grid,
+        transfer: &transfer,
+        blend: Blend::Composite,
+        background: Background::BLACK,
+    };
     let on = |fill| bounding_box.drawn(Frame::new(viewport, vec![fill; viewport.pixels()]), shown).unwrap();
     let count = |frame: &Frame, bare: [f32; 4]| frame.pixels().iter().filter(|&&pixel| pixel != bare).count();
     let (empty, opaque) = (count(&on([0.0; 4]), [0.0; 4]), count(&on([0.5, 0.5, 0.5, 1.0]), [0.5, 0.5, 0.5, 1.0]));
@@ -77,7 +87,7 @@ fn the_legend_shows_what_the_blend_mode_shows() {
     let camera = camera(&grid, 0.0, PARALLEL);
     let legend = Annotations { legend: true, ..Annotations::default() };
     let left = |blend| {
-        let shown = Shown { camera: &camera, grid: &grid, transfer: &transfer, blend, background: Background::BLACK };
+        let shown = AnnotatedView { camera: &camera, grid: &grid, transfer: &transfer, blend, background: Background::BLACK };
         let frame = legend.drawn(Frame::new(viewport, vec![[0.0; 4]; viewport.pixels()]), shown).unwrap();
         // The leftmost drawn column of each row.
         let first = |row: u32| (100..200).find(|&column| frame.pixel(column, row)[3] > 0.5).unwrap_or(200);
@@ -145,7 +155,7 @@ fn odd_views_do_no_harm() {
             view_up: DVec3::Y,
             projection: Projection::Perspective { field_of_view: 150.0 },
         };
-        let shown = Shown {
+        let shown = AnnotatedView {
             camera: &inside,
             grid: &grid,
             transfer: &transfer,
@@ -168,8 +178,13 @@ fn annotations_have_room_of_their_own() {
         assert!(inner.width > width / 2 && inner.height > height / 2, "{inner:?}");
         // The camera is so near that the box reaches beyond the frame.
         let camera = camera(&grid, 30.0, Projection::Parallel { scale: 8.0 });
-        let shown =
-            Shown { camera: &camera, grid: &grid, transfer: &transfer, blend: Blend::Composite, background: Background::BLACK };
+        let shown = AnnotatedView {
+            camera: &camera,
+            grid: &grid,
+            transfer: &transfer,
+            blend: Blend::Composite,
+            background: Background::BLACK,
+        };
         let fill = [0.1, 0.2, 0.3, 0.7];
         let frame = || Frame::new(inner, vec![fill; inner.pixels()]);
         let is_inside = |n: usize| n % (width as usize) < inner.width as usize && n / (width as usize) < inner.height as usize;
@@ -194,7 +209,7 @@ fn letters_have_the_size_that_is_asked_for() {
     let (grid, transfer, _) = scene();
     let camera = camera(&grid, 0.0, PARALLEL);
     let background = Background::BLACK;
-    let shown = Shown { camera: &camera, grid: &grid, transfer: &transfer, blend: Blend::Composite, background };
+    let shown = AnnotatedView { camera: &camera, grid: &grid, transfer: &transfer, blend: Blend::Composite, background };
     let mut widths = Vec::new();
     for (font_size, capitals) in [(None, 9), (Some(12.0), 9), (Some(18.0), 13), (Some(25.0), 18), (Some(50.0), 36)] {
         let size = Viewport::new(620, 560).unwrap();
@@ -223,7 +238,7 @@ fn the_legend_alone_is_that_beside_a_picture() {
     let camera = camera(&grid, 0.0, Projection::Perspective { field_of_view: 30.0 });
     let background = Background::BLACK;
     for (blend, font_size) in [(Blend::Composite, None), (Blend::Maximum, None), (Blend::Composite, Some(7.5))] {
-        let shown = Shown { camera: &camera, grid: &grid, transfer: &transfer, blend, background };
+        let shown = AnnotatedView { camera: &camera, grid: &grid, transfer: &transfer, blend, background };
         let legend = Annotations { legend: true, units: Some("HU".into()), font_size, ..Annotations::default() };
         let whole = legend.drawn(Frame::new(size, vec![[0.0; 4]; size.pixels()]), shown).unwrap();
         let bar = legend.legend_alone(size, &transfer, blend, background).unwrap();

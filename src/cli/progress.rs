@@ -14,7 +14,7 @@ pub(super) fn show_tasks() {
     if !std::io::stderr().is_terminal() {
         return;
     }
-    let shown = Mutex::new(Shown::default());
+    let shown = Mutex::new(CurrentTask::default());
     progress::watch(move |what, done, total| shown.lock().unwrap_or_else(PoisonError::into_inner).update(what, done, total));
 }
 
@@ -29,13 +29,13 @@ fn style(template: &str) -> ProgressStyle {
 
 /// The current task: its name, start time, and bar if shown.
 #[derive(Default)]
-struct Shown {
+struct CurrentTask {
     what: String,
     started: Option<Instant>,
     bar: Option<ProgressBar>,
 }
 
-impl Shown {
+impl CurrentTask {
     fn update(&mut self, what: &str, done: u64, total: u64) {
         let finished = total > 0 && done >= total;
         // A nested task that ends leaves the bar of the outer one alone.
@@ -72,7 +72,7 @@ mod tests {
 
     #[test]
     fn tasks_are_shown_while_they_last() {
-        let mut shown = Shown::default();
+        let mut shown = CurrentTask::default();
         shown.update("reading", 1, 10);
         assert!(shown.started.is_some() && shown.bar.is_none());
         // As if started long ago.

@@ -1,7 +1,7 @@
 //! The scene of a picture, built from the shared options.
 
 use super::blending::BlendOptions;
-use super::channels::{ChannelOptions, Field, Look};
+use super::channels::{ChannelOptions, Field, FieldLook};
 use super::check;
 use super::colors::ColorOptions;
 use super::options::{
@@ -59,7 +59,7 @@ pub(super) struct Scene {
     pub volume: Volume<'static>,
     pub transfer: TransferFunction,
     /// How the volume is shown beside other fields.
-    pub look: Look,
+    pub look: FieldLook,
     /// Fields that are drawn together with the volume.
     pub others: Vec<Field>,
     /// Colours or labels that are shown instead of values.
@@ -230,7 +230,7 @@ impl Scene {
 
     /// Whether the volume is drawn together with others, or not as one alone.
     pub fn has_channels(&self) -> bool {
-        !self.others.is_empty() || self.look != Look::default()
+        !self.others.is_empty() || self.look != FieldLook::default()
     }
 
     /// Id of the label that is seen at a position, or 0; `None` if there are no labels.

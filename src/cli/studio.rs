@@ -8,7 +8,7 @@ use super::options::{CameraOptions, EncodingOptions, Fit};
 use super::parse;
 use super::scene::Scene;
 use super::viewer::Viewer;
-use crate::annotation::{Annotations, Shown, VectorFormat};
+use crate::annotation::{AnnotatedView, Annotations, VectorFormat};
 use crate::camera::Camera;
 use crate::error::Error;
 use crate::image::{Background, Depths, Frame};
@@ -154,7 +154,7 @@ impl<'a> Studio<'a> {
             eprintln!("layersplat: {notice}");
         }
         let frame = if self.options.samples > 1 { frame.averaged(self.options.samples)? } else { frame };
-        let shown = Shown {
+        let shown = AnnotatedView {
             camera,
             grid: &self.grid,
             transfer: &self.scene.transfer,

@@ -2,7 +2,7 @@
 
 use super::DistributedError;
 use crate::error::Error;
-use crate::volume::Together;
+use crate::volume::Collective;
 use mpi::Threading;
 use mpi::collective::SystemOperation;
 use mpi::environment::{is_finalized, threading_support};
@@ -244,7 +244,7 @@ impl Group {
     }
 }
 
-impl Together for Group {
+impl Collective for Group {
     fn add(&self, numbers: &mut [f64]) {
         // Summed here in rank order, since MPI may add in any order.
         let all = self.gather(numbers);

@@ -2,7 +2,7 @@
 
 use super::group::Group;
 use crate::renderer::{Exchanged, Measured, RankMeasured, RankReport};
-use crate::volume::Together;
+use crate::volume::Collective;
 
 /// Totals of this process for a frame.
 #[derive(Default)]

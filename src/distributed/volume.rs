@@ -3,7 +3,7 @@
 use super::group::Group;
 use crate::error::Error;
 use crate::memory;
-use crate::volume::Together;
+use crate::volume::Collective;
 use crate::volume::{Grid, Layers, Level, OpenOptions, Storage, Unseen, Volume, VoxelBox};
 use std::path::Path;
 use std::sync::Arc;

@@ -1,8 +1,8 @@
 //! Asynchronous frames, enqueued into the caller's memory.
 
 use super::frame::{Frame, Mode, Output, Stage};
-use super::onto::{PictureFormat, PictureMemory};
 use super::picture::Finished;
+use super::picture_memory::{PictureFormat, PictureMemory};
 use super::plan::Plan;
 use super::{Planned, Renderer};
 use crate::camera::{Camera, Projection};

@@ -20,9 +20,9 @@ mod lattice_picture;
 mod layered;
 mod light;
 mod lighting;
-mod onto;
 mod parts;
 mod picture;
+mod picture_memory;
 mod plan;
 mod range;
 mod rays;
@@ -60,12 +60,12 @@ pub use label_colors::LabelColors;
 pub use lattice_picture::LatticePicture;
 #[cfg(feature = "mpi")]
 pub(crate) use light::{LightOfParts, SweepGroup, Target, Wanted, behind};
-pub use onto::{PictureFormat, PictureMemory};
 #[cfg(any(feature = "cli", feature = "mpi"))]
 pub(crate) use parts::SeenVolume;
 pub use parts::{CompositedLayers, PartRenderer};
 #[cfg(feature = "mpi")]
 pub(crate) use parts::{LatticeView, Shares, combined};
+pub use picture_memory::{PictureFormat, PictureMemory};
 #[doc(hidden)] // Of this crate's own tests: it shows `layers`.
 pub use plan::Plan;
 pub use report::{FrameReport, LatticeReport, Measured};

@@ -4,7 +4,7 @@ use super::drawn::CurrentLook;
 use super::look::Look;
 use super::painter::Painter;
 use super::scene::Scene;
-use crate::annotation::{Annotations, Shown};
+use crate::annotation::{AnnotatedView, Annotations};
 use crate::camera::Camera;
 use crate::error::Error;
 use crate::image::Frame;
@@ -27,7 +27,7 @@ pub(super) fn annotated(
     let Some(annotations) = annotations_of(look, scene)? else { return Ok(frame) };
     let transfer = &transfers[0];
     let (grid, background) = (scene.opening.volume.grid(), look.background()?);
-    annotations.drawn(frame, Shown { camera, grid, transfer, blend, background })
+    annotations.drawn(frame, AnnotatedView { camera, grid, transfer, blend, background })
 }
 
 impl Painter {

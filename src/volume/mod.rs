@@ -41,7 +41,7 @@ pub use part::VolumePart;
 pub use rescale::Rescale;
 pub use sequence::{Playback, Sequence, steps_along};
 #[cfg(feature = "mpi")]
-pub(crate) use shared::Together;
+pub(crate) use shared::Collective;
 pub use shared::VoxelBox;
 pub(crate) use spool::MappedBytes;
 pub use statistics::{HISTOGRAM_BINS, Statistics};

@@ -60,7 +60,7 @@ impl VoxelBox {
 }
 
 /// Collective operations of the processes that share a volume. All processes must call them in the same order; each call waits for all.
-pub(crate) trait Together: Send + Sync + Debug {
+pub(crate) trait Collective: Send + Sync + Debug {
     /// Sums over all processes, in rank order.
     fn add(&self, numbers: &mut [f64]);
 
@@ -81,7 +81,7 @@ pub(super) struct Shared {
     /// Bytes read for the held voxels.
     #[cfg_attr(not(feature = "mpi"), expect(dead_code, reason = "only read with the feature `mpi`"))]
     pub read_bytes: u64,
-    pub together: Arc<dyn Together>,
+    pub collective: Arc<dyn Collective>,
 }
 
 /// The voxels of `wanted` among those of `held`.
@@ -137,18 +137,18 @@ impl<'a> Volume<'a> {
 
     /// Sums over all processes that share the volume.
     pub(crate) fn add_all(&self, numbers: &mut [f64]) {
-        self.shared.iter().for_each(|shared| shared.together.add(numbers));
+        self.shared.iter().for_each(|shared| shared.collective.add(numbers));
     }
 
     /// Integer sums over all processes that share the volume.
     pub(crate) fn count_all(&self, numbers: &mut [u64]) {
-        self.shared.iter().for_each(|shared| shared.together.count(numbers));
+        self.shared.iter().for_each(|shared| shared.collective.count(numbers));
     }
 
     /// Concatenation of the numbers of all processes that share the volume.
     pub(crate) fn gather_all(&self, numbers: Vec<f64>) -> Vec<f64> {
         match &self.shared {
-            Some(shared) => shared.together.gather(&numbers),
+            Some(shared) => shared.collective.gather(&numbers),
             None => numbers,
         }
     }

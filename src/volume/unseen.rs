@@ -1,7 +1,7 @@
 //! A process's part of a distributed volume, before the processes exchange its range.
 
 use super::placed::Placed;
-use super::shared::{Shared, Together, VoxelBox, within};
+use super::shared::{Collective, Shared, VoxelBox, within};
 use super::wide::{self, Numbers};
 use super::{Contents, Description, Endian, Grid, Rescale, ScalarType, Storage, Volume};
 use crate::error::Error;
@@ -118,10 +118,10 @@ impl<'a> Unseen<'a> {
     }
 
     /// Collective: converts numbers without device support to voxels, by the range over all processes.
-    pub fn converted(self, together: &dyn Together) -> Result<Self, Error> {
+    pub fn converted(self, collective: &dyn Collective) -> Result<Self, Error> {
         let Found::Wide(bytes, scalar, endian) = &self.voxels else { return Ok(self) };
         let numbers = Numbers { bytes: (**bytes).as_ref(), scalar: *scalar, endian: *endian };
-        let range = common_range(numbers.range(), together).unwrap_or((0.0, 0.0));
+        let range = common_range(numbers.range(), collective).unwrap_or((0.0, 0.0));
         let storage = wide::storage(&self.name, numbers, range, None)?;
         let rescale = Rescale::new(self.rescale.slope(), self.rescale.value(range.0))?;
         let Self { name, grid, background, held, own, .. } = self;
@@ -129,20 +129,20 @@ impl<'a> Unseen<'a> {
     }
 
     /// Collective: creates the volume with the range over all processes. Numbers must be [converted](Self::converted) before.
-    pub fn shared(self, together: Arc<dyn Together>, read_bytes: u64) -> Result<Volume<'a>, Error> {
+    pub fn shared(self, collective: Arc<dyn Collective>, read_bytes: u64) -> Result<Volume<'a>, Error> {
         let Self { name, grid, rescale, background, held, own, voxels } = self;
         let Found::Voxels(voxels) = voxels else { unreachable!("wide numbers are converted first") };
         let bytes = (own.count() * voxels.voxel_type().bytes()) as u64;
         let task = Task::new(format!("scanning {name}"), bytes);
         let (range, invalid) = within(&voxels, &held, &own).map_or((None, 0), |own| own.valid_range(task));
-        let range = common_range(range, &*together).unwrap_or((0.0, 0.0));
+        let range = common_range(range, &*collective).unwrap_or((0.0, 0.0));
         let mut all = [invalid as u64];
-        together.count(&mut all);
+        collective.count(&mut all);
         let [invalid] = all;
         let description = Description::new(name, grid, voxels.voxel_type(), range)?;
         description.warn_of_values(invalid);
         let description = if invalid > 0 { description.with_invalid_voxels() } else { description };
-        let shared = Some(Shared { held, own, read_bytes, together });
+        let shared = Some(Shared { held, own, read_bytes, collective });
         let volume = Volume { description, voxels, invalid: invalid as usize, shared, contents: Contents::default() }
             .with_rescale(rescale);
         match background {
@@ -153,9 +153,9 @@ impl<'a> Unseen<'a> {
 }
 
 /// Range of the numbers of all processes, if there are any.
-fn common_range(own: Option<(f64, f64)>, together: &dyn Together) -> Option<(f64, f64)> {
+fn common_range(own: Option<(f64, f64)>, collective: &dyn Collective) -> Option<(f64, f64)> {
     let (lo, hi) = own.unwrap_or((f64::INFINITY, f64::NEG_INFINITY));
-    let all = together.gather(&[lo, hi]);
+    let all = collective.gather(&[lo, hi]);
     let lo = all.iter().step_by(2).copied().fold(f64::INFINITY, f64::min);
     let hi = all.iter().skip(1).step_by(2).copied().fold(f64::NEG_INFINITY, f64::max);
     (lo <= hi).then_some((lo, hi))

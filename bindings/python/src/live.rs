@@ -25,7 +25,7 @@ fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 /// What a view looks like.
-struct Shown {
+struct ViewLook {
     overlay: Overlay,
     /// The newest look, by Python or by a hand.
     look: Look,
@@ -33,7 +33,7 @@ struct Shown {
 
 /// The program around the pages.
 struct View {
-    shown: Mutex<Shown>,
+    shown: Mutex<ViewLook>,
     dims: [usize; 3],
     /// The value that an iso-surface begins with.
     iso: f64,
@@ -138,7 +138,7 @@ impl LiveScene {
             None => Drawn::One,
         };
         let has_labels = matches!(drawn, Drawn::LabelColors(_));
-        let view = View { shown: Mutex::new(Shown { overlay, look: look.clone() }), dims, iso, frame, has_labels };
+        let view = View { shown: Mutex::new(ViewLook { overlay, look: look.clone() }), dims, iso, frame, has_labels };
         let view = Arc::new(view);
         let time = None;
         let (camera_is_given, time_limit) = (true, None);
@@ -161,7 +161,7 @@ impl LiveScene {
         let mut shown = locked(&self.view.shown);
         // What a hand has changed of labels is no part of settings.
         let look = Look { labels: shown.look.labels.clone(), ..overlay.look().clone() };
-        *shown = Shown { overlay, look };
+        *shown = ViewLook { overlay, look };
         Ok(())
     }
 

@@ -5,6 +5,7 @@ use crate::calls::abandonable;
 use crate::camera::{Camera, around};
 use crate::device::{Device, device_from_arguments};
 use crate::device_volume::{DeviceVolume, is_pyopencl_array, refuse_voxels_on_device};
+use crate::drawn_fields::DrawnFields;
 use crate::errors::{Result, out_of_range};
 use crate::event::Event;
 use crate::exclusive::{AnyRenderer, Exclusive};
@@ -12,7 +13,6 @@ use crate::handles::{events, memory};
 use crate::labels::Labels;
 use crate::names::{Over, Size, orbit, picture_format};
 use crate::settings::{Settings, kernel};
-use crate::shown::Shown;
 use crate::slice::{Slice, colors};
 use crate::stream_plan::stream_plan;
 use crate::transfer::TransferFunction;
@@ -82,7 +82,7 @@ impl Renderer {
         let time_limit = longest(time_limit)?;
         let transfer = transfer.as_ref().map(Bound::get);
         let py = volume.py();
-        if let Some(shown) = Shown::from_object(volume)? {
+        if let Some(shown) = DrawnFields::from_object(volume)? {
             let renderer = shown.renderer(py, transfer.is_some(), device_from_arguments(device, context, queue)?)?;
             return Ok(Self::with_limit(renderer, None, time_limit));
         }
@@ -276,7 +276,7 @@ impl Renderer {
     /// Raises InvalidType for voxels on a device (a DeviceVolume or a pyopencl.array.Array): they need a new Renderer. Raises
     /// OutOfMemory if device memory is insufficient; the renderer may then have no volume until one is set.
     fn set_volume(&self, volume: &Bound<PyAny>) -> Result<()> {
-        if let Some(shown) = Shown::from_object(volume)? {
+        if let Some(shown) = DrawnFields::from_object(volume)? {
             return self.shared.interruptible(volume.py(), move |renderer| shown.replace(renderer));
         }
         refuse_voxels_on_device(volume)?;

@@ -74,12 +74,13 @@ pub(super) fn drawn_of(scene: &mut Scene) -> Result<(Drawn, Vec<PageChannel>), E
     let first = (scene.volume.clone(), scene.transfer.clone(), scene.look);
     let others = std::mem::take(&mut scene.others).into_iter().map(|field| (field.volume, field.transfer, field.look));
     let fields = std::iter::once(first).chain(others).zip(&scene.entries);
-    let described = |((volume, transfer, look), entry): ((Volume<'static>, TransferFunction, channels::Look), &LegendEntry)| {
-        let channels::Look { factor, visible, iso, gradient_opacity } = look;
-        let color = entry.color.iter().map(|c| format!("{:02x}", (c * 255.0).round() as u8)).collect::<String>();
-        let field = PageField { name: entry.name.clone(), volume, transfer, iso, gradient_opacity };
-        (field, PageChannel { visible, factor, color: format!("#{color}") })
-    };
+    let described =
+        |((volume, transfer, look), entry): ((Volume<'static>, TransferFunction, channels::FieldLook), &LegendEntry)| {
+            let channels::FieldLook { factor, visible, iso, gradient_opacity } = look;
+            let color = entry.color.iter().map(|c| format!("{:02x}", (c * 255.0).round() as u8)).collect::<String>();
+            let field = PageField { name: entry.name.clone(), volume, transfer, iso, gradient_opacity };
+            (field, PageChannel { visible, factor, color: format!("#{color}") })
+        };
     let (fields, channels) = fields.map(described).unzip();
     Ok((Drawn::Several(fields), channels))
 }

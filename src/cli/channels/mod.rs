@@ -62,19 +62,19 @@ fn components(text: &str) -> Result<Components, String> {
 pub(super) struct Field {
     pub volume: Volume<'static>,
     pub transfer: TransferFunction,
-    pub look: Look,
+    pub look: FieldLook,
 }
 
 /// How a field is shown.
 #[derive(Clone, Copy, PartialEq)]
-pub(super) struct Look {
+pub(super) struct FieldLook {
     pub factor: f64,
     pub visible: bool,
     pub iso: Option<f64>,
     pub gradient_opacity: Option<GradientOpacity>,
 }
 
-impl Default for Look {
+impl Default for FieldLook {
     fn default() -> Self {
         Self { factor: 1.0, visible: true, iso: None, gradient_opacity: None }
     }
@@ -193,7 +193,7 @@ impl Fields {
     }
 
     /// The look of the first field.
-    pub fn first_look(&self, volume: &Volume) -> Look {
+    pub fn first_look(&self, volume: &Volume) -> FieldLook {
         self.first_spec.look(volume)
     }
 
@@ -225,7 +225,7 @@ impl Fields {
     }
 }
 
-impl Look {
+impl FieldLook {
     /// A channel of the renderer.
     pub fn channel(&self, device: &Device, volume: &Volume, transfer: &TransferFunction) -> Result<Channel, Error> {
         let channel = Channel::new(&UploadedVolume::new(device, volume)?, transfer).with_visibility(self.visible);

@@ -1,6 +1,6 @@
 //! A field beside the volume, as text: `FILE,KEY=VALUE,…`.
 
-use super::{Look, open_options};
+use super::{FieldLook, open_options};
 use crate::annotation::LegendEntry;
 use crate::cli::options::Mask;
 use crate::cli::parse;
@@ -173,8 +173,8 @@ impl FieldSpec {
     }
 
     /// How the field is shown.
-    pub fn look(&self, volume: &Volume) -> Look {
-        Look {
+    pub fn look(&self, volume: &Volume) -> FieldLook {
+        FieldLook {
             factor: self.factor.unwrap_or(1.0),
             visible: !self.hidden,
             iso: self.iso.map(Value::finder(volume)),

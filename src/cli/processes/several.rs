@@ -11,7 +11,7 @@ use crate::memory;
 use crate::renderer::SeenVolume;
 use crate::settings::Settings;
 use crate::viewport::Viewport;
-use crate::volume::{Together, Volume};
+use crate::volume::{Collective, Volume};
 use clap::Args;
 use std::cell::OnceCell;
 use std::process::ExitCode;

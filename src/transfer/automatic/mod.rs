@@ -17,7 +17,7 @@ use super::{ControlPoint, TransferFunction, hounsfield};
 use crate::volume::Volume;
 use classes::{Class, Classes};
 use survey::Survey;
-use visibility::{Rays, Shown};
+use visibility::{ClassOpacity, Rays};
 
 /// Opacity of a constant volume: it is solid, since only its shape can be seen.
 const CONSTANT: f64 = 0.9;
@@ -67,7 +67,7 @@ fn of_classes(classes: &Classes, rays: &Rays, palette: Palette, range: (f64, f64
 }
 
 /// The transfer function of classes, ascending by value.
-fn function(classes: &[Class], shown: &[Shown], colors: &[[f64; 3]], (lo, hi): (f64, f64)) -> TransferFunction {
+fn function(classes: &[Class], shown: &[ClassOpacity], colors: &[[f64; 3]], (lo, hi): (f64, f64)) -> TransferFunction {
     let weights: Vec<_> =
         classes.iter().zip(shown).map(|(class, shown)| if shown.is_solid { &class.solid } else { &class.shell }).collect();
     let mut values: Vec<f64> = weights.iter().flat_map(|weights| weights.iter().map(|point| point.0)).chain([lo, hi]).collect();

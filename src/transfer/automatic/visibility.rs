@@ -33,7 +33,7 @@ pub struct Rays {
 
 /// How a class is shown.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Shown {
+pub struct ClassOpacity {
     pub is_solid: bool,
     /// Optical depth per unit distance where the class's weight is 1.
     pub depth: f64,
@@ -76,14 +76,14 @@ impl Rays {
 
     /// How to show each class, so that it does not hide the classes after it, nor cavities with values in `cavity`. The last class is
     /// solid.
-    pub fn shown(&self, classes: &[Class], cavity: Option<(f64, f64)>) -> Vec<Shown> {
+    pub fn shown(&self, classes: &[Class], cavity: Option<(f64, f64)>) -> Vec<ClassOpacity> {
         let cores: Vec<(f64, f64)> = classes.iter().map(|class| class.core).chain(cavity).collect();
         let share = THROUGH.powf(1.0 / (cores.len() as f64 - 1.0).max(1.0));
         let translucent = |n: usize| match n + 1 < classes.len() {
             true => self.translucent(&classes[n], &cores[n + 1..], share),
             false => None,
         };
-        let solid = |class: &Class| Shown { is_solid: true, depth: self.solid(class) };
+        let solid = |class: &Class| ClassOpacity { is_solid: true, depth: self.solid(class) };
         (0..classes.len()).map(|n| translucent(n).unwrap_or_else(|| solid(&classes[n]))).collect()
     }
 
@@ -117,7 +117,7 @@ impl Rays {
     }
 
     /// A translucent shell that lets `share` of the light through to the classes `behind` it; `None` if there is hardly any behind.
-    fn translucent(&self, class: &Class, behind: &[(f64, f64)], share: f64) -> Option<Shown> {
+    fn translucent(&self, class: &Class, behind: &[(f64, f64)], share: f64) -> Option<ClassOpacity> {
         let integral = Integral::new(&class.shell);
         let depth_before = |ray: &[f64]| -> (f64, bool) {
             let inner = behind.iter().filter_map(|&core| self.first_met(ray, core)).min();
@@ -133,7 +133,7 @@ impl Rays {
         }
         // The geometric mean of the transmittances is `share`.
         let mean = covering.iter().sum::<f64>() / covering.len() as f64;
-        Some(Shown { is_solid: false, depth: (-share.ln() / mean).clamp(SHELL_LIMITS.0, SHELL_LIMITS.1) })
+        Some(ClassOpacity { is_solid: false, depth: (-share.ln() / mean).clamp(SHELL_LIMITS.0, SHELL_LIMITS.1) })
     }
 }
 

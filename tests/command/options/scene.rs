@@ -2,7 +2,7 @@
 
 use crate::common::*;
 use glam::DVec3;
-use layersplat::annotation::{Annotations, Shown};
+use layersplat::annotation::{AnnotatedView, Annotations};
 use layersplat::camera::{OrbitFrame, Up};
 use layersplat::framing::{Fixed, Framing};
 use layersplat::settings::{Blend, Layered};
@@ -111,7 +111,8 @@ impl Scene {
         let larger = viewport(inner.width * self.samples, inner.height * self.samples);
         let (frame, _) = renderer.render(&camera, larger, &self.settings).unwrap();
         let background = self.background.unwrap_or(Background::BLACK);
-        let shown = Shown { camera: &camera, grid: volume.grid(), transfer: &transfer, blend: self.settings.blend, background };
+        let shown =
+            AnnotatedView { camera: &camera, grid: volume.grid(), transfer: &transfer, blend: self.settings.blend, background };
         let frame = self.annotations.drawn_beside(frame.averaged(self.samples).unwrap(), self.size, shown).unwrap();
         match self.background {
             Some(background) => frame.over(background),

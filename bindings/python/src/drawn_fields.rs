@@ -11,13 +11,13 @@ use pyo3::prelude::*;
 use pyo3::types::{PyList, PyTuple};
 
 /// Channels, colours or labels, independent of Python.
-pub enum Shown {
+pub enum DrawnFields {
     Channels(Vec<channel::Drawn>),
     Colors(colors::Drawn),
     Labels(labels::Drawn),
 }
 
-impl Shown {
+impl DrawnFields {
     /// A list of channels, colours or labels; `None` for everything else.
     ///
     /// # Errors
