@@ -34,6 +34,7 @@
 pub mod annotation;
 pub mod camera;
 pub mod check;
+mod choice;
 #[cfg(feature = "cli")]
 #[doc(hidden)]
 pub mod cli;
@@ -66,6 +67,7 @@ mod viewport;
 pub mod volume;
 
 pub use camera::{Basis, Camera, Orbit, Projection};
+pub use choice::Choice;
 pub use device::{Cancel, Device, DeviceChoice};
 pub use error::Error;
 pub use framing::Framing;

@@ -1,6 +1,7 @@
 //! The frame in which an orbit is counted: which way is up, and where azimuth 0, elevation 0 looks from.
 
 use super::{Camera, Orbit, axes};
+use crate::choice::choices;
 use crate::error::Error;
 use glam::DVec3;
 
@@ -29,22 +30,9 @@ pub enum Up {
     NegativeZ,
 }
 
+choices! { Up, "up"; X = "x", NegativeX = "-x", Y = "y", NegativeY = "-y", Z = "z", NegativeZ = "-z" }
+
 impl Up {
-    /// All directions.
-    pub const ALL: [Up; 6] = [Up::X, Up::NegativeX, Up::Y, Up::NegativeY, Up::Z, Up::NegativeZ];
-
-    /// `x`, `-x`, `y`, `-y`, `z` or `-z`.
-    pub fn name(self) -> &'static str {
-        match self {
-            Up::X => "x",
-            Up::NegativeX => "-x",
-            Up::Y => "y",
-            Up::NegativeY => "-y",
-            Up::Z => "z",
-            Up::NegativeZ => "-z",
-        }
-    }
-
     /// Unit vector in the world.
     pub fn direction(self) -> DVec3 {
         match self {

@@ -102,9 +102,9 @@ fn settings(family: Family) -> Settings {
         Family::Raycast => (Algorithm::Raycast { kernel: Kernel::Linear, step: 0.5 }, Blend::Composite),
         Family::CastValues => (Algorithm::Raycast { kernel: Kernel::Linear, step: 0.5 }, Blend::Maximum),
         Family::CastSurface => (Algorithm::Raycast { kernel: Kernel::Linear, step: 0.5 }, Blend::Iso(ISO)),
-        Family::Slicing => (Algorithm::Slicing { step: Algorithm::SLICE_DISTANCE }, Blend::Composite),
+        Family::Slicing => (Algorithm::Slicing { step: 1.0 }, Blend::Composite),
         Family::AxisSheets => (Algorithm::AxisSheets { layer_axis: Default::default() }, Blend::Composite),
-        Family::ViewSheets => (Algorithm::ViewSheets { sheet_distance: Algorithm::SHEET_DISTANCE }, Blend::Composite),
+        Family::ViewSheets => (Algorithm::ViewSheets { sheet_distance: 1.0 }, Blend::Composite),
     };
     let lit = Settings { algorithm, blend, shading: Some(Shading::default()), early_termination: false, ..Settings::default() };
     if family == Family::Light { with_light(lit, 8.0) } else { lit }

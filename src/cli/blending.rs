@@ -5,15 +5,15 @@ use super::{names, parse};
 use crate::Error;
 use crate::settings::{Blend, ClipPlane, Clipping, CropBox, Settings};
 use crate::transfer::Value;
-use clap::{Args, ValueEnum};
+use clap::Args;
 
 /// Blend mode and ray clip region.
 #[derive(Args)]
 #[command(next_help_heading = "Blending and clipping")]
 pub(super) struct BlendOptions {
     /// How values along a ray combine; maximum, minimum and average ignore opacity, iso shades a surface [default: composite; with --iso: iso]
-    #[arg(long, value_name = "MODE", value_parser = names::of_enum::<BlendName>())]
-    blend: Option<BlendName>,
+    #[arg(long, value_name = "MODE", value_parser = names::of::<Blend>())]
+    blend: Option<Blend>,
     /// Maximum intensity projection: --blend maximum
     #[arg(long, conflicts_with_all = ["minip", "blend"])]
     mip: bool,
@@ -37,22 +37,13 @@ pub(super) struct BlendOptions {
 /// Default colour of iso-surfaces. Bright enough for print, and dim enough that highlights are not burnt out.
 const IVORY: [f64; 3] = [0.90, 0.86, 0.76];
 
-#[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
-enum BlendName {
-    Composite,
-    Maximum,
-    Minimum,
-    Average,
-    Iso,
-}
-
 impl BlendOptions {
     /// Checks for conflicting options. Does not need the volume.
     pub fn check(&self) -> Result<(), Error> {
         let conflict = |problem: &str| Err(Error::Settings { field: "blend", problem: problem.into() });
-        match (self.name(), self.iso) {
-            (BlendName::Iso, None) => return conflict("an iso-surface needs a data value: add --iso V"),
-            (BlendName::Iso, Some(_)) => {}
+        match (self.mode(), self.iso) {
+            (Blend::Iso(_), None) => return conflict("an iso-surface needs a data value: add --iso V"),
+            (Blend::Iso(_), Some(_)) => {}
             (_, Some(_)) => return conflict("--iso sets the value of an iso-surface: omit --iso, or the other blend mode"),
             (_, None) if self.iso_color.is_some() => {
                 return conflict("--iso-color is the colour of an iso-surface: add --iso V, or omit it");
@@ -67,13 +58,14 @@ impl BlendOptions {
         Ok(())
     }
 
-    fn name(&self) -> BlendName {
+    /// The blend mode without the value of its surface.
+    fn mode(&self) -> Blend {
         match (self.blend, self.iso) {
-            (Some(name), _) => name,
-            _ if self.mip => BlendName::Maximum,
-            _ if self.minip => BlendName::Minimum,
-            (None, Some(_)) => BlendName::Iso,
-            (None, None) => BlendName::Composite,
+            (Some(mode), _) => mode,
+            _ if self.mip => Blend::Maximum,
+            _ if self.minip => Blend::Minimum,
+            (None, Some(_)) => Blend::Iso(f64::NAN),
+            (None, None) => Blend::Composite,
         }
     }
 
@@ -87,20 +79,14 @@ impl BlendOptions {
                 let problem = "--iso-color and the transfer function both colour the surface: omit one of them".into();
                 Err(Error::Settings { field: "blend", problem })
             }
-            (None, false) if self.name() == BlendName::Iso => Ok(Some(IVORY)),
+            (None, false) if matches!(self.mode(), Blend::Iso(_)) => Ok(Some(IVORY)),
             (color, _) => Ok(color),
         }
     }
 
     /// Applies the options to `settings`. `find` converts a value to a number; percentiles need the volume.
     pub fn apply(&self, settings: Settings, find: impl Fn(Value) -> f64) -> Settings {
-        let blend = match self.name() {
-            BlendName::Composite => Blend::Composite,
-            BlendName::Maximum => Blend::Maximum,
-            BlendName::Minimum => Blend::Minimum,
-            BlendName::Average => Blend::Average,
-            BlendName::Iso => Blend::Iso(self.iso.map_or(f64::NAN, find)),
-        };
+        let blend = self.mode().at(self.iso.map_or(f64::NAN, find));
         let clipping = Clipping { crop: self.crop, ..Clipping::default() }.with_planes(self.clip.iter().copied());
         Settings { blend, clipping, ..settings }
     }

@@ -1,5 +1,6 @@
 //! Names as values of options: case does not matter, and `_` stands for `-`.
 
+use crate::choice::Choice;
 use clap::builder::{EnumValueParser, PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::error::Error;
 use clap::{Arg, Command, ValueEnum};
@@ -9,7 +10,13 @@ use std::ffi::{OsStr, OsString};
 #[derive(Clone)]
 pub(super) struct Names<P>(P);
 
-/// Names of the variants of an enumeration.
+/// Names of choices.
+pub(super) fn of<T: Choice>() -> impl TypedValueParser<Value = T> {
+    let values = T::ALL.iter().map(|choice| PossibleValue::new(choice.name()).aliases(choice.aliases().iter().copied()));
+    Names(PossibleValuesParser::new(values)).map(|name| T::from_name(&name).expect("the name is a possible value"))
+}
+
+/// Names of the variants of an enumeration that only the command has.
 pub(super) fn of_enum<T: ValueEnum + Clone + Send + Sync + 'static>() -> Names<EnumValueParser<T>> {
     Names(EnumValueParser::new())
 }

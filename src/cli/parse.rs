@@ -1,28 +1,18 @@
 //! Parsers of option values.
 
-use super::names;
 use super::values::{Along, ChannelChoice, LevelChoice, Opacities, Reach, Tent};
-use crate::camera::Up;
 use crate::error::Error;
-use crate::framing::Side;
 use crate::image::{Background, BitDepth};
-use crate::layers::{Axis, Correction, Density, MAX_SAMPLES_PER_VOXEL};
-use crate::settings::{ClipPlane, CropBox, Evaluation, GradientOpacity, LayerAxis, Light, Quality, WHITE};
-use crate::slice::SliceAxis;
+use crate::layers::{Correction, Density, MAX_SAMPLES_PER_VOXEL};
+use crate::settings::{AmbientOcclusion, ClipPlane, CropBox, Evaluation, GradientOpacity, Light, Number, WHITE};
 use crate::transfer::Value;
 use crate::viewport::Viewport;
 use crate::volume::LabelChange;
-use clap::builder::TypedValueParser;
 use glam::DVec3;
 use std::time::Duration;
 
 fn numbers(text: &str) -> Option<Vec<f64>> {
     text.split(',').map(|n| n.trim().parse().ok().filter(|n: &f64| n.is_finite())).collect()
-}
-
-/// Parses a quality preset.
-pub(super) fn quality() -> impl TypedValueParser<Value = Quality> {
-    named(Quality::ALL, Quality::name)
 }
 
 /// Parses a finite number.
@@ -35,9 +25,9 @@ pub(super) fn positive(text: &str) -> Result<f64, String> {
     finite(text).ok().filter(|n| *n > 0.0).ok_or_else(|| format!("'{text}' is not a finite number above 0"))
 }
 
-/// Parses a number from 0 to 1.
-pub(super) fn share(text: &str) -> Result<f64, String> {
-    finite(text).ok().filter(|n| (0.0..=1.0).contains(n)).ok_or_else(|| format!("'{text}' is not a number from 0 to 1"))
+/// Parses a number of the settings.
+pub(super) fn number(number: Number) -> impl Fn(&str) -> Result<f64, String> + Clone {
+    move |text| finite(text).ok().filter(|&n| number.contains(n)).ok_or_else(|| format!("'{text}' is not {}", number.expected()))
 }
 
 /// Parses a time above 0 in seconds.
@@ -80,29 +70,6 @@ pub(super) fn channel(text: &str) -> Result<ChannelChoice, String> {
             .map(ChannelChoice::Number)
             .map_err(|_| format!("invalid channel '{text}'; use a number from 0, or magnitude")),
     }
-}
-
-/// Parses a direction: `x`, `-x` and so on.
-pub(super) fn up() -> impl TypedValueParser<Value = Up> {
-    named(Up::ALL, Up::name)
-}
-
-/// Parses a side: `front` and so on.
-pub(super) fn side() -> impl TypedValueParser<Value = Side> {
-    named(Side::ALL, Side::name)
-}
-
-fn named<T, const N: usize>(all: [T; N], name: fn(T) -> &'static str) -> impl TypedValueParser<Value = T>
-where
-    T: Copy + Send + Sync + 'static,
-{
-    let find = move |given: String| all.into_iter().find(|&value| name(value) == given).expect("the name is a possible value");
-    names::from_list(all.map(name)).map(find)
-}
-
-/// Parses an axis of slices: `x`, `axial` and so on.
-pub(super) fn slice_axis() -> impl TypedValueParser<Value = SliceAxis> {
-    named(SliceAxis::ALL, SliceAxis::name)
 }
 
 /// Parses a place along an axis: a coordinate, or a percentage of the volume's extent.
@@ -293,11 +260,7 @@ pub(super) fn viewport(text: &str) -> Result<Viewport, String> {
 
 /// Parses a length above 0, or `inf`.
 pub(super) fn reach(text: &str) -> Result<Reach, String> {
-    if text == "inf" {
-        Ok(Reach(None))
-    } else {
-        positive(text).map(|length| Reach(Some(length))).map_err(|_| "use inf or a length above 0".into())
-    }
+    if text == "inf" { Ok(Reach(None)) } else { number(AmbientOcclusion::REACH)(text).map(|length| Reach(Some(length))) }
 }
 
 /// Parses `on` or `off`.
@@ -306,17 +269,6 @@ pub(super) fn switch(text: &str) -> Result<bool, String> {
         "on" => Ok(true),
         "off" => Ok(false),
         _ => Err("use on or off".into()),
-    }
-}
-
-/// Parses `auto`, `x`, `y` or `z`.
-pub(super) fn layer_axis(text: &str) -> Result<LayerAxis, String> {
-    match text {
-        "auto" => Ok(LayerAxis::Auto),
-        "x" => Ok(LayerAxis::Forced(Axis::X)),
-        "y" => Ok(LayerAxis::Forced(Axis::Y)),
-        "z" => Ok(LayerAxis::Forced(Axis::Z)),
-        _ => Err("use auto, x, y or z".into()),
     }
 }
 

@@ -1,6 +1,5 @@
 //! `layersplat slice`.
 
-use super::algorithm::KernelName;
 use super::check;
 use super::compiling;
 use super::names;
@@ -61,7 +60,7 @@ pub(super) struct Arguments {
 #[command(next_help_heading = "Slice")]
 struct PlaceOptions {
     /// Axis that the slice is perpendicular to [default: axial if the file says how the patient lies, else z]
-    #[arg(long, value_name = "AXIS", value_parser = parse::slice_axis())]
+    #[arg(long, value_name = "AXIS", value_parser = names::of::<SliceAxis>())]
     axis: Option<SliceAxis>,
     /// Place along the axis: number of a slice of x, y, z from 0, also between two; axial, coronal, sagittal: world coordinate; N%: of all [default: 50%]
     #[arg(long, value_name = "N|N%", value_parser = parse::along, allow_hyphen_values = true)]
@@ -74,7 +73,7 @@ struct PlaceOptions {
         conflicts_with_all = ["axis", "at", "center"])]
     plane: Option<ClipPlane>,
     /// Axis of the world that points up in the picture of a plane [default: as in render]
-    #[arg(long, value_parser = parse::up(), value_name = "AXIS", allow_hyphen_values = true, requires = "plane")]
+    #[arg(long, value_parser = names::of::<Up>(), value_name = "AXIS", allow_hyphen_values = true, requires = "plane")]
     up: Option<Up>,
     /// Half the height of the picture in world units [default: all of the slice]
     #[arg(long, value_parser = parse::positive, value_name = "SCALE", allow_hyphen_values = true)]
@@ -86,8 +85,8 @@ struct PlaceOptions {
 #[command(next_help_heading = "Picture")]
 struct SlicePicture {
     /// Reconstruction kernel
-    #[arg(long, visible_alias = "interpolation", value_name = "NAME", default_value = "linear", value_parser = names::of_enum::<KernelName>())]
-    kernel: KernelName,
+    #[arg(long, visible_alias = "interpolation", value_name = "NAME", default_value = "linear", value_parser = names::of::<Kernel>())]
+    kernel: Kernel,
     /// Size of the picture in pixels
     #[arg(long, default_value = "512x512", value_parser = parse::viewport, value_name = "WxH", allow_hyphen_values = true)]
     size: Viewport,
@@ -137,7 +136,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     // Slices sample and colour the field by the code of these kernels.
     check::require(&device, &BTreeSet::from([Family::CastValues]), &arguments.device)?;
     let mut renderer = Renderer::new(&device, &volume, &transfer)?;
-    let kernel = picture.kernel.kernel();
+    let kernel = picture.kernel;
     if arguments.values {
         compiling::while_rendering(|| renderer.slice_values(&slice, picture.size, kernel))?.save(output.path())?;
     } else {

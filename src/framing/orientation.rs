@@ -1,6 +1,7 @@
 //! Which way of a volume is up, and from where it is seen first.
 
 use crate::camera::{Orbit, OrbitFrame, Up};
+use crate::choice::choices;
 use crate::volume::Grid;
 use glam::DVec3;
 
@@ -85,22 +86,7 @@ pub enum Side {
     Below,
 }
 
-impl Side {
-    /// All sides.
-    pub const ALL: [Side; 6] = [Side::Front, Side::Right, Side::Back, Side::Left, Side::Above, Side::Below];
-
-    /// `front`, `right`, `back`, `left`, `above` or `below`.
-    pub fn name(self) -> &'static str {
-        match self {
-            Side::Front => "front",
-            Side::Right => "right",
-            Side::Back => "back",
-            Side::Left => "left",
-            Side::Above => "above",
-            Side::Below => "below",
-        }
-    }
-}
+choices! { Side, "from"; Front = "front", Right = "right", Back = "back", Left = "left", Above = "above", Below = "below" }
 
 impl Orientation {
     /// The orientation of a volume that is placed by `grid`.

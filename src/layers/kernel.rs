@@ -2,7 +2,8 @@
 
 use super::gaussian::gaussian;
 use super::kernel_function::kernel_function;
-use serde::Serialize;
+use crate::choice::choices;
+use serde::{Deserialize, Serialize};
 
 /// A separable reconstruction kernel.
 ///
@@ -12,8 +13,8 @@ use serde::Serialize;
 /// // The cubic interpolates: its weight is 1 at the voxel itself and 0 at the next one.
 /// assert_eq!([0.0, 1.0].map(|distance| Kernel::Cubic.weight(distance)), [1.0, 0.0]);
 /// ```
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
-#[serde(rename_all = "kebab-case")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Deserialize, Serialize)]
+#[serde(into = "&'static str", try_from = "String")]
 pub enum Kernel {
     /// 1 − |x|, radius 1: C⁰.
     Linear,
@@ -24,28 +25,23 @@ pub enum Kernel {
     CatmullRom,
     /// Cubic B-spline, radius 2, applied to coefficients from [`prefilter`](fn@super::prefilter), so that it interpolates voxels (Unser
     /// 1999): C².
-    #[serde(rename = "bspline")]
     BSpline,
     /// The sheet methods' Gaussian, radius 2. Does not interpolate; its weights sum to about 1 only.
     Gaussian,
 }
 
+choices! {
+    Kernel, "kernel";
+    Cubic = "cubic" | "tricubic",
+    Linear = "linear" | "trilinear",
+    CatmullRom = "catmull-rom",
+    BSpline = "bspline",
+    Gaussian = "gaussian",
+}
+
 impl Kernel {
-    /// All kernels.
-    pub const ALL: [Kernel; 5] = [Kernel::Cubic, Kernel::Linear, Kernel::CatmullRom, Kernel::BSpline, Kernel::Gaussian];
     /// Kernels for sampling layers: their weights sum to one everywhere.
     pub const OF_LAYERS: [Kernel; 4] = [Kernel::Cubic, Kernel::Linear, Kernel::CatmullRom, Kernel::BSpline];
-
-    /// Name on the command line.
-    pub fn name(self) -> &'static str {
-        match self {
-            Kernel::Linear => "linear",
-            Kernel::Cubic => "cubic",
-            Kernel::CatmullRom => "catmull-rom",
-            Kernel::BSpline => "bspline",
-            Kernel::Gaussian => "gaussian",
-        }
-    }
 
     /// Half the width of the support, in voxels.
     pub fn radius(self) -> i32 {

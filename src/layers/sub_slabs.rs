@@ -1,6 +1,7 @@
 //! Layer samples from the splat sums of three layers: κ, and its refinement by sub-slabs.
 
 use super::kernel_function::kernel_integral;
+use crate::choice::choices;
 
 /// Correction for the overlap of kernels with adjacent layers.
 ///
@@ -22,6 +23,8 @@ pub enum Correction {
     /// This many sub-slabs per layer (1 … 16), each with its own weights. This project's own; κ is the case of one.
     SubLayers(u32),
 }
+
+choices! { Correction, "correction"; None = "none", Constant = "constant", SubLayers(2) = "sublayers" }
 
 impl Correction {
     /// Largest number of sub-slabs per layer.

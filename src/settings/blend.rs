@@ -1,5 +1,6 @@
 //! Blend modes.
 
+use crate::choice::choices;
 use crate::error::Error;
 
 /// Blend mode: combination of the values along a ray to a pixel.
@@ -33,7 +34,14 @@ pub enum Blend {
     Iso(f64),
 }
 
+choices! { Blend, "blend"; Composite = "composite", Maximum = "maximum", Minimum = "minimum", Average = "average", Iso(0.0) = "iso" }
+
 impl Blend {
+    /// The mode with this iso-value, if it has one.
+    pub fn at(self, iso: f64) -> Self {
+        if let Blend::Iso(_) = self { Blend::Iso(iso) } else { self }
+    }
+
     /// Whether the mode reduces values along rays, excluding background.
     pub fn gathers_values(self) -> bool {
         matches!(self, Blend::Maximum | Blend::Minimum | Blend::Average)
@@ -48,19 +56,8 @@ impl Blend {
         }
     }
 
-    /// Name on the command line.
-    pub fn name(self) -> &'static str {
-        match self {
-            Blend::Composite => "composite",
-            Blend::Maximum => "maximum",
-            Blend::Minimum => "minimum",
-            Blend::Average => "average",
-            Blend::Iso(_) => "iso",
-        }
-    }
-
     /// Checks the iso-value.
-    pub(super) fn check(self) -> Result<(), Error> {
+    pub(crate) fn check(self) -> Result<(), Error> {
         match self {
             Blend::Iso(value) if !value.is_finite() => {
                 Err(Error::OutOfRange { name: "blend", value: value.to_string(), expected: "a finite iso-value" })

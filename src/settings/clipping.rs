@@ -72,7 +72,7 @@ impl Clipping {
     }
 
     /// Checks all values.
-    pub(super) fn check(&self) -> Result<(), Error> {
+    pub(crate) fn check(&self) -> Result<(), Error> {
         if let Some(CropBox { lowest, highest }) = self.crop
             && !lowest.cmplt(highest).all()
         {

@@ -1,5 +1,7 @@
 //! Depth cueing.
 
+use super::lights::check_color;
+use super::number::Number;
 use crate::error::Error;
 
 /// Depth cueing: the colour of a sample fades to a colour with its distance along the view.
@@ -32,13 +34,12 @@ impl Default for DepthCue {
 }
 
 impl DepthCue {
+    /// Range of the strength.
+    pub const STRENGTH: Number = Number::new("depth_cue", 0.0, 1.0, "a strength from 0 to 1");
+
     /// Checks both ranges.
     pub(super) fn check(&self) -> Result<(), Error> {
-        let DepthCue { strength, color: [r, g, b] } = self;
-        if [strength, r, g, b].into_iter().all(|share| (0.0..=1.0).contains(share)) {
-            return Ok(());
-        }
-        let value = format!("{strength} of {r},{g},{b}");
-        Err(Error::OutOfRange { name: "depth_cue", value, expected: "a strength and a colour of numbers from 0 to 1" })
+        Self::STRENGTH.check(self.strength)?;
+        check_color("depth_cue", self.color)
     }
 }

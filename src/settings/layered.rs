@@ -1,6 +1,7 @@
 //! Settings of layered rendering: sampling, classification and evaluation of layers.
 
 use super::Quality;
+use crate::choice::{Choice, choices};
 use crate::error::Error;
 use crate::layers::{Axis, Correction, Density, Kernel, MAX_SAMPLES_PER_VOXEL};
 
@@ -21,6 +22,18 @@ pub enum LayerAxis {
     Auto,
     /// A fixed axis. An error if the view deviates from it by more than three voxels per layer.
     Forced(Axis),
+}
+
+impl Choice for LayerAxis {
+    const FIELD: &'static str = "layer_axis";
+    const ALL: &'static [Self] = &[Self::Auto, Self::Forced(Axis::X), Self::Forced(Axis::Y), Self::Forced(Axis::Z)];
+
+    fn name(self) -> &'static str {
+        match self {
+            LayerAxis::Auto => "auto",
+            LayerAxis::Forced(axis) => ["x", "y", "z"][axis.index()],
+        }
+    }
 }
 
 /// Evaluation of layer samples.
@@ -66,6 +79,12 @@ pub enum Classification {
     },
 }
 
+choices! {
+    Classification, "classification";
+    Post(Correction::SubLayers(2)) = "post",
+    Preintegrated { kernel: Kernel::Cubic, samples_per_layer: 1 } = "preintegrated",
+}
+
 impl Classification {
     /// Largest number of samples per layer with pre-integration.
     pub const MAX_POINTS: u32 = 8;
@@ -106,6 +125,8 @@ pub enum Footprints {
     /// The nearest of the paper's 856 oriented images of 64² bytes (§3.2).
     Set,
 }
+
+choices! { Footprints, "footprints"; Exact = "exact", Set = "set" }
 
 /// Settings of layered rendering.
 ///

@@ -1,6 +1,8 @@
 //! Light sources.
 
+use super::number::Number;
 use crate::camera::{Basis, Camera};
+use crate::choice::choices;
 use crate::error::Error;
 use glam::DVec3;
 
@@ -40,7 +42,13 @@ pub enum LightSpace {
     Camera,
 }
 
+choices! { LightSpace, "light_space"; World = "world", Camera = "camera" }
+
 impl Light {
+    /// Range of the strength.
+    pub const STRENGTH: Number = Number::new("light", 0.0, 100.0, "a strength from 0 to 100");
+    /// Range of the angular diameter.
+    pub const ANGLE: Number = Number::new("light", 0.0, 45.0, "an angular diameter from 0 to 45 degrees");
     /// A white headlight of strength 1.
     pub const AT_CAMERA: Self = Self { direction: None, space: LightSpace::World, strength: 1.0, angle: 0.0, color: WHITE };
 
@@ -66,17 +74,13 @@ impl Light {
     }
 
     fn check(&self) -> Result<(), Error> {
-        let refuse = |value: String, expected| Err(Error::OutOfRange { name: "light", value, expected });
-        match self.direction {
-            Some(direction) if direction.try_normalize().is_none() => {
-                refuse(direction.to_string(), "a finite vector other than 0")
-            }
-            _ if !(0.0..=100.0).contains(&self.strength) => refuse(self.strength.to_string(), "a strength from 0 to 100"),
-            _ if !(0.0..=45.0).contains(&self.angle) => {
-                refuse(self.angle.to_string(), "an angular diameter from 0 to 45 degrees")
-            }
-            _ => check_color("light", self.color),
+        if let Some(direction) = self.direction.filter(|direction| direction.try_normalize().is_none()) {
+            let expected = "a finite vector other than 0";
+            return Err(Error::OutOfRange { name: "light", value: direction.to_string(), expected });
         }
+        Self::STRENGTH.check(self.strength)?;
+        Self::ANGLE.check(self.angle)?;
+        check_color("light", self.color)
     }
 }
 
@@ -115,6 +119,11 @@ impl Lights {
         lights[0] = Light::from_camera(DVec3::new(-1.0, 1.0, 1.0));
         Self { count: 1, lights }
     };
+
+    /// The lights if none are given. A light at the camera casts no visible shadow.
+    pub const fn default_with(shadows: bool) -> Self {
+        if shadows { Self::BESIDE_CAMERA } else { Self::AT_CAMERA }
+    }
 
     /// Creates a list of one to four lights.
     ///

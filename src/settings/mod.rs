@@ -1,17 +1,20 @@
 //! Render settings: common and algorithm-specific options.
 
 mod algorithm;
+mod arguments;
 mod blend;
 mod clipping;
 mod depth_cue;
 mod gradient_opacity;
 mod layered;
 mod lights;
+mod number;
 mod quality;
 mod shading;
 mod shadows;
 
-pub use algorithm::Algorithm;
+pub use algorithm::{Algorithm, AlgorithmOptions};
+pub use arguments::Argument;
 pub use blend::Blend;
 pub use clipping::{ClipPlane, Clipping, CropBox};
 pub use depth_cue::DepthCue;
@@ -19,10 +22,13 @@ pub use gradient_opacity::GradientOpacity;
 pub use layered::{Classification, Evaluation, Footprints, LayerAxis, Layered};
 pub(crate) use lights::WHITE;
 pub use lights::{Light, LightSpace, Lights};
+use number::ABOVE_0;
+pub use number::Number;
 pub use quality::Quality;
 pub use shading::Shading;
 pub use shadows::{AmbientOcclusion, LightGrid, Shadows};
 
+use crate::choice::in_words;
 use crate::error::Error;
 use crate::layers::{GradientEstimator, Kernel};
 use crate::transfer::Extinction;
@@ -115,8 +121,10 @@ impl Settings {
     /// Transmittance at which early ray termination stops: 72 dB below white.
     pub const OPAQUE: f64 = 1.0 / 4096.0;
 
-    /// Possible values of [`Settings::pixel_aspect`].
-    pub const PIXEL_ASPECTS: std::ops::RangeInclusive<f64> = 1.0 / 16.0..=16.0;
+    /// Range of [`Settings::pixel_aspect`].
+    pub const PIXEL_ASPECT: Number = Number::new("pixel_aspect", 1.0 / 16.0, 16.0, "a ratio of width to height from 1/16 to 16");
+    /// Range of [`Settings::unit_distance`].
+    pub const UNIT_DISTANCE: Number = Number::new("unit_distance", ABOVE_0, f64::MAX, "a finite number above 0");
 
     /// Options of layered rendering; `None` for other algorithms.
     pub fn layered(&self) -> Option<Layered> {
@@ -178,20 +186,8 @@ impl Settings {
         self.shading.map_or(Ok(()), |shading| shading.check())?;
         self.depth_cue.map_or(Ok(()), |cue| cue.check())?;
         self.check_light()?;
-        if !Self::PIXEL_ASPECTS.contains(&self.pixel_aspect) {
-            let value = self.pixel_aspect.to_string();
-            return Err(Error::OutOfRange {
-                name: "pixel_aspect",
-                value,
-                expected: "a ratio of width to height from 1/16 to 16",
-            });
-        }
-        match self.unit_distance {
-            Some(d) if !(d.is_finite() && d > 0.0) => {
-                Err(Error::OutOfRange { name: "unit_distance", value: d.to_string(), expected: "a finite number above 0" })
-            }
-            _ => Ok(()),
-        }
+        Self::PIXEL_ASPECT.check(self.pixel_aspect)?;
+        self.unit_distance.map_or(Ok(()), |distance| Self::UNIT_DISTANCE.check(distance))
     }
 
     /// Rejects gradient estimators that the algorithm or the kernel does not support.
@@ -207,7 +203,9 @@ impl Settings {
         let problem = match kernel {
             Some(kernel) if gradient.supports(kernel) => return Ok(()),
             Some(kernel) => {
-                format!("gradients of the {} kernel cannot be estimated by {}: {}", kernel.name(), gradient, estimators(kernel))
+                let known = GradientEstimator::ALL.into_iter().filter(|estimator| estimator.supports(kernel));
+                let known = in_words(known.map(GradientEstimator::name));
+                format!("gradients of the {} kernel cannot be estimated by {gradient}: choose {known}", kernel.name())
             }
             None if gradient == GradientEstimator::Central => return Ok(()),
             None => "sheets and slices have central differences: choose central, or omit it".into(),
@@ -248,15 +246,5 @@ impl Settings {
             _ => return Ok(()),
         };
         Err(Error::Settings { field: "blend", problem: problem.into() })
-    }
-}
-
-/// The gradient estimators that a kernel supports, for an error message.
-fn estimators(kernel: Kernel) -> String {
-    let supported = GradientEstimator::ALL.into_iter().filter(|estimator| estimator.supports(kernel));
-    let names: Vec<_> = supported.map(GradientEstimator::name).collect();
-    match names.split_last() {
-        Some((last, others)) if !others.is_empty() => format!("choose {} or {last}", others.join(", ")),
-        _ => format!("choose {}", names.concat()),
     }
 }

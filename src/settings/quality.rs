@@ -1,9 +1,9 @@
 //! Quality presets.
 
 use super::{Classification, Evaluation, Footprints, LayerAxis, Layered, Settings};
+use crate::choice::choices;
 use crate::layers::{Correction, Density, Kernel};
-use serde::Serialize;
-use std::str::FromStr;
+use serde::{Deserialize, Serialize};
 
 /// Quality presets.
 ///
@@ -13,11 +13,12 @@ use std::str::FromStr;
 /// ```
 /// use layersplat::{Quality, Settings};
 ///
-/// assert_eq!("high".parse::<Quality>(), Ok(Quality::High));
+/// assert_eq!("high".parse::<Quality>()?, Quality::High);
 /// assert_eq!(Quality::Standard.settings(), Settings::default());
+/// # Ok::<(), layersplat::Error>(())
 /// ```
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(into = "&'static str", try_from = "String")]
 pub enum Quality {
     /// One sample per voxel and layer: the fastest.
     Draft,
@@ -30,22 +31,11 @@ pub enum Quality {
     Paper,
 }
 
+choices! { Quality, "quality"; Draft = "draft", Standard = "standard", High = "high", Paper = "paper" }
+
 impl Quality {
-    /// All presets.
-    pub const ALL: [Self; 4] = [Quality::Draft, Quality::Standard, Quality::High, Quality::Paper];
-
-    /// Name on the command line.
-    pub fn name(self) -> &'static str {
-        match self {
-            Quality::Draft => "draft",
-            Quality::Standard => "standard",
-            Quality::High => "high",
-            Quality::Paper => "paper",
-        }
-    }
-
     /// Classification after interpolation, with the best correction for the rendering time of this preset.
-    pub fn splatted(self) -> Classification {
+    pub const fn splatted(self) -> Classification {
         Classification::Post(match self {
             Quality::Draft | Quality::Paper => Correction::Constant,
             Quality::Standard => Correction::SubLayers(2),
@@ -59,10 +49,10 @@ impl Quality {
     }
 
     /// Options of layered rendering of the preset.
-    pub fn layered(self) -> Layered {
-        let lattice = |density, kernel, samples_per_layer| {
+    pub const fn layered(self) -> Layered {
+        const fn lattice(density: Density, kernel: Kernel, samples_per_layer: u32) -> (Evaluation, Footprints, Classification) {
             (Evaluation::Lattice(density), Footprints::Exact, Classification::Preintegrated { kernel, samples_per_layer })
-        };
+        }
         let (evaluation, footprints, classification) = match self {
             Quality::Draft => lattice(Density::Fixed(1), Kernel::Cubic, 1),
             Quality::Standard => lattice(Density::Relaxed, Kernel::Cubic, 1),
@@ -70,14 +60,5 @@ impl Quality {
             Quality::Paper => (Evaluation::Direct, Footprints::Set, self.splatted()),
         };
         Layered { layer_axis: LayerAxis::Auto, evaluation, classification, footprints, adapts_to_opacity: true }
-    }
-}
-
-impl FromStr for Quality {
-    type Err = String;
-
-    fn from_str(name: &str) -> Result<Self, String> {
-        let found = Quality::ALL.into_iter().find(|quality| quality.name() == name);
-        found.ok_or_else(|| format!("unknown quality '{name}': use draft, standard, high or paper"))
     }
 }

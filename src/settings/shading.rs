@@ -1,6 +1,7 @@
 //! Shading.
 
 use super::lights::{Lights, WHITE, check_color};
+use super::number::{ABOVE_0, Number};
 use crate::error::Error;
 
 /// Two-sided Blinn–Phong shading from the gradient of the reconstructed field.
@@ -42,18 +43,16 @@ impl Default for Shading {
 }
 
 impl Shading {
+    /// Range of the ambient, the diffuse and the specular factor.
+    pub const FACTOR: Number = Number::new("shading", 0.0, 100.0, "ambient, diffuse and specular factors from 0 to 100");
+    /// Range of the specular exponent.
+    pub const POWER: Number = Number::new("shading", ABOVE_0, 1e4, "a power above 0 and at most 10000");
+
     /// Checks all ranges.
     pub(super) fn check(&self) -> Result<(), Error> {
         check_color("ambient_color", self.ambient_color)?;
-        let good = [self.ambient, self.diffuse, self.specular].iter().all(|c| (0.0..=100.0).contains(c));
-        if good && self.power > 0.0 && self.power <= 1e4 {
-            return Ok(());
-        }
-        Err(Error::OutOfRange {
-            name: "shading",
-            value: format!("{},{},{},{}", self.ambient, self.diffuse, self.specular, self.power),
-            expected: "ambient, diffuse and specular from 0 to 100, power above 0 and at most 10000",
-        })
+        [self.ambient, self.diffuse, self.specular].into_iter().try_for_each(|factor| Self::FACTOR.check(factor))?;
+        Self::POWER.check(self.power)
     }
 
     /// Whether all lights are white, the ambient light included.

@@ -1,5 +1,7 @@
 //! Shadows and ambient occlusion.
 
+use super::number::{ABOVE_0, Number};
+use crate::choice::choices;
 use crate::error::Error;
 
 /// Shadows of the lights: the light that reaches a sample is dimmed by what lies between the sample and the light.
@@ -33,18 +35,15 @@ impl Default for Shadows {
 }
 
 impl Shadows {
+    /// Range of the strength.
+    pub const STRENGTH: Number = Number::new("shadow_strength", 0.0, 1.0, "a strength from 0 to 1");
+    /// Range of the forgiveness.
+    pub const FORGIVENESS: Number = Number::new("shadow_forgiveness", 1.0, 1000.0, "a factor from 1 to 1000");
+
     /// Checks both ranges.
-    pub(super) fn check(&self) -> Result<(), Error> {
-        let Shadows { strength, forgiveness } = *self;
-        if !(0.0..=1.0).contains(&strength) {
-            let expected = "a strength from 0 to 1";
-            return Err(Error::OutOfRange { name: "shadow_strength", value: strength.to_string(), expected });
-        }
-        if !(1.0..=1000.0).contains(&forgiveness) {
-            let expected = "a factor from 1 to 1000";
-            return Err(Error::OutOfRange { name: "shadow_forgiveness", value: forgiveness.to_string(), expected });
-        }
-        Ok(())
+    pub(crate) fn check(&self) -> Result<(), Error> {
+        Self::STRENGTH.check(self.strength)?;
+        Self::FORGIVENESS.check(self.forgiveness)
     }
 }
 
@@ -67,17 +66,15 @@ impl Default for AmbientOcclusion {
 }
 
 impl AmbientOcclusion {
+    /// Range of the reach.
+    pub const REACH: Number = Number::new("ao_reach", ABOVE_0, f64::MAX, "inf or a length above 0");
+    /// Range of the gain.
+    pub const GAIN: Number = Number::new("ambient_occlusion", 1.0, 1000.0, "a factor from 1 to 1000");
+
     /// Checks both ranges.
     pub(super) fn check(&self) -> Result<(), Error> {
-        if let Some(reach) = self.reach.filter(|reach| !(*reach > 0.0 && reach.is_finite())) {
-            let expected = "a finite length above 0, or inf";
-            return Err(Error::OutOfRange { name: "ao_reach", value: reach.to_string(), expected });
-        }
-        if !(1.0..=1000.0).contains(&self.gain) {
-            let expected = "a factor from 1 to 1000";
-            return Err(Error::OutOfRange { name: "ambient_occlusion", value: self.gain.to_string(), expected });
-        }
-        Ok(())
+        self.reach.map_or(Ok(()), |reach| Self::REACH.check(reach))?;
+        Self::GAIN.check(self.gain)
     }
 }
 
@@ -95,19 +92,9 @@ pub enum LightGrid {
     Quarter,
 }
 
+choices! { LightGrid, "light_grid"; Full = "full", Half = "half", Quarter = "quarter" }
+
 impl LightGrid {
-    /// All resolutions, from the finest.
-    pub const ALL: [Self; 3] = [Self::Full, Self::Half, Self::Quarter];
-
-    /// Its name on the command line.
-    pub fn name(self) -> &'static str {
-        match self {
-            LightGrid::Full => "full",
-            LightGrid::Half => "half",
-            LightGrid::Quarter => "quarter",
-        }
-    }
-
     /// Voxels per value and axis, of ambient occlusion.
     pub(crate) fn voxels(self) -> usize {
         match self {

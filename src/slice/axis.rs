@@ -1,5 +1,6 @@
 //! Slices perpendicular to an axis of the voxels or of a patient.
 
+use crate::choice::choices;
 use crate::error::Error;
 use crate::volume::Grid;
 use glam::DVec3;
@@ -28,23 +29,12 @@ pub enum SliceAxis {
     Sagittal,
 }
 
+choices! {
+    SliceAxis, "axis";
+    X = "x", Y = "y", Z = "z", Axial = "axial", Coronal = "coronal", Sagittal = "sagittal",
+}
+
 impl SliceAxis {
-    /// All axes.
-    pub const ALL: [SliceAxis; 6] =
-        [SliceAxis::X, SliceAxis::Y, SliceAxis::Z, SliceAxis::Axial, SliceAxis::Coronal, SliceAxis::Sagittal];
-
-    /// `x`, `y`, `z`, `axial`, `coronal` or `sagittal`.
-    pub fn name(self) -> &'static str {
-        match self {
-            SliceAxis::X => "x",
-            SliceAxis::Y => "y",
-            SliceAxis::Z => "z",
-            SliceAxis::Axial => "axial",
-            SliceAxis::Coronal => "coronal",
-            SliceAxis::Sagittal => "sagittal",
-        }
-    }
-
     /// The axes of the three slices to show side by side: axial, coronal and sagittal where the world is a patient's, else z, y and x.
     pub fn three(grid: &Grid) -> [Self; 3] {
         if grid.has_anatomy() {
@@ -142,17 +132,6 @@ impl SliceAxis {
         let mut voxel = grid.centre_in_voxels();
         voxel[axis] = at;
         Ok(grid.index_to_world().transform_point3(voxel))
-    }
-}
-
-impl std::str::FromStr for SliceAxis {
-    type Err = Error;
-
-    fn from_str(name: &str) -> Result<Self, Error> {
-        Self::ALL.into_iter().find(|axis| axis.name() == name).ok_or_else(|| {
-            let known = Self::ALL.map(Self::name).join(", ");
-            Error::UnknownName { what: "axis", name: name.into(), known }
-        })
     }
 }
 

@@ -1,6 +1,7 @@
 //! Lookup table of a transfer function, for the device.
 
 use super::TransferFunction;
+use crate::choice::choices;
 
 /// Attenuation over a distance, as a function of opacity.
 ///
@@ -18,6 +19,8 @@ pub enum Extinction {
     /// Transmittance 1 − min(1, αΔt): the first two terms of its series, equal to α blending (the paper's comparison).
     Linear,
 }
+
+choices! { Extinction, "extinction"; Exponential = "exponential", Linear = "linear" }
 
 /// Entries per smallest distance between control points; resolves the steepest segment to 3 %.
 const ENTRIES_PER_GAP: f64 = 32.0;

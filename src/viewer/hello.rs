@@ -2,13 +2,15 @@
 
 use super::drawn::{Drawn, PageField};
 use super::first::{First, Opening};
-use super::look::{Look, PageBlend, PageQuality};
+use super::look::Look;
 use super::look_fields::is_name;
 use super::replies::{NamedTransfer, Reply};
 use super::scene::Scene;
 use super::slices;
 use crate::framing::Side;
+use crate::layers::{GradientEstimator, Kernel};
 use crate::renderer::ColorOpacity;
+use crate::settings::{Blend, Quality};
 use crate::shown::{Shown, name_of};
 use crate::transfer::TransferFunction;
 use crate::volume::{Label, LabelLayer, Statistics};
@@ -50,6 +52,10 @@ impl Scene {
             "channels": self.channels_described(first),
             "labels": self.labels_described(),
             "unavailable": self.unavailable(look),
+            "choices": {
+                "blend": Blend::ALL.map(Blend::name), "quality": Quality::ALL.map(Quality::name),
+                "kernel": Kernel::OF_LAYERS.map(Kernel::name), "gradient": GradientEstimator::ALL.map(|gradient| gradient.to_string()),
+            },
             "camera": camera, "camera_is_given": camera_is_given, "look": look,
             "transfer": NamedTransfer::from(transfer),
             "palettes": TransferFunction::palette_colors().map(|(name, colors)| json!({ "name": name, "colors": colors })).collect::<Vec<_>>(),
@@ -113,11 +119,12 @@ impl Scene {
     fn unavailable(&self, look: &Look) -> Map<String, Value> {
         let kind = self.kind();
         let plain = Look { shadows: false, ambient_occlusion: false, shading: true, ..look.clone() };
-        let plain = Look { blend: PageBlend::Composite, ..plain };
+        let plain = Look { blend: Blend::Composite, ..plain };
         // What does not go with the options of the program is said when it is chosen.
         let check = |look: Look| self.host.settings(&look, None).map_or(Ok(()), |settings| kind.check(&settings));
-        let blend = |blend: PageBlend| (blend.name(), check(Look { blend, ..plain.clone() }));
-        let paper = Look { quality: Some(PageQuality::Paper), kernel: None, ..plain.clone() };
+        let blends = Blend::ALL.into_iter().filter(|&blend| blend != Blend::Composite);
+        let blends = blends.map(|blend| (blend.name(), check(Look { blend, ..plain.clone() })));
+        let paper = Look { quality: Some(Quality::Paper), kernel: None, ..plain.clone() };
         let curve = match &self.opening.drawn {
             Drawn::Shown(Shown::Labels(..)) => Some("Labels have colours and opacities of their own: see the list of labels."),
             Drawn::Shown(Shown::Components(_, ColorOpacity::Alpha)) => Some("The opacity is the alpha of the file."),
@@ -128,13 +135,9 @@ impl Scene {
             ("ambient-occlusion", check(Look { ambient_occlusion: true, ..plain.clone() })),
             ("slices", kind.check_slices()),
             ("paper", check(paper)),
-            blend(PageBlend::Maximum),
-            blend(PageBlend::Minimum),
-            blend(PageBlend::Average),
-            blend(PageBlend::Iso),
         ];
-        let refused =
-            checked.into_iter().filter_map(|(name, checked)| Some((name.to_owned(), self.host.sentence(&checked.err()?).into())));
+        let refused = checked.into_iter().chain(blends);
+        let refused = refused.filter_map(|(name, checked)| Some((name.to_owned(), self.host.sentence(&checked.err()?).into())));
         refused.chain(curve.map(|sentence| ("curve".to_owned(), sentence.into()))).collect()
     }
 

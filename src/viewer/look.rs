@@ -2,10 +2,11 @@
 
 use super::look_fields::{PageChannel, PageLabels};
 use crate::annotation::{Annotations, Legend};
+use crate::choice::by_name;
 use crate::error::Error;
 use crate::image::Background;
 use crate::layers::{GradientEstimator, Kernel};
-use crate::settings::{Blend, ClipPlane, Clipping, CropBox, Light, LightSpace, Lights, Quality, Settings, WHITE};
+use crate::settings::{Blend, ClipPlane, Clipping, CropBox, Light, LightSpace, Lights, Quality, Settings, Shadows, WHITE};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
@@ -14,11 +15,12 @@ use serde::{Deserialize, Serialize};
 #[serde(deny_unknown_fields)]
 pub struct Look {
     /// Quality of pictures at rest and saved ones; `None`: refined up to `high`.
-    pub quality: Option<PageQuality>,
+    pub quality: Option<Quality>,
     /// Reconstruction kernel; `None`: by quality.
-    pub kernel: Option<PageKernel>,
-    /// Blend mode.
-    pub blend: PageBlend,
+    pub kernel: Option<Kernel>,
+    /// Blend mode, without the value of an iso-surface.
+    #[serde(with = "by_name")]
+    pub blend: Blend,
     /// Value of the iso-surface.
     pub iso: f64,
     /// Whether samples are lit.
@@ -74,95 +76,13 @@ fn white() -> [f64; 3] {
     WHITE
 }
 
-/// A quality preset.
-#[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq)]
-#[serde(rename_all = "snake_case")]
-#[expect(missing_docs, reason = "those of Quality")]
-pub enum PageQuality {
-    Draft,
-    Standard,
-    High,
-    Paper,
-}
-
-/// A reconstruction kernel of layers.
-#[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq)]
-#[serde(rename_all = "kebab-case")]
-#[expect(missing_docs, reason = "those of Kernel")]
-pub enum PageKernel {
-    Cubic,
-    Linear,
-    CatmullRom,
-    Bspline,
-}
-
-/// A blend mode.
-#[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq)]
-#[serde(rename_all = "snake_case")]
-#[expect(missing_docs, reason = "those of Blend")]
-pub enum PageBlend {
-    Composite,
-    Maximum,
-    Minimum,
-    Average,
-    Iso,
-}
-
-impl From<PageQuality> for Quality {
-    fn from(quality: PageQuality) -> Self {
-        match quality {
-            PageQuality::Draft => Quality::Draft,
-            PageQuality::Standard => Quality::Standard,
-            PageQuality::High => Quality::High,
-            PageQuality::Paper => Quality::Paper,
-        }
-    }
-}
-
-impl From<PageKernel> for Kernel {
-    fn from(kernel: PageKernel) -> Self {
-        match kernel {
-            PageKernel::Cubic => Kernel::Cubic,
-            PageKernel::Linear => Kernel::Linear,
-            PageKernel::CatmullRom => Kernel::CatmullRom,
-            PageKernel::Bspline => Kernel::BSpline,
-        }
-    }
-}
-
-impl PageKernel {
-    /// Name on the command line.
-    pub fn name(self) -> &'static str {
-        Kernel::from(self).name()
-    }
-}
-
-impl PageBlend {
-    /// Name on the command line.
-    pub fn name(self) -> &'static str {
-        match self {
-            PageBlend::Composite => "composite",
-            PageBlend::Maximum => "maximum",
-            PageBlend::Minimum => "minimum",
-            PageBlend::Average => "average",
-            PageBlend::Iso => "iso",
-        }
-    }
-}
-
 impl Look {
     /// The look of settings. `iso` is the value that an iso-surface begins with, if there is none yet. Open sides of a crop box end with the
     /// field of a volume of `dims` voxels.
     pub fn of(settings: &Settings, background: Background, iso: f64, dims: [usize; 3]) -> Self {
         let lights = settings.shading.map_or_else(Lights::default, |shading| shading.lights);
         let lights: &[Light] = if lights == Lights::default() { &[] } else { lights.as_slice() };
-        let (blend, iso) = match settings.blend {
-            Blend::Composite => (PageBlend::Composite, iso),
-            Blend::Maximum => (PageBlend::Maximum, iso),
-            Blend::Minimum => (PageBlend::Minimum, iso),
-            Blend::Average => (PageBlend::Average, iso),
-            Blend::Iso(value) => (PageBlend::Iso, value),
-        };
+        let iso = if let Blend::Iso(value) = settings.blend { value } else { iso };
         let (least, most) = (DVec3::NEG_ONE, DVec3::from_array(dims.map(|n| n as f64)));
         let ends = |CropBox { lowest, highest }: CropBox| [lowest.max(least).to_array(), highest.min(most).to_array()];
         let crop = settings.clipping.crop.map(ends);
@@ -173,7 +93,7 @@ impl Look {
         Self {
             quality: None,
             kernel: None,
-            blend,
+            blend: settings.blend.at(0.0),
             iso,
             shading: settings.shading.is_some(),
             lights: lights.iter().map(PageLight::of).collect(),
@@ -201,6 +121,17 @@ impl Look {
         Annotations { legend, list, bounding_box, axes, length_units, ..Annotations::default() }
     }
 
+    /// The crop box.
+    pub(super) fn crop_box(&self) -> Option<CropBox> {
+        self.crop.map(|[lowest, highest]| CropBox { lowest: lowest.into(), highest: highest.into() })
+    }
+
+    /// The clip planes.
+    pub(super) fn planes(&self) -> impl Iterator<Item = ClipPlane> {
+        let plane = |&[x, y, z, nx, ny, nz]: &[f64; 6]| ClipPlane { point: DVec3::new(x, y, z), normal: DVec3::new(nx, ny, nz) };
+        self.clips.iter().map(plane)
+    }
+
     /// Checks what the page can send wrong. Combinations are checked when settings are made.
     ///
     /// # Errors
@@ -214,29 +145,14 @@ impl Look {
         if self.clips.len() > Clipping::MAX_PLANES {
             return refuse("clipping", format!("{} planes", self.clips.len()), "at most 6 clip planes");
         }
-        let clips_are_planes = self
-            .clips
-            .iter()
-            .all(|&[x, y, z, nx, ny, nz]| DVec3::new(x, y, z).is_finite() && DVec3::new(nx, ny, nz).try_normalize().is_some());
-        if !clips_are_planes {
-            return refuse("clipping", "a plane without a normal".into(), "finite numbers and a normal other than 0");
-        }
-        if let Some([lowest, highest]) = self.crop
-            && !(0..3).all(|i| lowest[i].is_finite() && highest[i].is_finite() && lowest[i] < highest[i])
-        {
-            return refuse("clipping", "an empty box".into(), "a box whose lowest corner is below the highest on every axis");
-        }
-        if !(0.0..=1.0).contains(&self.shadow_strength) {
-            return refuse("shadow_strength", self.shadow_strength.to_string(), "a strength from 0 to 1");
-        }
+        Clipping { crop: self.crop_box(), ..Clipping::default() }.with_planes(self.planes()).check()?;
+        Shadows { strength: self.shadow_strength, ..Shadows::default() }.check()?;
+        Blend::Iso(self.iso).check()?;
         if let Some(gradient) = &self.gradient
             && gradient.parse::<GradientEstimator>().is_err()
         {
             let value = gradient.chars().take(20).collect();
             return refuse("gradient", value, "central, sobel, gaussian:SIGMA with SIGMA from 0.3 to 2, or own");
-        }
-        if !self.iso.is_finite() {
-            return refuse("blend", self.iso.to_string(), "a finite iso-value");
         }
         self.check_fields()?;
         self.background().map(|_| ())

@@ -58,7 +58,7 @@ pub use checks::check_message;
 pub use drawn::{Drawn, PageField};
 pub use first::{First, Opening, Time};
 pub use host::{FilmWanted, Host, Offered, Source, Wanted};
-pub use look::{Look, PageBlend, PageKernel, PageLight, PageQuality};
+pub use look::{Look, PageLight};
 pub use look_fields::{PageChannel, PageLabels};
 pub use outgoing::Message;
 pub use overlay::Overlay;

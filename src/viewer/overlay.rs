@@ -1,13 +1,10 @@
 //! Settings of a look over those of a program that has no options to make them of.
 
-use super::look::{Look, PageBlend, PageKernel, PageQuality};
+use super::look::Look;
 use crate::error::Error;
 use crate::image::Background;
 use crate::layers::Kernel;
-use crate::settings::{
-    Blend, Classification, ClipPlane, CropBox, Layered, Light, LightSpace, Lights, Quality, Settings, Shading, Shadows,
-};
-use glam::DVec3;
+use crate::settings::{Classification, Layered, Light, LightSpace, Lights, Quality, Settings, Shading, Shadows};
 
 /// Settings, and their look. What a page does not change stays as in these settings: the coefficients of the shading, for example.
 #[derive(Clone, Debug, PartialEq)]
@@ -21,12 +18,7 @@ impl Overlay {
     pub fn new(base: Settings, background: Background, iso: f64, dims: [usize; 3]) -> Self {
         let mut own = Look::of(&base, background, iso, dims);
         if let Some((quality, kernel)) = base.layered().and_then(preset) {
-            own.quality = match quality {
-                Quality::Standard => None,
-                Quality::Draft => Some(PageQuality::Draft),
-                Quality::High => Some(PageQuality::High),
-                Quality::Paper => Some(PageQuality::Paper),
-            };
+            own.quality = Some(quality).filter(|&quality| quality != Quality::Standard);
             own.kernel = kernel;
         }
         Self { base, own }
@@ -47,18 +39,12 @@ impl Overlay {
         if let Some(layered) = base.layered() {
             settings.algorithm = self.layered(layered, look, quality).into();
         }
-        settings.blend = match look.blend {
-            PageBlend::Composite => Blend::Composite,
-            PageBlend::Maximum => Blend::Maximum,
-            PageBlend::Minimum => Blend::Minimum,
-            PageBlend::Average => Blend::Average,
-            PageBlend::Iso => Blend::Iso(look.iso),
-        };
+        settings.blend = look.blend.at(look.iso);
         if look.gradient != own.gradient {
             settings.gradient = look.gradient.as_ref().and_then(|name| name.parse().ok());
         }
         // Elsewhere the page offers neither.
-        let is_lit = look.shading && matches!(look.blend, PageBlend::Composite | PageBlend::Iso);
+        let is_lit = look.shading && !look.blend.gathers_values();
         let shadows = || Shadows { strength: look.shadow_strength, ..base.shadows.unwrap_or_default() };
         settings.shadows = (look.shadows && is_lit).then(shadows);
         settings.ambient_occlusion = (look.ambient_occlusion && is_lit).then(|| base.ambient_occlusion.unwrap_or_default());
@@ -69,26 +55,23 @@ impl Overlay {
             shading => Some(Shading { lights: lights(look)?, ..shading.unwrap_or_default() }),
         };
         if look.crop != own.crop {
-            let corners = |[lowest, highest]: [[f64; 3]; 2]| CropBox { lowest: lowest.into(), highest: highest.into() };
-            settings.clipping.crop = look.crop.map(corners);
+            settings.clipping.crop = look.crop_box();
         }
         if look.clips != own.clips {
-            let plane =
-                |&[x, y, z, nx, ny, nz]: &[f64; 6]| ClipPlane { point: DVec3::new(x, y, z), normal: DVec3::new(nx, ny, nz) };
-            settings.clipping = settings.clipping.with_planes(look.clips.iter().map(plane));
+            settings.clipping = settings.clipping.with_planes(look.planes());
         }
         Ok(settings)
     }
 
     fn layered(&self, base: Layered, look: &Look, quality: Option<Quality>) -> Layered {
-        let quality = quality.or(look.quality.map(Quality::from));
+        let quality = quality.or(look.quality);
         let layered = match (quality, preset(base)) {
             (None, _) => base,
             (Some(quality), Some(_)) => Layered { layer_axis: base.layer_axis, ..quality.layered() },
             (Some(quality), None) => chosen(base, quality.layered()),
         };
         let kernel = match look.kernel {
-            Some(kernel) => Some(Kernel::from(kernel)),
+            Some(kernel) => Some(kernel),
             // The page took the kernel back.
             None if self.own.kernel.is_some() && quality.is_none() => {
                 preset(base).and_then(|(quality, _)| kernel_of(quality.layered()))
@@ -103,13 +86,13 @@ impl Overlay {
 }
 
 /// The preset that layers have, and their kernel if it is not that of the preset. `None` for other options of layers.
-fn preset(layered: Layered) -> Option<(Quality, Option<PageKernel>)> {
+fn preset(layered: Layered) -> Option<(Quality, Option<Kernel>)> {
     let kernel = kernel_of(layered);
     Quality::ALL.into_iter().find_map(|quality| {
         let preset = Layered { layer_axis: layered.layer_axis, ..quality.layered() };
         let classification = kernel.map_or(preset.classification, |kernel| preset.classification.with_kernel(kernel));
         let is_other = kernel_of(preset) != kernel;
-        (Layered { classification, ..preset } == layered).then(|| (quality, kernel.filter(|_| is_other).and_then(of_page)))
+        (Layered { classification, ..preset } == layered).then(|| (quality, kernel.filter(|_| is_other)))
     })
 }
 
@@ -135,20 +118,10 @@ fn kernel_of(layered: Layered) -> Option<Kernel> {
     }
 }
 
-fn of_page(kernel: Kernel) -> Option<PageKernel> {
-    match kernel {
-        Kernel::Cubic => Some(PageKernel::Cubic),
-        Kernel::Linear => Some(PageKernel::Linear),
-        Kernel::CatmullRom => Some(PageKernel::CatmullRom),
-        Kernel::BSpline => Some(PageKernel::Bspline),
-        Kernel::Gaussian => None,
-    }
-}
-
 /// The lights of a look; without any, the default with or without shadows.
 fn lights(look: &Look) -> Result<Lights, Error> {
     if look.lights.is_empty() {
-        return Ok(if look.shadows { Lights::BESIDE_CAMERA } else { Lights::default() });
+        return Ok(Lights::default_with(look.shadows));
     }
     let space = if look.lights_follow { LightSpace::Camera } else { LightSpace::World };
     let lights: Vec<Light> = look.lights.iter().map(|light| Light { space, ..light.light() }).collect();
@@ -159,8 +132,9 @@ fn lights(look: &Look) -> Result<Lights, Error> {
 mod tests {
     use super::*;
     use crate::layers::{Density, GradientEstimator};
-    use crate::settings::{AmbientOcclusion, Clipping, DepthCue, Evaluation, LightGrid};
+    use crate::settings::{AmbientOcclusion, Blend, ClipPlane, Clipping, CropBox, DepthCue, Evaluation, LightGrid};
     use crate::viewer::PageLight;
+    use glam::DVec3;
 
     fn overlay(base: Settings) -> Overlay {
         Overlay::new(base, Background::BLACK, 90.0, [8; 3])
@@ -226,7 +200,7 @@ mod tests {
         let gradient = |name: &str| settings(&Look { gradient: Some(name.into()), ..own.clone() }).gradient;
         assert_eq!(gradient("central"), Some(GradientEstimator::Central));
         // Shadows need what shows them.
-        let flat = settings(&Look { blend: PageBlend::Maximum, shadows: true, ambient_occlusion: true, ..own.clone() });
+        let flat = settings(&Look { blend: Blend::Maximum, shadows: true, ambient_occlusion: true, ..own.clone() });
         assert_eq!((flat.shadows, flat.ambient_occlusion, flat.blend), (None, None, Blend::Maximum));
         let cut =
             settings(&Look { crop: Some([[0.0; 3], [4.0; 3]]), clips: vec![[1.0, 2.0, 3.0, 0.0, 0.0, 1.0]], ..own.clone() });
@@ -243,14 +217,14 @@ mod tests {
             assert_eq!(plain.settings(plain.look(), Some(quality)).unwrap(), quality.settings());
         }
         let high = overlay(Quality::High.settings());
-        assert_eq!(high.look().quality, Some(PageQuality::High));
+        assert_eq!(high.look().quality, Some(Quality::High));
         // A kernel of its own stays, until the page takes it back.
         let base = Layered {
             classification: Quality::High.layered().classification.with_kernel(Kernel::Linear),
             ..Quality::High.layered()
         };
         let linear = overlay(base.into());
-        assert_eq!((linear.look().quality, linear.look().kernel), (Some(PageQuality::High), Some(PageKernel::Linear)));
+        assert_eq!((linear.look().quality, linear.look().kernel), (Some(Quality::High), Some(Kernel::Linear)));
         assert_eq!(kernel(linear.settings(linear.look(), Some(Quality::Draft)).unwrap()), Some(Kernel::Linear));
         let back = Look { kernel: None, ..linear.look().clone() };
         assert_eq!(linear.settings(&back, None).unwrap(), Quality::High.settings());

@@ -1,8 +1,9 @@
 //! Messages of a page, as JSON, and their limits.
 
-use super::look::{Look, PageKernel};
+use super::look::Look;
 use super::page_camera::PageCamera;
 use crate::error::Error;
+use crate::layers::Kernel;
 use crate::transfer::{ControlPoint, TransferFunction};
 use crate::viewport::Viewport;
 use serde::Deserialize;
@@ -237,7 +238,7 @@ pub(super) struct SlicesView {
     /// Size of each slice in device pixels.
     pub width: u32,
     pub height: u32,
-    pub kernel: PageKernel,
+    pub kernel: Kernel,
     /// Level and width of a window of grey; `null`: colours of the transfer function.
     pub window: Option<[f64; 2]>,
     /// Thickness of the layer whose opacity colours have; `null`: opaque.

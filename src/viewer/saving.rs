@@ -6,7 +6,7 @@ use super::drawn::PageRenderer;
 use super::host::Wanted;
 use super::inbox::Saving;
 use super::keeper::{Maker, Order};
-use super::look::{Look, PageQuality};
+use super::look::Look;
 use super::outgoing::Outgoing;
 use super::painter::Painter;
 use super::replies::{Format, NamedText, Picture, Reply, Step};
@@ -14,6 +14,7 @@ use super::requests::SavedFormat;
 use super::scene::Scene;
 use crate::error::Error;
 use crate::image::Encoding;
+use crate::settings::Quality;
 use crate::transfer::{FileFormat, TransferFunction};
 use crate::viewport::Viewport;
 use std::io;
@@ -24,7 +25,7 @@ pub(super) const TRANSFER_NAME: &str = "layersplat.json";
 
 /// The look of what is saved: of the chosen quality, `high` if none is chosen.
 pub(super) fn saved_look(look: &Look) -> Look {
-    Look { quality: look.quality.or(Some(PageQuality::High)), ..look.clone() }
+    Look { quality: look.quality.or(Some(Quality::High)), ..look.clone() }
 }
 
 /// An error that does not name the temporary file.

@@ -68,14 +68,13 @@ impl Painter {
         self.scene.host.require_checked(&self.scene.camera(&opening.camera)?, viewport, &blend)?;
         let grid = opening.volume.grid();
         let slices = view.planes().map(|slice| slice.fitted(grid, viewport));
-        let kernel = Kernel::from(view.kernel);
         let background = self.look.background()?;
         let renderer = self.renderer.require_whole("the page's slices")?;
-        let value = value_at(renderer, grid, DVec3::from_array(view.point), kernel)?;
+        let value = value_at(renderer, grid, DVec3::from_array(view.point), view.kernel)?;
         let mut rgba = Vec::new();
         let mut placed = Vec::new();
         for slice in &slices {
-            let frame: Frame = renderer.slice(slice, viewport, kernel, view.colors())?;
+            let frame: Frame = renderer.slice(slice, viewport, view.kernel, view.colors())?;
             rgba.extend(frame.to_rgba8(background));
             let pixels = slice.pixels(viewport)?;
             let [corner, right, down] = [pixels.corner, pixels.right, pixels.down].map(|v| v.to_array());

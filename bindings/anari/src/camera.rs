@@ -101,7 +101,7 @@ fn pixel_aspect(object: &Object, [x0, y0, x1, y1]: [f64; 4], viewport: Viewport,
     if (pixel - 1.0).abs() < SQUARE {
         return 1.0;
     }
-    if !Settings::PIXEL_ASPECTS.contains(&pixel) {
+    if !Settings::PIXEL_ASPECT.contains(pixel) {
         let text =
             format!("aspect is {aspect}: pixels would be {pixel} times as wide as high (1/16 to 16 is possible), and are square");
         problems.push(Problem::argument(text));

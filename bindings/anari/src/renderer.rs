@@ -34,7 +34,8 @@ impl RendererSettings {
             quality = Quality::Standard;
         }
         let mut settings = quality.settings();
-        let kernel = kernel(renderer).unwrap_or_else(|| kernel_of_filter(shown, &mut refused));
+        let kernel = renderer.text(c"kernel").and_then(|name| name.parse().ok());
+        let kernel = kernel.unwrap_or_else(|| kernel_of_filter(shown, &mut refused));
         settings.algorithm = with_kernel(settings.algorithm, kernel);
         settings.gradient = renderer.text(c"gradient").and_then(|name| name.parse().ok());
         settings.shading = shading(renderer, lights);
@@ -61,11 +62,6 @@ impl Default for RendererSettings {
         let settings = Settings { shading: None, ..Quality::default().settings() };
         Self { settings, background: Background::Color([0.0, 0.0, 0.0, 1.0]), samples: 1, clips_to_bounds: false }
     }
-}
-
-fn kernel(renderer: &Object) -> Option<Kernel> {
-    let name = renderer.text(c"kernel")?;
-    Kernel::OF_LAYERS.into_iter().find(|kernel| kernel.name() == name)
 }
 
 /// The kernel of the first field's filter.

@@ -1,10 +1,7 @@
 //! Enums of the C API. C passes them as integers of any value; unknown values are rejected.
 
 use crate::boundary::Failure;
-use layersplat::settings::LightGrid;
-use layersplat::slice::SliceAxis;
-use layersplat::volume::LabelSurfaces;
-use layersplat::{GradientEstimator, Kernel, Quality, volume};
+use layersplat::{Choice, GradientEstimator, volume};
 
 /// Type of a voxel.
 #[repr(C)]
@@ -189,39 +186,10 @@ macro_rules! from_number {
 }
 
 from_number!(VoxelType, "voxel type", Uint8 Int8 Uint16 Int16 Float32);
-from_number!(QualityChoice, "quality", Draft Standard High Paper);
-from_number!(AlgorithmChoice, "algorithm", Layered AxisSheets ViewSheets Slicing Raycast);
-from_number!(KernelChoice, "kernel", Automatic Cubic Linear CatmullRom Bspline Gaussian);
 from_number!(GradientChoice, "gradient", Automatic Central Sobel Own Gaussian);
-from_number!(BlendChoice, "blend mode", Composite Maximum Minimum Average Iso);
-from_number!(LightGridChoice, "light grid", Full Half Quarter);
 from_number!(ColorOpacityChoice, "color opacity", Alpha Luminance Background);
-from_number!(LabelSurfacesChoice, "kind of label surfaces", Smooth Voxels);
 from_number!(ProjectionChoice, "projection", Parallel Perspective);
 from_number!(PixelFormat, "pixel format", Rgba8 Floats);
-from_number!(SliceAxisChoice, "slice axis", X Y Z Axial Coronal Sagittal);
-
-impl From<LabelSurfacesChoice> for LabelSurfaces {
-    fn from(chosen: LabelSurfacesChoice) -> Self {
-        match chosen {
-            LabelSurfacesChoice::Smooth => Self::Smooth,
-            LabelSurfacesChoice::Voxels => Self::Voxels,
-        }
-    }
-}
-
-impl From<SliceAxisChoice> for SliceAxis {
-    fn from(chosen: SliceAxisChoice) -> Self {
-        match chosen {
-            SliceAxisChoice::X => Self::X,
-            SliceAxisChoice::Y => Self::Y,
-            SliceAxisChoice::Z => Self::Z,
-            SliceAxisChoice::Axial => Self::Axial,
-            SliceAxisChoice::Coronal => Self::Coronal,
-            SliceAxisChoice::Sagittal => Self::Sagittal,
-        }
-    }
-}
 
 impl From<VoxelType> for volume::VoxelType {
     fn from(chosen: VoxelType) -> Self {
@@ -231,27 +199,6 @@ impl From<VoxelType> for volume::VoxelType {
             VoxelType::Uint16 => Self::Uint16,
             VoxelType::Int16 => Self::Int16,
             VoxelType::Float32 => Self::Float32,
-        }
-    }
-}
-
-impl From<QualityChoice> for Quality {
-    fn from(chosen: QualityChoice) -> Self {
-        match chosen {
-            QualityChoice::Draft => Self::Draft,
-            QualityChoice::Standard => Self::Standard,
-            QualityChoice::High => Self::High,
-            QualityChoice::Paper => Self::Paper,
-        }
-    }
-}
-
-impl From<LightGridChoice> for LightGrid {
-    fn from(chosen: LightGridChoice) -> Self {
-        match chosen {
-            LightGridChoice::Full => Self::Full,
-            LightGridChoice::Half => Self::Half,
-            LightGridChoice::Quarter => Self::Quarter,
         }
     }
 }
@@ -269,16 +216,54 @@ impl GradientChoice {
     }
 }
 
-impl KernelChoice {
-    /// `None`: the algorithm's default.
-    pub(crate) fn kernel(self) -> Option<Kernel> {
-        match self {
-            KernelChoice::Automatic => None,
-            KernelChoice::Cubic => Some(Kernel::Cubic),
-            KernelChoice::Linear => Some(Kernel::Linear),
-            KernelChoice::CatmullRom => Some(Kernel::CatmullRom),
-            KernelChoice::Bspline => Some(Kernel::BSpline),
-            KernelChoice::Gaussian => Some(Kernel::Gaussian),
-        }
+/// The choice with a number. The enums of C count as [`Choice::ALL`] does, from `first`: 1 if 0 is the default.
+fn numbered<T: Choice>(number: i32, first: i32) -> Result<T, Failure> {
+    let found = number.checked_sub(first).and_then(|n| T::ALL.get(usize::try_from(n).ok()?));
+    found.copied().ok_or_else(|| {
+        let names = T::ALL.iter().zip(first..).map(|(choice, n)| format!("{n} ({})", choice.name()));
+        let known: Vec<_> = (first == 1).then(|| "0 (default)".into()).into_iter().chain(names).collect();
+        Failure::invalid(format!("{} is {number}: expected {}", T::FIELD, known.join(", ")))
+    })
+}
+
+/// The choice with a number from 0.
+pub(crate) fn chosen<T: Choice>(number: i32) -> Result<T, Failure> {
+    numbered(number, 0)
+}
+
+/// The choice with a number from 1; 0 is the default.
+pub(crate) fn chosen_or_default<T: Choice>(number: i32) -> Result<Option<T>, Failure> {
+    (number != 0).then(|| numbered(number, 1)).transpose()
+}
+
+#[cfg(test)]
+mod tests {
+    use layersplat::settings::{Algorithm, Blend, LightGrid};
+    use layersplat::slice::SliceAxis;
+    use layersplat::volume::LabelSurfaces;
+    use layersplat::{Choice, Kernel, Quality};
+
+    /// The constants of an enum of the header in order, from `first` on.
+    fn constants(prefix: &str, first: usize) -> Vec<String> {
+        let header = include_str!("../include/layersplat.h");
+        let number =
+            |n: usize| header.lines().find_map(|line| line.trim().strip_prefix(prefix)?.strip_suffix(&format!(" = {n},")));
+        (first..).map_while(number).map(|name| name.to_lowercase().replace('_', "-")).collect()
+    }
+
+    fn check<T: Choice>(prefix: &str, first: usize) {
+        let names: Vec<_> = T::ALL.iter().map(|choice| choice.name()).collect();
+        assert_eq!(constants(prefix, first), names, "{prefix}");
+    }
+
+    #[test]
+    fn constants_count_as_the_library_does() {
+        check::<Quality>("LAYERSPLAT_QUALITY_", 0);
+        check::<Algorithm>("LAYERSPLAT_ALGORITHM_", 0);
+        check::<Kernel>("LAYERSPLAT_KERNEL_", 1);
+        check::<Blend>("LAYERSPLAT_BLEND_", 0);
+        check::<LightGrid>("LAYERSPLAT_LIGHT_GRID_", 0);
+        check::<LabelSurfaces>("LAYERSPLAT_LABEL_SURFACES_", 0);
+        check::<SliceAxis>("LAYERSPLAT_SLICE_AXIS_", 0);
     }
 }

@@ -1,9 +1,10 @@
 //! Volumes of labels, and scans in the colours of labels.
 
 use crate::boundary::{Failure, Out, borrowed, free, guard, text, values};
+use crate::choices::chosen;
 use crate::renderer::with_whole;
 use crate::volume::checked;
-use crate::{Colors, Device, Grid, LabelSurfacesChoice, Renderer, Status};
+use crate::{Colors, Device, Grid, Renderer, Status};
 use layersplat::OpenOptions;
 use layersplat::renderer::{self, UploadedColors, UploadedVolume};
 use layersplat::volume::{Label as OurLabel, LabelChange, LabelLayer, LabelTable, Labels, ScalarType, VoxelType};
@@ -101,7 +102,7 @@ pub unsafe extern "C" fn layersplat_labels_new(
         // SAFETY: upheld by the caller, here and below.
         let out = unsafe { Out::handle(colors, "colors") }?;
         let device = unsafe { borrowed(device, "device") }?;
-        let surfaces = LabelSurfacesChoice::from_number(surfaces)?.into();
+        let surfaces = chosen(surfaces)?;
         let labels = unsafe { labels_in_memory(voxels, bytes, voxel_type, grid, labels, label_count) }?;
         out.set_handle(uploaded(device, &labels.with_surfaces(surfaces))?);
         Ok(())
@@ -125,7 +126,7 @@ pub unsafe extern "C" fn layersplat_labels_open(
         // SAFETY: upheld by the caller, here and below.
         let out = unsafe { Out::handle(colors, "colors") }?;
         let device = unsafe { borrowed(device, "device") }?;
-        let surfaces = LabelSurfacesChoice::from_number(surfaces)?.into();
+        let surfaces = chosen(surfaces)?;
         let labels = unsafe { labels_of_file(source, table, changes, change_count) }?;
         out.set_handle(uploaded(device, &labels.with_surfaces(surfaces))?);
         Ok(())

@@ -5,9 +5,11 @@ mod light;
 mod tests;
 
 use crate::boundary::{Failure, Out, guard};
-use crate::{AlgorithmChoice, BlendChoice, GradientChoice, KernelChoice, LightGridChoice, QualityChoice, Status};
+use crate::choices::{chosen, chosen_or_default};
+use crate::{AlgorithmChoice, BlendChoice, GradientChoice, KernelChoice, LightGridChoice, Status};
 use layersplat::settings::{
-    self, Algorithm, AmbientOcclusion, Blend, ClipPlane, Clipping, CropBox, DepthCue, GradientOpacity, Layered, Shading, Shadows,
+    self, Algorithm, AlgorithmOptions, AmbientOcclusion, Blend, ClipPlane, Clipping, CropBox, DepthCue, GradientOpacity, Layered,
+    Shading, Shadows,
 };
 use layersplat::{Kernel, Quality};
 use std::mem::offset_of;
@@ -127,12 +129,12 @@ const FIRST_VERSION: usize = offset_of!(Settings, shadows);
 /// Sizes of all versions of the struct, all of which are accepted. Before fields are appended, the present size becomes a constant here.
 const VERSIONS: [usize; 3] = [FIRST_VERSION, offset_of!(Settings, light_colors), size_of::<Settings>()];
 
-fn from_quality(quality: QualityChoice) -> Settings {
+fn from_quality(quality: Quality) -> Settings {
     let Shading { ambient, diffuse, specular, power, .. } = Shading::default();
     let Shadows { strength, forgiveness } = Shadows::default();
     Settings {
         size: size_of::<Settings>(),
-        quality: quality as i32,
+        quality: quality as i32, // The constants count as the library does.
         algorithm: AlgorithmChoice::Layered as i32,
         kernel: KernelChoice::Automatic as i32,
         splatted: 0,
@@ -178,7 +180,7 @@ fn from_quality(quality: QualityChoice) -> Settings {
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn layersplat_settings_default(quality: i32, settings: *mut Settings, size: usize) -> Status {
     guard(|| {
-        let quality = QualityChoice::from_number(quality)?;
+        let quality = chosen(quality)?;
         check_size(size)?;
         // SAFETY: upheld by the caller: a struct of `size` bytes, which is that of a version.
         unsafe { Out::new(settings, "settings") }?.set_first(Settings { size, ..from_quality(quality) }, size);
@@ -206,7 +208,7 @@ pub(crate) unsafe fn checked(settings: *const Settings) -> Result<settings::Sett
     let size = unsafe { (&raw const (*settings).size).read() };
     check_size(size)?;
     // Fields that an older version lacks keep their defaults, which no quality changes.
-    let mut complete = from_quality(QualityChoice::Standard);
+    let mut complete = from_quality(Quality::Standard);
     // SAFETY: upheld by the caller: the struct has `size` bytes, which is at most the size of this version.
     unsafe { settings.cast::<u8>().copy_to_nonoverlapping((&raw mut complete).cast(), size) };
     complete.checked()
@@ -223,18 +225,12 @@ impl Settings {
         let crop = flag("cropped", self.cropped)?.then_some(crop);
         Ok(settings::Settings {
             algorithm: self.algorithm()?,
-            blend: match BlendChoice::from_number(self.blend)? {
-                BlendChoice::Composite => Blend::Composite,
-                BlendChoice::Maximum => Blend::Maximum,
-                BlendChoice::Minimum => Blend::Minimum,
-                BlendChoice::Average => Blend::Average,
-                BlendChoice::Iso => Blend::Iso(self.iso_value),
-            },
+            blend: chosen::<Blend>(self.blend)?.at(self.iso_value),
             clipping: Clipping { crop, ..Clipping::default() }.with_planes(planes.iter().map(plane)),
             shading: self.shading()?,
             shadows: self.shadows()?,
             ambient_occlusion: self.ambient_occlusion()?,
-            light_grid: LightGridChoice::from_number(self.light_grid)?.into(),
+            light_grid: chosen(self.light_grid)?,
             gradient: GradientChoice::from_number(self.gradient)?.estimator(self.gradient_sigma),
             gradient_opacity: self.gradient_opacity()?,
             depth_cue: (self.depth_cue != 0.0).then_some(DepthCue { strength: self.depth_cue, color: self.depth_cue_color }),
@@ -249,24 +245,21 @@ impl Settings {
     }
 
     fn algorithm(&self) -> Result<Algorithm, Failure> {
-        let kernel = KernelChoice::from_number(self.kernel)?.kernel();
-        let step = |default: f64| if self.step == 0.0 { default } else { self.step };
-        let layer_axis = settings::LayerAxis::Auto;
-        let algorithm = AlgorithmChoice::from_number(self.algorithm)?;
-        if kernel.is_some() && !matches!(algorithm, AlgorithmChoice::Layered | AlgorithmChoice::Raycast) {
-            return Err(Failure::invalid("kernel: this algorithm has a fixed kernel"));
-        }
-        Ok(match algorithm {
-            AlgorithmChoice::Layered => self.layered(kernel)?.into(),
-            AlgorithmChoice::AxisSheets => Algorithm::AxisSheets { layer_axis },
-            AlgorithmChoice::ViewSheets => Algorithm::ViewSheets { sheet_distance: step(Algorithm::SHEET_DISTANCE) },
-            AlgorithmChoice::Slicing => Algorithm::Slicing { step: step(Algorithm::SLICE_DISTANCE) },
-            AlgorithmChoice::Raycast => Algorithm::Raycast { kernel: kernel.unwrap_or(Kernel::Linear), step: step(0.5) },
-        })
+        let kernel = chosen_or_default(self.kernel)?;
+        let step = Some(self.step).filter(|&step| step != 0.0);
+        let algorithm: Algorithm = chosen(self.algorithm)?;
+        let options = match algorithm {
+            Algorithm::Layered(_) => return Ok(self.layered(kernel)?.into()),
+            // These have no step.
+            Algorithm::AxisSheets { .. } => AlgorithmOptions { kernel, ..Default::default() },
+            Algorithm::ViewSheets { .. } => AlgorithmOptions { kernel, sheet_distance: step, ..Default::default() },
+            _ => AlgorithmOptions { kernel, step, ..Default::default() },
+        };
+        Ok(algorithm.with(options)?)
     }
 
     fn layered(&self, kernel: Option<Kernel>) -> Result<Layered, Failure> {
-        let quality = Quality::from(QualityChoice::from_number(self.quality)?);
+        let quality: Quality = chosen(self.quality)?;
         let splatted = flag("splatted", self.splatted)? || quality == Quality::Paper;
         let layered = quality.layered();
         Ok(match kernel {

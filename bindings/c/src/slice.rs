@@ -1,8 +1,9 @@
 //! Slices.
 
 use crate::boundary::{Failure, Out, borrowed, copy, guard, require_capacity};
+use crate::choices::{chosen, chosen_or_default};
 use crate::renderer::{self, AnyRenderer};
-use crate::{KernelChoice, Renderer, SliceAxisChoice, Status, Volume};
+use crate::{Renderer, Status, Volume};
 use layersplat::glam::DVec3;
 use layersplat::slice::{self, SliceAxis};
 use layersplat::{Kernel, Viewport};
@@ -62,7 +63,7 @@ impl SliceColors {
 }
 
 fn kernel(number: i32) -> Result<Kernel, Failure> {
-    Ok(KernelChoice::from_number(number)?.kernel().unwrap_or(Kernel::Linear))
+    Ok(chosen_or_default(number)?.unwrap_or(Kernel::Linear))
 }
 
 /// The slice perpendicular to an axis (a layersplat_slice_axis). `at`: for x, y and z the number of a slice of voxels, or any number
@@ -80,7 +81,7 @@ pub unsafe extern "C" fn layersplat_slice_at(
         // SAFETY: upheld by the caller, here and below.
         let out = unsafe { Out::new(slice, "slice") }?;
         let grid = unsafe { borrowed(volume, "volume") }?.0.grid();
-        let axis = SliceAxis::from(SliceAxisChoice::from_number(axis)?);
+        let axis: SliceAxis = chosen(axis)?;
         let (lo, hi) = axis.range(grid)?;
         let at = if at.is_nan() { (lo + hi) / 2.0 } else { at };
         out.set(Slice::from_library(&slice::Slice::at(grid, axis, at, Viewport::new(width, height)?)?));

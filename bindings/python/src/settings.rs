@@ -1,18 +1,19 @@
 //! Render settings.
 
-mod arguments;
 mod light;
 
 use crate::argument::{Argument, accepted, either, extract};
-use crate::errors::{Failure, Result, conflict, unknown};
+use crate::errors::{Result, conflict};
 use crate::pickled::{Reduced, reduced};
 use layersplat::settings::{
-    Algorithm, Blend, Classification, ClipPlane, Clipping, CropBox, DepthCue, Evaluation, GradientOpacity, LayerAxis, Layered,
+    self, Algorithm, Blend, Classification, ClipPlane, Clipping, CropBox, DepthCue, Evaluation, GradientOpacity, LayerAxis,
+    Layered, LightGrid, LightSpace, Lights,
 };
-use layersplat::{Axis, Density, GradientEstimator, Kernel, Quality, Settings as Ours, transfer::Extinction};
+use layersplat::{Choice, Density, GradientEstimator, Kernel, Quality, Settings as Ours, transfer::Extinction};
 use light::{Lighting, Occluding, Shadowing};
-use pyo3::Borrowed;
 use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyTuple};
+use pyo3::{Borrowed, IntoPyObjectExt};
 
 /// Render settings.
 ///
@@ -101,14 +102,11 @@ impl Cue {
 }
 
 /// Algorithm-specific options.
-struct AlgorithmOptions<'a> {
-    quality: Option<&'a str>,
-    kernel: Option<&'a str>,
+struct AlgorithmOptions {
+    quality: Option<Quality>,
     samples_per_layer: Option<u32>,
     density: Option<u32>,
-    layer_axis: Option<&'a str>,
-    step: Option<f64>,
-    sheet_distance: Option<f64>,
+    only_some: settings::AlgorithmOptions,
 }
 
 #[pymethods]
@@ -171,29 +169,28 @@ impl Settings {
             extinction,
             early_termination
         );
-        let (quality, kernel, layer_axis) = (quality.as_deref(), kernel.as_deref(), layer_axis.as_deref());
-        let options = AlgorithmOptions { quality, kernel, samples_per_layer, density, layer_axis, step, sheet_distance };
+        let quality = quality.as_deref().map(Quality::from_name).transpose()?;
+        let kernel = kernel.as_deref().map(Kernel::from_name).transpose()?;
+        let layer_axis = layer_axis.as_deref().map(LayerAxis::from_name).transpose()?;
+        let only_some = settings::AlgorithmOptions { kernel, step, sheet_distance, layer_axis };
+        let options = AlgorithmOptions { quality, samples_per_layer, density, only_some };
         let shadows = shadows.shadows()?;
-        let lights = light::default_lights(shadows.is_some());
-        let shading = shading.unwrap_or(Lighting::Switch(true)).shading(lights, light::space(&light_space)?)?;
+        let lights = Lights::default_with(shadows.is_some());
+        let shading = shading.unwrap_or(Lighting::Switch(true)).shading(lights, LightSpace::from_name(&light_space)?)?;
         Ok(Self(Ours {
             blend: blend.map_or(Ok(Blend::Composite), |blend| blend.blend())?,
             clipping: clipping(crop, planes.unwrap_or_default())?,
-            extinction: match extinction.as_str() {
-                "exponential" => Extinction::Exponential,
-                "linear" => Extinction::Linear,
-                other => return Err(unknown("extinction", other, "exponential or linear")),
-            },
+            extinction: Extinction::from_name(&extinction)?,
             shading,
             shadows,
             ambient_occlusion: ambient_occlusion.occlusion()?,
-            light_grid: light::grid(&light_grid)?,
+            light_grid: LightGrid::from_name(&light_grid)?,
             gradient: gradient.as_deref().map(estimator).transpose()?,
             gradient_opacity: gradient_opacity.map(|points| GradientOpacity::new(&points)).transpose()?,
             depth_cue: depth_cue.map(Cue::depth_cue),
             early_termination,
             unit_distance,
-            ..options.algorithm(&algorithm)?.into()
+            ..options.algorithm(Algorithm::from_name(&algorithm)?)?.into()
         }))
     }
 
@@ -202,18 +199,35 @@ impl Settings {
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
-        reduced::<Self>(py, arguments::arguments(py, &self.0)?)
+        reduced::<Self>(py, arguments(py, self.0.arguments())?)
     }
 
     fn __repr__(&self, py: Python) -> PyResult<String> {
-        let default = arguments::arguments(py, &Ours::default())?;
-        let mut shown = Vec::new();
-        for (name, value) in arguments::arguments(py, &self.0)? {
-            if !default.get_item(&name)?.is_some_and(|default| default.eq(&value).unwrap_or(false)) {
-                shown.push(format!("{name}={}", value.repr()?));
-            }
-        }
-        Ok(format!("layersplat.Settings({})", shown.join(", ")))
+        let arguments = arguments(py, self.0.arguments())?;
+        let shown: PyResult<Vec<_>> = arguments.iter().map(|(name, value)| Ok(format!("{name}={}", value.repr()?))).collect();
+        Ok(format!("layersplat.Settings({})", shown?.join(", ")))
+    }
+}
+
+/// Arguments by name.
+fn arguments<'py>(py: Python<'py>, named: Vec<(&'static str, settings::Argument)>) -> PyResult<Bound<'py, PyDict>> {
+    let dict = PyDict::new(py);
+    named.into_iter().try_for_each(|(name, value)| dict.set_item(name, object(py, value)?))?;
+    Ok(dict)
+}
+
+fn object<'py>(py: Python<'py>, argument: settings::Argument) -> PyResult<Bound<'py, PyAny>> {
+    use settings::Argument;
+    let objects = |values: Vec<Argument>| values.into_iter().map(|value| object(py, value)).collect::<PyResult<Vec<_>>>();
+    match argument {
+        Argument::Nothing => Ok(py.None().into_bound(py)),
+        Argument::Switch(on) => on.into_bound_py_any(py),
+        Argument::Whole(number) => number.into_bound_py_any(py),
+        Argument::Number(number) => number.into_bound_py_any(py),
+        Argument::Name(name) => name.into_bound_py_any(py),
+        Argument::Tuple(values) => Ok(PyTuple::new(py, objects(values)?)?.into_any()),
+        Argument::List(values) => objects(values)?.into_bound_py_any(py),
+        Argument::Fields(fields) => Ok(arguments(py, fields)?.into_any()),
     }
 }
 
@@ -224,15 +238,13 @@ fn estimator(name: &str) -> Result<GradientEstimator> {
 impl BlendName {
     fn blend(self) -> Result<Blend> {
         match self {
-            BlendName::Iso((name, value)) if name == "iso" => Ok(Blend::Iso(value)),
-            BlendName::Iso((name, _)) => Err(conflict("blend", format!("{name} takes no value; only iso does"))),
-            BlendName::Named(name) => match name.as_str() {
-                "composite" => Ok(Blend::Composite),
-                "maximum" => Ok(Blend::Maximum),
-                "minimum" => Ok(Blend::Minimum),
-                "average" => Ok(Blend::Average),
-                "iso" => Err(conflict("blend", "an iso-surface needs its data value: give ('iso', value)")),
-                _ => Err(unknown("blend", &name, "composite, maximum, minimum, average or ('iso', value)")),
+            BlendName::Iso((name, value)) => match Blend::from_name(&name)? {
+                Blend::Iso(_) => Ok(Blend::Iso(value)),
+                _ => Err(conflict("blend", format!("{name} takes no value; only iso does"))),
+            },
+            BlendName::Named(name) => match Blend::from_name(&name)? {
+                Blend::Iso(_) => Err(conflict("blend", "an iso-surface needs its data value: give ('iso', value)")),
+                blend => Ok(blend),
             },
         }
     }
@@ -248,49 +260,31 @@ fn clipping(crop: Option<[[f64; 3]; 2]>, planes: Vec<[[f64; 3]; 2]>) -> Result<C
     Ok(Clipping { crop, ..Clipping::default() }.with_planes(planes))
 }
 
-impl AlgorithmOptions<'_> {
-    /// The algorithm of a name with its options. Rejects options of other algorithms.
-    fn algorithm(&self, name: &str) -> Result<Algorithm> {
-        let layer_axis = self.layer_axis.map_or(Ok(LayerAxis::Auto), layer_axis)?;
-        let algorithm = match name {
-            "layered" => self.layered(layer_axis)?.into(),
-            "axis-sheets" => Algorithm::AxisSheets { layer_axis },
-            "view-sheets" => Algorithm::ViewSheets { sheet_distance: self.sheet_distance.unwrap_or(Algorithm::SHEET_DISTANCE) },
-            "slicing" => Algorithm::Slicing { step: self.step.unwrap_or(Algorithm::SLICE_DISTANCE) },
-            "raycast" => {
-                Algorithm::Raycast { kernel: self.kernel.map_or(Ok(Kernel::Linear), kernel)?, step: self.step.unwrap_or(0.5) }
-            }
-            other => return Err(unknown("algorithm", other, "layered, axis-sheets, view-sheets, slicing or raycast")),
-        };
-        let layered = name == "layered";
-        let unused = [
-            ("quality", self.quality.is_some() && !layered),
-            ("kernel", self.kernel.is_some() && !layered && name != "raycast"),
-            ("samples_per_layer", self.samples_per_layer.is_some() && !layered),
-            ("density", self.density.is_some() && !layered),
-            ("layer_axis", self.layer_axis.is_some() && !layered && name != "axis-sheets"),
-            ("step", self.step.is_some() && name != "slicing" && name != "raycast"),
-            ("sheet_distance", self.sheet_distance.is_some() && name != "view-sheets"),
-        ];
-        match unused.iter().find(|(_, unused)| *unused) {
-            Some((field, _)) => Err(conflict(field, format!("it has no meaning for {name}: leave it out"))),
-            None => Ok(algorithm),
+impl AlgorithmOptions {
+    /// The algorithm with its options. Rejects options of other algorithms.
+    fn algorithm(&self, algorithm: Algorithm) -> Result<Algorithm> {
+        if let Algorithm::Layered(_) = algorithm {
+            return Ok(Algorithm::from(self.layered()?).with(self.only_some)?);
         }
+        algorithm.reject(&[
+            ("quality", self.quality.is_some()),
+            ("samples_per_layer", self.samples_per_layer.is_some()),
+            ("density", self.density.is_some()),
+        ])?;
+        Ok(algorithm.with(self.only_some)?)
     }
 
     /// The options of the quality, overridden by explicit ones.
-    fn layered(&self, layer_axis: LayerAxis) -> Result<Layered> {
-        let quality = self.quality.unwrap_or("standard");
-        let quality: Quality = quality.parse().map_err(|_| unknown("quality", quality, "draft, standard, high or paper"))?;
-        let mut layered = Layered { layer_axis, ..quality.layered() };
+    fn layered(&self) -> Result<Layered> {
+        let mut layered = self.quality.unwrap_or_default().layered();
         match &mut layered.classification {
-            Classification::Preintegrated { kernel: default_kernel, samples_per_layer } => {
-                *default_kernel = self.kernel.map_or(Ok(*default_kernel), kernel)?;
+            Classification::Preintegrated { samples_per_layer, .. } => {
                 *samples_per_layer = self.samples_per_layer.unwrap_or(*samples_per_layer);
                 layered.adapts_to_opacity = self.samples_per_layer.is_none();
             }
             Classification::Post(_) => {
-                let fixed = [("kernel", self.kernel.is_some()), ("samples_per_layer", self.samples_per_layer.is_some())];
+                let fixed =
+                    [("kernel", self.only_some.kernel.is_some()), ("samples_per_layer", self.samples_per_layer.is_some())];
                 if let Some((field, _)) = fixed.iter().find(|(_, is_set)| *is_set) {
                     return Err(conflict(field, "this quality uses the paper's own: leave it out, or choose another quality"));
                 }
@@ -305,20 +299,4 @@ impl AlgorithmOptions<'_> {
         }
         Ok(layered)
     }
-}
-
-fn layer_axis(name: &str) -> Result<LayerAxis> {
-    match name {
-        "auto" => Ok(LayerAxis::Auto),
-        "x" => Ok(LayerAxis::Forced(Axis::X)),
-        "y" => Ok(LayerAxis::Forced(Axis::Y)),
-        "z" => Ok(LayerAxis::Forced(Axis::Z)),
-        other => Err(unknown("layer_axis", other, "auto, x, y or z")),
-    }
-}
-
-/// A kernel by name.
-pub fn kernel(name: &str) -> Result<Kernel> {
-    let found = Kernel::ALL.into_iter().find(|kernel| kernel.name() == name);
-    found.ok_or_else(|| -> Failure { unknown("kernel", name, "cubic, linear, catmull-rom, bspline or gaussian") })
 }

@@ -13,6 +13,7 @@ SETTINGS = [settings for settings, _, _ in CASES] + [
     {"quality": "draft"},
     {"quality": "high", "kernel": "linear", "samples_per_layer": 3, "layer_axis": "z"},
     {"quality": "high", "density": 5},
+    {"quality": "high", "kernel": "cubic"},
     {"quality": "paper", "layer_axis": "x"},
     {"algorithm": "axis-sheets", "layer_axis": "y"},
     {"algorithm": "slicing", "step": 0.3},

@@ -5,9 +5,9 @@ use super::given::{Given, GivenOption};
 use crate::cli::blending::BlendOptions;
 use crate::cli::options::{QualityOptions, quoted};
 use crate::error::Error;
-use crate::settings::{Quality, Settings, WHITE};
+use crate::settings::{Blend, Quality, Settings, WHITE};
 use crate::transfer::Value;
-use crate::viewer::{FilmWanted, Look, PageBlend, PageProjection, Wanted};
+use crate::viewer::{FilmWanted, Look, PageProjection, Wanted};
 use crate::viewport::Viewport;
 use clap::Parser;
 use std::iter::once;
@@ -27,7 +27,7 @@ pub(super) fn of_look(look: &Look, quality: Option<Quality>, is_layered: bool) -
     let mut words = Vec::new();
     let mut add = |option: &str, value: String| words.extend([option.to_owned(), value]);
     if let Some(quality) = quality.filter(|_| is_layered) {
-        add("--quality", name(quality).into());
+        add("--quality", quality.name().into());
     }
     if let Some(kernel) = look.kernel.filter(|_| is_layered) {
         add("--kernel", kernel.name().into());
@@ -35,10 +35,10 @@ pub(super) fn of_look(look: &Look, quality: Option<Quality>, is_layered: bool) -
     if let Some(gradient) = &look.gradient {
         add("--gradient", gradient.clone());
     }
-    if look.blend != PageBlend::Composite {
+    if look.blend != Blend::Composite {
         add("--blend", look.blend.name().into());
     }
-    if look.blend == PageBlend::Iso {
+    if let Blend::Iso(_) = look.blend {
         add("--iso", look.iso.to_string());
     }
     if !look.shading {
@@ -167,7 +167,7 @@ impl Drawn<'_> {
             words.extend(["--samples".into(), samples.to_string()]);
         }
         words.extend(kept(&given.drawing, look));
-        words.extend(of_look(look, look.quality.map(Quality::from), is_layered));
+        words.extend(of_look(look, look.quality, is_layered));
         words.extend(annotations(look, length_units));
         words.extend(["-o".into(), output.into()]);
         words
@@ -206,24 +206,15 @@ fn kept<'a>(given: &'a [GivenOption], look: &'a Look) -> impl Iterator<Item = St
 
 /// Whether samples of the look are lit.
 fn is_lit(look: &Look) -> bool {
-    look.shading && matches!(look.blend, PageBlend::Composite | PageBlend::Iso)
+    look.shading && !look.blend.gathers_values()
 }
 
-pub(super) fn casts_shadows(look: &Look) -> bool {
+fn casts_shadows(look: &Look) -> bool {
     look.shadows && is_lit(look)
 }
 
-pub(super) fn has_occlusion(look: &Look) -> bool {
+fn has_occlusion(look: &Look) -> bool {
     look.ambient_occlusion && is_lit(look)
-}
-
-pub(super) fn name(quality: Quality) -> &'static str {
-    match quality {
-        Quality::Draft => "draft",
-        Quality::Standard => "standard",
-        Quality::High => "high",
-        Quality::Paper => "paper",
-    }
 }
 
 fn list(numbers: &[f64]) -> String {
@@ -234,8 +225,9 @@ fn list(numbers: &[f64]) -> String {
 mod tests {
     use super::*;
     use crate::image::Background;
-    use crate::settings::{Blend, LightSpace, Lights, Shadows};
-    use crate::viewer::{PageKernel, PageLight, PageQuality};
+    use crate::layers::Kernel;
+    use crate::settings::{LightSpace, Lights, Shadows};
+    use crate::viewer::PageLight;
 
     fn look() -> Look {
         Look::of(&Settings::default(), Background::BLACK, 90.0, [8; 3])
@@ -260,8 +252,8 @@ mod tests {
             PageLight { direction: Some([0.1, -0.30000000000000004, 1e-7]), strength: 0.7, angle: 3.0, color: [1.0, 0.5, 0.25] };
         let headlight = PageLight { direction: None, strength: 0.25, angle: 0.0, color: WHITE };
         let looks = [
-            Look { blend: PageBlend::Iso, iso: -12.3456789012345, ..look() },
-            Look { blend: PageBlend::Maximum, ..look() },
+            Look { blend: Blend::Iso(0.0), iso: -12.3456789012345, ..look() },
+            Look { blend: Blend::Maximum, ..look() },
             Look { shading: false, ..look() },
             Look { lights: vec![light, headlight], ..look() },
             Look { lights: vec![light], lights_follow: true, shadows: true, shadow_strength: 0.4, ..look() },
@@ -298,9 +290,7 @@ mod tests {
         let given = Given { drawing, ..Given::default() };
         let full = settings(&given, &shadowed, None, true).unwrap();
         assert!(full.shadows.is_some_and(|s| s.forgiveness == 2.0) && full.ambient_occlusion.is_some());
-        for without in
-            [Look { blend: PageBlend::Average, ..shadowed.clone() }, Look { shading: false, ..shadowed.clone() }, look()]
-        {
+        for without in [Look { blend: Blend::Average, ..shadowed.clone() }, Look { shading: false, ..shadowed.clone() }, look()] {
             let settings = settings(&given, &without, None, true).unwrap();
             assert!(settings.shadows.is_none() && settings.ambient_occlusion.is_none());
         }
@@ -308,14 +298,14 @@ mod tests {
 
     #[test]
     fn conflicts_are_sentences() {
-        let wrong = Look { kernel: Some(PageKernel::Linear), quality: Some(PageQuality::Paper), ..look() };
+        let wrong = Look { kernel: Some(Kernel::Linear), quality: Some(Quality::Paper), ..look() };
         let message = settings(&Given::default(), &wrong, Some(Quality::Paper), true).unwrap_err().to_string();
         assert!(message.contains("cubic"), "{message}");
         // Other algorithms have no quality.
         let drawing = vec![GivenOption { id: "algorithm".into(), words: vec!["--algorithm".into(), "raycast".into()] }];
         let given = Given { drawing, ..Given::default() };
         assert!(settings(&given, &look(), Some(Quality::High), false).unwrap().layered().is_none());
-        assert_eq!(made(&Look { blend: PageBlend::Iso, iso: 4.5, ..look() }, None).blend, Blend::Iso(4.5));
+        assert_eq!(made(&Look { blend: Blend::Iso(0.0), iso: 4.5, ..look() }, None).blend, Blend::Iso(4.5));
     }
 
     #[test]

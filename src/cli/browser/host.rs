@@ -65,7 +65,7 @@ impl PageHost {
 
 impl Host for PageHost {
     fn settings(&self, look: &Look, quality: Option<Quality>) -> Result<Settings, Error> {
-        let quality = quality.or(look.quality.map(Quality::from));
+        let quality = quality.or(look.quality);
         // No setting depends on the step, or on how fields are shown.
         let look = &Look { frame: 0, channels: Vec::new(), labels: PageLabels::default(), ..look.clone() };
         let mut last = self.last.lock().unwrap_or_else(PoisonError::into_inner);
@@ -113,6 +113,9 @@ impl Host for PageHost {
     }
 
     fn python(&self, wanted: &Wanted) -> String {
-        python::program(&self.given, &self.fields, &self.source(wanted.look.frame), wanted, self.is_layered)
+        match self.settings(wanted.look, None) {
+            Ok(settings) => python::program(&self.given, &self.fields, &self.source(wanted.look.frame), wanted, &settings),
+            Err(refused) => format!("# {refused}\n"),
+        }
     }
 }

@@ -18,8 +18,7 @@ use super::standard;
 use crate::error::Error;
 use crate::image::Background;
 use crate::layers::Kernel;
-use crate::settings::Quality;
-use crate::viewer::{Look, Opening, PageCamera, PageKernel, PageQuality, Server, Stop, Time};
+use crate::viewer::{Look, Opening, PageCamera, Server, Stop, Time};
 use crate::volume::Sequence;
 use address::AddressOptions;
 use given::Given;
@@ -144,19 +143,7 @@ fn look(options: &SceneOptions, scene: &Scene) -> Look {
     let (lo, hi) = scene.values().range();
     let background = options.camera.background.unwrap_or(Background::BLACK);
     let look = Look::of(&scene.settings, background, (lo + hi) / 2.0, scene.volume.grid().dims());
-    let quality = options.quality.given_quality().map(|quality| match quality {
-        Quality::Draft => PageQuality::Draft,
-        Quality::Standard => PageQuality::Standard,
-        Quality::High => PageQuality::High,
-        Quality::Paper => PageQuality::Paper,
-    });
-    let kernel = options.quality.given_kernel().and_then(|kernel| match kernel {
-        Kernel::Cubic => Some(PageKernel::Cubic),
-        Kernel::Linear => Some(PageKernel::Linear),
-        Kernel::CatmullRom => Some(PageKernel::CatmullRom),
-        Kernel::BSpline => Some(PageKernel::Bspline),
-        // Of ray casting alone, whose kernel the page does not change.
-        Kernel::Gaussian => None,
-    });
-    Look { quality, kernel, ..look }
+    // The page does not change the kernel of ray casting.
+    let kernel = options.quality.given_kernel().filter(|kernel| Kernel::OF_LAYERS.contains(kernel));
+    Look { quality: options.quality.given_quality(), kernel, ..look }
 }

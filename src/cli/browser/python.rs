@@ -1,30 +1,22 @@
 //! A picture as a program in Python, for the package `layersplat`.
 
-use super::arguments::{Source, casts_shadows, has_occlusion, name};
+use super::arguments::Source;
 use super::fields::FirstFields;
 use super::given::{Given, GivenOption};
 use crate::camera::{Camera, Projection};
-use crate::cli::parse;
 use crate::image::Background;
-use crate::settings::{Quality, WHITE};
-use crate::viewer::{Look, PageBlend, PageLight, SavedFormat, Wanted};
+use crate::settings::Settings;
+use crate::viewer::{Look, SavedFormat, Wanted};
 use glam::DVec3;
+use std::fmt::Display;
 
-/// Options that are arguments of `Settings` with the same values.
-const NUMBERS: [(&str, &str); 5] = [
-    ("sublayers", "samples_per_layer"),
-    ("lattice", "density"),
-    ("step", "step"),
-    ("sheet_distance", "sheet_distance"),
-    ("unit_distance", "unit_distance"),
-];
-const WORDS: [(&str, &str); 3] = [("algorithm", "algorithm"), ("layer_axis", "layer_axis"), ("extinction", "extinction")];
-/// Options that are part of other arguments.
-const WITHIN_OTHERS: [&str; 7] =
-    ["shadow_forgiveness", "ao_reach", "light_grid", "gradient_opacity", "depth_cue", "dims", "voxel_type"];
+/// Options of how a volume is read that the program has, too. The camera is in the world, whatever is up.
+const READING: [&str; 3] = ["dims", "up", "voxel_type"];
+/// Options of layers that no argument of `Settings` stands for.
+const WITHOUT_ARGUMENT: [&str; 3] = ["classification", "correction", "footprints"];
 
 /// The program. What it cannot do is said in a comment.
-pub(super) fn program(given: &Given, fields: &FirstFields, source: &Source, wanted: &Wanted, is_layered: bool) -> String {
+pub(super) fn program(given: &Given, fields: &FirstFields, source: &Source, wanted: &Wanted, settings: &Settings) -> String {
     let &Wanted { look, view, size, samples, format, transfer, .. } = wanted;
     let (width, height) = (size.width, size.height);
     let mut lines = vec!["import layersplat".to_owned()];
@@ -41,7 +33,7 @@ pub(super) fn program(given: &Given, fields: &FirstFields, source: &Source, want
         arguments(vec![string(&source.volume)], reading(given, source.frame))
     ));
     lines.push(format!("transfer = layersplat.TransferFunction.open({}, volume)", string(transfer)));
-    lines.push(format!("settings = layersplat.Settings({})", arguments(Vec::new(), settings(given, look, is_layered))));
+    lines.push(format!("settings = layersplat.Settings({})", arguments(Vec::new(), settings.arguments())));
     lines.push(format!("camera = layersplat.Camera({})", camera(&view)));
     lines.push("renderer = layersplat.Renderer(volume, transfer)".into());
     lines.extend(label_colors(given, look));
@@ -102,16 +94,13 @@ fn displayed(look: &Look, format: SavedFormat) -> Vec<String> {
 
 /// What the program leaves out.
 fn missing(given: &Given, look: &Look) -> Vec<String> {
-    let known = |option: &&GivenOption| {
-        let id = option.id.as_str();
-        WITHIN_OTHERS.contains(&id) || NUMBERS.iter().chain(&WORDS).any(|(known, _)| *known == id)
-    };
     let colors_labels = |option: &&GivenOption| {
         value(&given.reading, "label_colors").is_some() && ["label_colors", "labels", "label"].contains(&option.id.as_str())
     };
-    // The camera is in the world, whatever is up.
-    let options = given.reading.iter().chain(&given.drawing);
-    let options = options.filter(|option| !known(option) && !colors_labels(option) && option.id != "up");
+    let reading = given.reading.iter().filter(|option| !READING.contains(&option.id.as_str()) && !colors_labels(option));
+    let is_missing =
+        |option: &&GivenOption| WITHOUT_ARGUMENT.contains(&option.id.as_str()) || option.words == ["--lattice", "direct"];
+    let options = reading.chain(given.drawing.iter().filter(is_missing));
     let mut all: Vec<String> = options.map(|option| option.words.join(" ")).collect();
     if look.legend || look.bounding_box || look.axes {
         all.push("legend, box and axes, which the command draws".into());
@@ -120,7 +109,7 @@ fn missing(given: &Given, look: &Look) -> Vec<String> {
 }
 
 /// Arguments of a call.
-fn arguments(mut first: Vec<String>, named: Vec<(&str, String)>) -> String {
+fn arguments(mut first: Vec<String>, named: Vec<(&str, impl Display)>) -> String {
     first.extend(named.into_iter().map(|(name, value)| format!("{name}={value}")));
     first.join(", ")
 }
@@ -134,89 +123,6 @@ fn reading(given: &Given, frame: Option<usize>) -> Vec<(&'static str, String)> {
         named.push(("voxel_type", string(voxel_type)));
     }
     named.extend(frame.map(|frame| ("frame", frame.to_string())));
-    named
-}
-
-fn settings(given: &Given, look: &Look, is_layered: bool) -> Vec<(&'static str, String)> {
-    let drawing = &given.drawing;
-    let mut named = Vec::new();
-    if let Some(quality) = look.quality.filter(|_| is_layered) {
-        named.push(("quality", string(name(Quality::from(quality)))));
-    }
-    named.extend(NUMBERS.iter().filter_map(|&(id, python)| Some((python, value(drawing, id)?.to_owned()))));
-    named.extend(WORDS.iter().filter_map(|&(id, python)| Some((python, string(value(drawing, id)?)))));
-    if let Some(kernel) = look.kernel.filter(|_| is_layered) {
-        named.push(("kernel", string(kernel.name())));
-    }
-    match look.blend {
-        PageBlend::Composite => {}
-        PageBlend::Iso => named.push(("blend", format!("(\"iso\", {})", look.iso))),
-        other => named.push(("blend", string(other.name()))),
-    }
-    if let Some(gradient) = &look.gradient {
-        named.push(("gradient", string(gradient)));
-    }
-    named.extend(light(drawing, look));
-    if let Some(points) = value(drawing, "gradient_opacity") {
-        let points: Vec<String> = points.split(',').map(|point| format!("({})", point.replace(':', ", "))).collect();
-        named.push(("gradient_opacity", format!("[{}]", points.join(", "))));
-    }
-    if let Some(share) = value(drawing, "depth_cue") {
-        let color = match look.background() {
-            Ok(Background::Color(color)) => color.map(f64::from),
-            _ => [0.0; 3],
-        };
-        named.push(("depth_cue", format!("({share}, {})", tuple(color))));
-    }
-    if let Some([lowest, highest]) = look.crop {
-        named.push(("crop", format!("({}, {})", tuple(lowest), tuple(highest))));
-    }
-    if !look.clips.is_empty() {
-        let plane = |&[x, y, z, nx, ny, nz]: &[f64; 6]| format!("({}, {})", tuple([x, y, z]), tuple([nx, ny, nz]));
-        named.push(("planes", format!("[{}]", look.clips.iter().map(plane).collect::<Vec<_>>().join(", "))));
-    }
-    named
-}
-
-/// Shading, lights, shadows and ambient occlusion.
-fn light(drawing: &[GivenOption], look: &Look) -> Vec<(&'static str, String)> {
-    let mut named = Vec::new();
-    if !look.shading {
-        named.push(("shading", "False".into()));
-    } else {
-        let light = |&PageLight { direction, strength, angle, color }: &PageLight| {
-            let place = direction.map_or("None".to_owned(), tuple);
-            let color = if color == WHITE { String::new() } else { format!(", {}", tuple(color)) };
-            match direction {
-                None if color.is_empty() => format!("({place}, {strength})"),
-                None => format!("({place}, {strength}, 0{color})"),
-                Some(_) => format!("({place}, {strength}, {angle}{color})"),
-            }
-        };
-        let ambient = value(drawing, "ambient_color").and_then(|color| parse::color(color).ok());
-        let mut parts: Vec<String> = ambient.map(|color| format!("\"ambient_color\": {}", tuple(color))).into_iter().collect();
-        if !look.lights.is_empty() {
-            parts.push(format!("\"light\": [{}]", look.lights.iter().map(light).collect::<Vec<_>>().join(", ")));
-        }
-        if !parts.is_empty() {
-            named.push(("shading", format!("{{{}}}", parts.join(", "))));
-        }
-        if look.lights_follow && look.lights.iter().any(|light| light.direction.is_some()) {
-            named.push(("light_space", string("camera")));
-        }
-    }
-    if casts_shadows(look) {
-        let mut parts = vec![format!("\"strength\": {}", look.shadow_strength)];
-        parts.extend(value(drawing, "shadow_forgiveness").map(|forgiveness| format!("\"forgiveness\": {forgiveness}")));
-        named.push(("shadows", format!("{{{}}}", parts.join(", "))));
-    }
-    if has_occlusion(look) {
-        let reach = value(drawing, "ao_reach").map(|reach| format!("{{\"reach\": {reach}}}"));
-        named.push(("ambient_occlusion", reach.unwrap_or_else(|| "True".into())));
-    }
-    if let Some(grid) = value(drawing, "light_grid").filter(|_| casts_shadows(look) || has_occlusion(look)) {
-        named.push(("light_grid", string(grid)));
-    }
     named
 }
 
@@ -253,9 +159,10 @@ fn string(text: &str) -> String {
 mod tests {
     use super::*;
     use crate::camera::Orbit;
+    use crate::cli::browser::arguments;
     use crate::renderer::FieldKind;
-    use crate::settings::Settings;
-    use crate::viewer::{PageCamera, PageQuality};
+    use crate::settings::{Blend, Quality};
+    use crate::viewer::{PageCamera, PageLight};
     use crate::viewport::Viewport;
 
     fn text(given: &Given, look: &Look, samples: u32, format: SavedFormat) -> String {
@@ -269,21 +176,27 @@ mod tests {
             &FirstFields::new(FieldKind::One, look),
             &source,
             &Wanted { look, camera: &camera, view, size, samples, format, transfer, others: &[], length_units: None },
-            true,
+            &arguments::settings(given, look, look.quality, true).unwrap(),
         )
     }
 
     /// The package itself draws the same bits: tests/viewer/python.
     #[test]
     fn every_part_of_a_look_is_an_argument() {
-        let option = |id: &str, word: &str| GivenOption { id: id.into(), words: vec![format!("--{id}"), word.into()] };
-        let drawing = vec![option("sublayers", "2"), option("shadow_forgiveness", "3"), option("gradient_opacity", "5:0,20:1")];
+        let option =
+            |id: &str, word: &str| GivenOption { id: id.into(), words: vec![format!("--{}", id.replace('_', "-")), word.into()] };
+        let drawing = vec![
+            option("sublayers", "2"),
+            option("shadow_forgiveness", "3"),
+            option("gradient_opacity", "5:0,20:1"),
+            option("unit_distance", "0.5"),
+        ];
         let reading = vec![option("dims", "4x5x6"), option("device", "1")];
         let given = Given { volume: r#"a "name".raw"#.into(), reading, drawing, ..Given::default() };
         let light = PageLight { direction: Some([1.0, 0.5, 0.0]), strength: 0.7, angle: 3.0, color: [1.0, 0.5, 0.0] };
         let look = Look {
-            quality: Some(PageQuality::High),
-            blend: PageBlend::Iso,
+            quality: Some(Quality::High),
+            blend: Blend::Iso(0.0),
             iso: 61.5,
             lights: vec![light, PageLight { direction: None, color: [1.0; 3], ..light }],
             lights_follow: true,
@@ -300,11 +213,10 @@ mod tests {
             r#"Volume.open("a \"name\".raw", dims=(4, 5, 6), frame=2)"#,
             "# Not included: --device 1.",
             "# Not included: legend, box and axes",
-            r#"quality="high", samples_per_layer=2, blend=("iso", 61.5), gradient="sobel""#,
+            r#"quality="high", samples_per_layer=2, blend=("iso", 61.5), shading="#,
             r#"shading={"light": [((1, 0.5, 0), 0.7, 3, (1, 0.5, 0)), (None, 0.7)]}, light_space="camera""#,
-            r#"shadows={"strength": 1, "forgiveness": 3}"#,
-            "gradient_opacity=[(5, 0), (20, 1)]",
-            "crop=((0, 0, 0), (1, 2, 3)), planes=[((1, 2, 3), (0, 0, -1))]",
+            r#"shadows={"strength": 1, "forgiveness": 3}, gradient="sobel", gradient_opacity=[(5, 0), (20, 1)]"#,
+            "crop=((0, 0, 0), (1, 2, 3)), planes=[((1, 2, 3), (0, 0, -1))], unit_distance=0.5)",
             "Camera((1.5, 2, 13), (1.5, 2, 3), (0, 1, 0), scale=4.25)",
             r##"(30, 20), settings, background="#000000")"##,
         ] {

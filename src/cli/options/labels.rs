@@ -4,7 +4,7 @@ use super::mask::Mask;
 use crate::Error;
 use crate::cli::{names, parse};
 use crate::volume::{LabelChange, LabelSurfaces, Labels, OpenOptions, Sequence, Volume};
-use clap::{Args, ValueEnum};
+use clap::Args;
 use std::path::{Path, PathBuf};
 
 /// Labels of the voxels, and changes of how they look.
@@ -22,26 +22,11 @@ pub(in crate::cli) struct LabelOptions {
     #[arg(long, value_name = "FILE")]
     label_colors: Option<PathBuf>,
     /// Surfaces of labels that are drawn by themselves: smooth ones, or those of the voxels [default: smooth]
-    #[arg(long, value_name = "NAME", value_parser = names::of_enum::<LabelSurfacesName>(), conflicts_with = "label_colors")]
-    label_surfaces: Option<LabelSurfacesName>,
+    #[arg(long, value_name = "NAME", value_parser = names::of::<LabelSurfaces>(), conflicts_with = "label_colors")]
+    label_surfaces: Option<LabelSurfaces>,
     /// Show only what lies within labels of FILE: all of them, or IDS as for --label
     #[arg(long, value_name = "FILE[:IDS]", value_parser = Mask::from_text)]
     mask: Option<Mask>,
-}
-
-#[derive(Clone, Copy, ValueEnum)]
-enum LabelSurfacesName {
-    Smooth,
-    Voxels,
-}
-
-impl From<LabelSurfacesName> for LabelSurfaces {
-    fn from(name: LabelSurfacesName) -> Self {
-        match name {
-            LabelSurfacesName::Smooth => Self::Smooth,
-            LabelSurfacesName::Voxels => Self::Voxels,
-        }
-    }
 }
 
 impl LabelOptions {
@@ -78,7 +63,7 @@ impl LabelOptions {
     /// Labels with the changes that the options ask for.
     fn changed(&self, mut labels: Labels) -> Result<Labels, Error> {
         self.label.iter().try_for_each(|change| labels.change(change))?;
-        Ok(labels.with_surfaces(self.label_surfaces.map_or_else(LabelSurfaces::default, LabelSurfaces::from)))
+        Ok(labels.with_surfaces(self.label_surfaces.unwrap_or_default()))
     }
 
     /// Opens the labels of a file and applies all changes; `None` if neither the options nor the file say that its voxels are labels.

@@ -3,7 +3,7 @@
 use crate::cli::values::Reach;
 use crate::cli::{names, parse};
 use crate::settings::{AmbientOcclusion, Light, LightGrid, LightSpace, Lights, Settings, Shading, Shadows};
-use clap::{Args, ValueEnum};
+use clap::Args;
 
 #[derive(Args, Clone)]
 #[command(next_help_heading = "Light")]
@@ -19,16 +19,16 @@ pub(in crate::cli) struct LightOptions {
     #[arg(long, value_parser = parse::color, value_name = "COLOR")]
     pub(super) ambient_color: Option<[f64; 3]>,
     /// Axes of --light: world, or camera (right, up, towards the viewer), in which lights move with the camera [default: world]
-    #[arg(long, value_name = "NAME", value_parser = names::of_enum::<LightSpaceName>())]
-    pub(super) light_space: Option<LightSpaceName>,
+    #[arg(long, value_name = "NAME", value_parser = names::of::<LightSpace>())]
+    pub(super) light_space: Option<LightSpace>,
     /// Shadows of the lights
     #[arg(long, value_parser = parse::switch, value_name = "on|off")]
     pub(super) shadows: Option<bool>,
     /// Share of the shadows, 0 to 1 [default: 1]
-    #[arg(long, value_parser = parse::share, value_name = "SHARE", allow_hyphen_values = true)]
+    #[arg(long, value_parser = parse::number(Shadows::STRENGTH), value_name = "SHARE", allow_hyphen_values = true)]
     pub(super) shadow_strength: Option<f64>,
     /// Factor of the light in shadows, at most full light; 1 is physically exact, and dark [default: 4]
-    #[arg(long, value_parser = parse::positive, value_name = "F", allow_hyphen_values = true)]
+    #[arg(long, value_parser = parse::number(Shadows::FORGIVENESS), value_name = "F", allow_hyphen_values = true)]
     pub(super) shadow_forgiveness: Option<f64>,
     /// Dim the ambient light where little of the surroundings is open
     #[arg(long, value_parser = parse::switch, value_name = "on|off")]
@@ -37,21 +37,8 @@ pub(in crate::cli) struct LightOptions {
     #[arg(long, value_parser = parse::reach, value_name = "inf|LENGTH", allow_hyphen_values = true)]
     pub(super) ao_reach: Option<Reach>,
     /// Resolution of shadows and ambient occlusion; quarter applies to ambient occlusion, and is half for shadows [default: full]
-    #[arg(long, value_name = "NAME", value_parser = names::of_enum::<LightGridName>())]
-    pub(super) light_grid: Option<LightGridName>,
-}
-
-#[derive(Clone, Copy, PartialEq, ValueEnum)]
-pub(super) enum LightSpaceName {
-    World,
-    Camera,
-}
-
-#[derive(Clone, Copy, ValueEnum)]
-pub(super) enum LightGridName {
-    Full,
-    Half,
-    Quarter,
+    #[arg(long, value_name = "NAME", value_parser = names::of::<LightGrid>())]
+    pub(super) light_grid: Option<LightGrid>,
 }
 
 impl LightOptions {
@@ -84,18 +71,14 @@ impl LightOptions {
             }),
             ambient_occlusion: occlusion
                 .then(|| AmbientOcclusion { reach: self.ao_reach.and_then(|reach| reach.0), ..AmbientOcclusion::default() }),
-            light_grid: self.light_grid.map_or(settings.light_grid, |name| match name {
-                LightGridName::Full => LightGrid::Full,
-                LightGridName::Half => LightGrid::Half,
-                LightGridName::Quarter => LightGrid::Quarter,
-            }),
+            light_grid: self.light_grid.unwrap_or(settings.light_grid),
             ..settings
         })
     }
 
     /// Whether the caller wants lights that move with the camera.
     pub fn moves_with_camera(&self) -> bool {
-        self.light_space == Some(LightSpaceName::Camera)
+        self.light_space == Some(LightSpace::Camera)
     }
 
     /// The preset's shading with the options applied.
@@ -110,16 +93,14 @@ impl LightOptions {
             };
         };
         let lights = match &self.light[..] {
-            // A light at the camera casts no visible shadow.
-            [] if self.shadows == Some(true) => Lights::BESIDE_CAMERA,
-            [] => shading.lights,
+            [] => Lights::default_with(self.shadows == Some(true)),
             given => Lights::new(&given.iter().map(|&light| self.placed(light)).collect::<Vec<_>>())?,
         };
         Ok(Some(Shading { lights, ambient_color: self.ambient_color.unwrap_or(shading.ambient_color), ..shading }))
     }
 
     fn placed(&self, light: Light) -> Light {
-        let space = if self.moves_with_camera() { LightSpace::Camera } else { LightSpace::World };
+        let space = self.light_space.unwrap_or_default();
         if light.direction.is_some() { Light { space, ..light } } else { light }
     }
 }

@@ -1,15 +1,10 @@
 //! Light in JSON: fields of a line of `--cameras` that replace the options of the same name.
 
 use super::light::LightOptions;
-use crate::cli::parse;
-use clap::ValueEnum;
+use clap::{Args, Command, FromArgMatches};
 use serde_json::{Map, Value};
 
-/// Removes the field `name` and parses it like the option; `on` and `off` may be true and false.
-fn take<T>(fields: &mut Map<String, Value>, name: &str, parse: impl Fn(&str) -> Result<T, String>) -> Result<Option<T>, String> {
-    fields.remove(name).map(|value| parse(&text(&value)).map_err(|problem| format!("{name}: {problem}"))).transpose()
-}
-
+/// A value as its option takes it; `on` and `off` may be true and false.
 fn text(value: &Value) -> String {
     match value {
         Value::Bool(true) => "on".into(),
@@ -19,37 +14,33 @@ fn text(value: &Value) -> String {
     }
 }
 
-fn named<T: ValueEnum>(text: &str) -> Result<T, String> {
-    T::from_str(text, false).map_err(|_| {
-        let names = T::value_variants().iter().filter_map(|name| Some(name.to_possible_value()?.get_name().to_owned()));
-        format!("'{text}' is none of {}", names.collect::<Vec<_>>().join(", "))
-    })
+/// The lines of an error that say what is wrong and what is possible.
+fn problem(refused: &clap::Error) -> String {
+    let text = refused.to_string();
+    let lines =
+        text.trim_start_matches("error: ").lines().map(str::trim).take_while(|line| !line.starts_with("For more information"));
+    lines.filter(|line| !line.is_empty()).collect::<Vec<_>>().join(" ")
 }
 
 impl LightOptions {
-    /// Takes the fields about light out of a JSON object. `light` is the option's text, or a list of such texts.
+    /// Takes the fields about light out of a JSON object: the options, with `_` for `-`. Options that can be repeated may have lists.
     ///
     /// # Errors
-    /// A description of the problem, with the field's name.
+    /// A description of the problem, with the option's name.
     pub fn from_fields(fields: &mut Map<String, Value>) -> Result<Self, String> {
-        let lights = match fields.remove("light") {
-            None => Vec::new(),
-            Some(Value::Array(lights)) => lights,
-            Some(light) => vec![light],
-        };
-        let light = lights.iter().map(|light| parse::light(&text(light)).map_err(|problem| format!("light: {problem}")));
-        Ok(Self {
-            light: light.collect::<Result<_, _>>()?,
-            ambient_color: take(fields, "ambient_color", parse::color)?,
-            shading: take(fields, "shading", parse::switch)?,
-            light_space: take(fields, "light_space", named)?,
-            shadows: take(fields, "shadows", parse::switch)?,
-            shadow_strength: take(fields, "shadow_strength", parse::share)?,
-            shadow_forgiveness: take(fields, "shadow_forgiveness", parse::positive)?,
-            ambient_occlusion: take(fields, "ambient_occlusion", parse::switch)?,
-            ao_reach: take(fields, "ao_reach", parse::reach)?,
-            light_grid: take(fields, "light_grid", named)?,
-        })
+        let command = Self::augment_args(Command::new("light").no_binary_name(true));
+        let mut words = Vec::new();
+        for argument in command.get_arguments() {
+            let values = match fields.remove(argument.get_id().as_str()) {
+                None => continue,
+                Some(Value::Array(values)) => values,
+                Some(value) => vec![value],
+            };
+            let long = argument.get_long().expect("options of light have names");
+            words.extend(values.iter().map(|value| format!("--{long}={}", text(value))));
+        }
+        let matches = command.try_get_matches_from(words).map_err(|refused| problem(&refused))?;
+        Self::from_arg_matches(&matches).map_err(|refused| problem(&refused))
     }
 
     /// These options, with those of `other` where they are not given. Where these disable shadows or ambient occlusion, the details that
@@ -84,11 +75,11 @@ mod tests {
     #[test]
     fn problems_are_named() {
         for (text, word) in [
-            (r#"{"shadows":"perhaps"}"#, "shadows: use on or off"),
-            (r#"{"shadow_strength":2}"#, "shadow_strength: '2'"),
-            (r#"{"light":["0,0,1:2","up"]}"#, "light: invalid light 'up'"),
-            (r#"{"light_grid":"eighth"}"#, "light_grid: 'eighth' is none of full, half, quarter"),
-            (r#"{"ao_reach":-1}"#, "ao_reach: use inf"),
+            (r#"{"shadows":"perhaps"}"#, "'--shadows <on|off>': use on or off"),
+            (r#"{"shadow_strength":2}"#, "'--shadow-strength <SHARE>': '2' is not a strength from 0 to 1"),
+            (r#"{"light":["0,0,1:2","up"]}"#, "invalid light 'up'"),
+            (r#"{"light_grid":"eighth"}"#, "'--light-grid <NAME>' [possible values: full, half, quarter]"),
+            (r#"{"ao_reach":-1}"#, "'-1' is not inf or a length above 0"),
         ] {
             let Err(message) = options(text) else { panic!("{text} is accepted") };
             assert!(message.contains(word), "{text}: {message}");

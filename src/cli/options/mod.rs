@@ -75,10 +75,10 @@ impl TransferOptions {
 #[command(next_help_heading = "Camera and picture")]
 pub(super) struct CameraOptions {
     /// Axis of the world that points up; the camera turns around it [default: z if the file says so, see the guide, else y; bench: y]
-    #[arg(long, value_parser = parse::up(), value_name = "AXIS", allow_hyphen_values = true)]
+    #[arg(long, value_parser = names::of::<Up>(), value_name = "AXIS", allow_hyphen_values = true)]
     pub up: Option<Up>,
     /// Side to look from, instead of an azimuth and an elevation
-    #[arg(long, value_parser = parse::side(), value_name = "SIDE", conflicts_with_all = ["azimuth", "elevation"])]
+    #[arg(long, value_parser = names::of::<Side>(), value_name = "SIDE", conflicts_with_all = ["azimuth", "elevation"])]
     pub from: Option<Side>,
     /// Turn the camera around the vertical axis, in degrees [default: 0; render without any angle: 30]
     #[arg(long, value_parser = parse::finite, value_name = "DEGREES", allow_hyphen_values = true)]

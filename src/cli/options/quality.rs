@@ -1,7 +1,7 @@
 //! Options for quality and shading.
 
 use super::LightOptions;
-use crate::cli::algorithm::{AlgorithmOptions, reject_unsupported};
+use crate::cli::algorithm::AlgorithmOptions;
 use crate::cli::{names, parse};
 use crate::image::Background;
 use crate::layers::{Correction, Density, GradientEstimator, Kernel};
@@ -9,7 +9,7 @@ use crate::settings::{
     Algorithm, Classification, DepthCue, Evaluation, Footprints, GradientOpacity, LayerAxis, Layered, Quality, Settings,
 };
 use crate::transfer::Extinction;
-use clap::{Args, ValueEnum};
+use clap::Args;
 
 /// Quality preset, and options that override its choices.
 #[derive(Args)]
@@ -18,20 +18,20 @@ pub(in crate::cli) struct QualityOptions {
     #[command(flatten)]
     algorithm: AlgorithmOptions,
     /// Quality preset of layered [default: standard]
-    #[arg(long, value_name = "NAME", value_parser = parse::quality())]
+    #[arg(long, value_name = "NAME", value_parser = names::of::<Quality>())]
     quality: Option<Quality>,
     /// Classify samples (post) or ray segments (preintegrated)
-    #[arg(long, value_name = "NAME", value_parser = names::of_enum::<ClassificationName>())]
-    classification: Option<ClassificationName>,
+    #[arg(long, value_name = "NAME", value_parser = names::of::<Classification>())]
+    classification: Option<Classification>,
     /// Layer-overlap correction; implies --classification post
-    #[arg(long, value_name = "NAME", value_parser = names::of_enum::<CorrectionName>())]
-    correction: Option<CorrectionName>,
+    #[arg(long, value_name = "NAME", value_parser = names::of::<Correction>())]
+    correction: Option<Correction>,
     /// Samples per layer, 1 to 8; with --classification post 1 to 16 [default: by --quality, more where opacity is steep]
     #[arg(long, value_parser = parse::sub_layers, value_name = "N", allow_hyphen_values = true)]
     sublayers: Option<u32>,
     /// How opacity grows with the length of a ray segment
-    #[arg(long, value_name = "NAME", value_parser = names::of_enum::<ExtinctionName>())]
-    extinction: Option<ExtinctionName>,
+    #[arg(long, value_name = "NAME", value_parser = names::of::<Extinction>())]
+    extinction: Option<Extinction>,
     /// Estimation of gradients: central (differences), sobel (smoothed, hides terraces and noise), gaussian:SIGMA (smoothed more, SIGMA 0.3 to
     /// 2 voxels) or own (derivative of the kernel) [default: sobel for layers; central for splats; ray casting: own if the kernel has one]
     #[arg(long, value_name = "NAME")]
@@ -40,22 +40,22 @@ pub(in crate::cli) struct QualityOptions {
     #[arg(long, value_parser = parse::gradient_opacity, value_name = "G:F,G:F")]
     gradient_opacity: Option<GradientOpacity>,
     /// Fade colours to the background with their distance: 0 at the front of the volume's (cropped) box, STRENGTH at its back
-    #[arg(long, value_parser = parse::share, value_name = "STRENGTH", allow_hyphen_values = true)]
+    #[arg(long, value_parser = parse::number(DepthCue::STRENGTH), value_name = "STRENGTH", allow_hyphen_values = true)]
     depth_cue: Option<f64>,
     /// Sampling lattice: auto, direct (per pixel), or N samples per voxel, 1 to 16
-    #[arg(long, value_parser = parse::lattice, value_name = "auto|direct|N", allow_hyphen_values = true)]
+    #[arg(long, value_parser = parse::lattice, value_name = "direct|auto|N", allow_hyphen_values = true)]
     lattice: Option<Evaluation>,
     /// Footprint evaluation: exact, or the paper's set (needs --lattice direct, implies --classification post)
-    #[arg(long, value_name = "NAME", value_parser = names::of_enum::<FootprintsName>())]
-    footprints: Option<FootprintsName>,
+    #[arg(long, value_name = "NAME", value_parser = names::of::<Footprints>())]
+    footprints: Option<Footprints>,
     /// Stop tiles once all their rays are opaque
     #[arg(long, value_parser = parse::switch, value_name = "on|off")]
     early_termination: Option<bool>,
-    /// Layer axis: auto (the 45° rule), x, y or z
-    #[arg(long, default_value = "auto", value_parser = parse::layer_axis, value_name = "AXIS")]
+    /// Layer axis; auto is the most parallel to the view (45° rule)
+    #[arg(long, default_value = "auto", value_parser = names::of::<LayerAxis>(), value_name = "AXIS")]
     layer_axis: LayerAxis,
     /// Thickness in world units at which the given opacity applies [default: the smallest spacing]
-    #[arg(long, value_parser = parse::positive, value_name = "D", allow_hyphen_values = true)]
+    #[arg(long, value_parser = parse::number(Settings::UNIT_DISTANCE), value_name = "D", allow_hyphen_values = true)]
     unit_distance: Option<f64>,
     // Last, since a flattened group's heading also applies to the options behind it.
     #[command(flatten)]
@@ -68,31 +68,6 @@ fn color_under_picture(background: Option<Background>) -> [f64; 3] {
         Some(Background::Color(color)) => color.map(f64::from),
         Some(Background::Transparent) | None => [0.0; 3],
     }
-}
-
-#[derive(Clone, Copy, PartialEq, ValueEnum)]
-enum ClassificationName {
-    Post,
-    Preintegrated,
-}
-
-#[derive(Clone, Copy, PartialEq, ValueEnum)]
-enum CorrectionName {
-    None,
-    Constant,
-    Sublayers,
-}
-
-#[derive(Clone, Copy, ValueEnum)]
-enum ExtinctionName {
-    Exponential,
-    Linear,
-}
-
-#[derive(Clone, Copy, ValueEnum)]
-enum FootprintsName {
-    Exact,
-    Set,
 }
 
 impl QualityOptions {
@@ -116,11 +91,7 @@ impl QualityOptions {
         let settings = light.apply(Settings::from(algorithm))?;
         Ok(Settings {
             unit_distance: self.unit_distance,
-            extinction: match self.extinction {
-                None => settings.extinction,
-                Some(ExtinctionName::Exponential) => Extinction::Exponential,
-                Some(ExtinctionName::Linear) => Extinction::Linear,
-            },
+            extinction: self.extinction.unwrap_or(settings.extinction),
             gradient: self.gradient.or(settings.gradient),
             gradient_opacity: self.gradient_opacity,
             depth_cue: self.depth_cue.map(|strength| DepthCue { strength, color: color_under_picture(background) }),
@@ -141,9 +112,7 @@ impl QualityOptions {
         let footprints = match self.footprints {
             // The footprint set belongs to the paper's direct evaluation and does not apply to a lattice.
             None if self.lattice.is_some() && evaluation != Evaluation::Direct => Footprints::Exact,
-            None => own.footprints,
-            Some(FootprintsName::Exact) => Footprints::Exact,
-            Some(FootprintsName::Set) => Footprints::Set,
+            given => given.unwrap_or(own.footprints),
         };
         // Explicit numbers of samples are kept.
         let adapts_to_opacity = self.sublayers.is_none();
@@ -159,7 +128,7 @@ impl QualityOptions {
     /// The kernel that was given.
     #[cfg(feature = "viewer")]
     pub fn given_kernel(&self) -> Option<Kernel> {
-        self.algorithm.kernel()
+        self.algorithm.kernel
     }
 
     /// The quality preset.
@@ -172,28 +141,25 @@ impl QualityOptions {
         if let Algorithm::Layered(_) = algorithm {
             return Ok(());
         }
-        let layer_axis = self.layer_axis != LayerAxis::Auto && !matches!(algorithm, Algorithm::AxisSheets { .. });
-        let given = [
-            (self.quality.is_some(), "quality"),
-            (self.classification.is_some(), "classification"),
-            (self.correction.is_some(), "correction"),
-            (self.sublayers.is_some(), "samples_per_layer"),
-            (self.lattice.is_some(), "evaluation"),
-            (self.footprints.is_some(), "footprints"),
-            (layer_axis, "layer_axis"),
-        ];
-        reject_unsupported(algorithm, &given)
+        algorithm.reject(&[
+            ("quality", self.quality.is_some()),
+            ("classification", self.classification.is_some()),
+            ("correction", self.correction.is_some()),
+            ("samples_per_layer", self.sublayers.is_some()),
+            ("evaluation", self.lattice.is_some()),
+            ("footprints", self.footprints.is_some()),
+        ])
     }
 
     /// The classification. Corrections and the footprint set apply to post-classification only, and imply it.
     fn classification(&self, own: Classification) -> Result<Classification, crate::Error> {
         let conflict = |problem: &str| Err(crate::Error::Settings { field: "correction", problem: problem.into() });
-        let given_kernel = self.algorithm.kernel();
+        let given_kernel = self.algorithm.kernel;
         let post = match (self.classification, own) {
-            (Some(ClassificationName::Post), _) => true,
-            (Some(ClassificationName::Preintegrated), _) => false,
+            (Some(Classification::Post(_)), _) => true,
+            (Some(Classification::Preintegrated { .. }), _) => false,
             (None, own) => {
-                let implied = self.correction.is_some() || matches!(self.footprints, Some(FootprintsName::Set));
+                let implied = self.correction.is_some() || self.footprints == Some(Footprints::Set);
                 implied || matches!(own, Classification::Post(_))
             }
         };
@@ -219,12 +185,9 @@ impl QualityOptions {
                 Classification::Post(_) => own,
                 Classification::Preintegrated { .. } => self.quality().splatted(),
             },
-            (None | Some(CorrectionName::Sublayers), Some(n)) => Classification::Post(Correction::SubLayers(n)),
-            (Some(CorrectionName::Sublayers), None) => {
-                Classification::Post(Correction::SubLayers(own.samples_per_layer().max(2)))
-            }
-            (Some(CorrectionName::None), None) => Classification::Post(Correction::None),
-            (Some(CorrectionName::Constant), None) => Classification::Post(Correction::Constant),
+            (None | Some(Correction::SubLayers(_)), Some(n)) => Classification::Post(Correction::SubLayers(n)),
+            (Some(Correction::SubLayers(_)), None) => Classification::Post(Correction::SubLayers(own.samples_per_layer().max(2))),
+            (Some(correction), None) => Classification::Post(correction),
             (Some(_), Some(_)) => {
                 return conflict("only --correction sublayers takes a number of sub-layers: omit one of them");
             }

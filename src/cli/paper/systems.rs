@@ -27,14 +27,10 @@ pub(super) const SYSTEMS: [System; 6] = [
     System {
         name: "view-sheets",
         kernel: Kernel::Gaussian,
-        make: Make::Algorithm(Algorithm::ViewSheets { sheet_distance: Algorithm::SHEET_DISTANCE }),
+        make: Make::Algorithm(Algorithm::ViewSheets { sheet_distance: 1.0 }),
     },
     System { name: "layered", kernel: Kernel::Cubic, make: Make::Layered(Quality::Standard) },
-    System {
-        name: "slicing",
-        kernel: Kernel::Linear,
-        make: Make::Algorithm(Algorithm::Slicing { step: Algorithm::SLICE_DISTANCE }),
-    },
+    System { name: "slicing", kernel: Kernel::Linear, make: Make::Algorithm(Algorithm::Slicing { step: 1.0 }) },
     System { name: "layered draft", kernel: Kernel::Cubic, make: Make::Layered(Quality::Draft) },
     System { name: "layered high", kernel: Kernel::Cubic, make: Make::Layered(Quality::High) },
 ];

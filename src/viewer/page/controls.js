@@ -5,6 +5,22 @@
 /** @param {string} id */
 const element = (id) => /** @type {HTMLInputElement} */ (document.getElementById(id));
 
+/** What lists show for names that need it. @type {Record<string, string>} */
+const LABELS = {
+  iso: "iso-surface", "catmull-rom": "Catmull–Rom", bspline: "B-spline",
+  central: "central differences", sobel: "Sobel", "gaussian:1": "Gaussian", own: "of the kernel",
+};
+
+/** Fills lists with the names that the program knows. @param {Record<string, string[]>} choices by the list's id */
+export function fill(choices) {
+  for (const [id, names] of Object.entries(choices)) {
+    const list = /** @type {HTMLSelectElement} */ (/** @type {unknown} */ (element(id)));
+    // The first option, without a value, is the default.
+    const first = [...list.options].filter(({ value }) => value === "");
+    list.replaceChildren(...first, ...names.map((name) => new Option(LABELS[name] ?? name, name)));
+  }
+}
+
 /** @param {(change: (look: Look) => void, isDone: boolean) => void} change */
 export function listen(change) {
   const choose = (/** @type {string} */ id, /** @type {(look: Look, value: string) => void} */ set) => {

@@ -155,6 +155,7 @@ function begin(hello) {
   editor.setHistogram(histogram);
   cutting.setVolume(volume);
   controls.setRange(histogram.lowest, histogram.highest);
+  controls.fill(hello.choices);
   sides.set(hello.sides);
   channels.begin(hello);
   lighting.unavailable = hello.unavailable;

@@ -16,6 +16,7 @@ pub(in crate::volume) use table::Declared;
 pub(in crate::volume) use table::image_label;
 
 use super::colors;
+use crate::choice::choices;
 use crate::error::Error;
 use std::path::Path;
 
@@ -59,6 +60,8 @@ pub enum LabelSurfaces {
     /// Each voxel has the extinction and colour of its label.
     Voxels,
 }
+
+choices! { LabelSurfaces, "label_surfaces"; Smooth = "smooth", Voxels = "voxels" }
 
 /// Labels by ascending id. Ids may be sparse. Id 0 is the background, which no table holds: it is never drawn.
 ///

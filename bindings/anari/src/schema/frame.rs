@@ -167,3 +167,26 @@ pub static RENDERER: Class = Class {
 };
 
 pub static UNSUPPORTED: Class = Class { description: c"an object that is not drawn", ..OBJECT };
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use layersplat::{GradientEstimator, Kernel, Quality};
+    use std::collections::BTreeSet;
+    use std::ffi::CStr;
+
+    /// Names that a parameter accepts are those of the library.
+    #[test]
+    fn names_are_those_of_the_library() {
+        let names = |parameter: &CStr| -> Vec<&str> {
+            let parameter = RENDERER.parameter(parameter).unwrap();
+            parameter.values.iter().map(|name| name.to_str().unwrap()).collect()
+        };
+        assert_eq!(names(c"quality"), Quality::ALL.map(Quality::name));
+        let kernels: BTreeSet<_> = names(c"kernel").into_iter().collect();
+        assert_eq!(kernels, Kernel::OF_LAYERS.map(Kernel::name).into());
+        // A Gaussian has a number.
+        let plain = GradientEstimator::ALL.into_iter().filter(|estimator| !matches!(estimator, GradientEstimator::Gaussian(_)));
+        assert_eq!(names(c"gradient"), plain.map(GradientEstimator::name).collect::<Vec<_>>());
+    }
+}

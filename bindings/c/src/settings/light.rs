@@ -38,11 +38,6 @@ impl Settings {
             settings::Light { direction, space, strength, angle, color }
         };
         let lights: Vec<_> = lights.iter().zip(&self.light_angles).zip(&self.light_colors).map(light).collect();
-        Ok(match (&lights[..], self.shadows) {
-            // A light at the camera casts no visible shadow.
-            ([], 1) => Lights::BESIDE_CAMERA,
-            ([], _) => Lights::AT_CAMERA,
-            (lights, _) => Lights::new(lights)?,
-        })
+        Ok(if lights.is_empty() { Lights::default_with(self.shadows == 1) } else { Lights::new(&lights)? })
     }
 }

@@ -6,16 +6,15 @@ use layersplat::settings::{AmbientOcclusion, LightGrid, LightSpace, Lights};
 use std::mem::MaybeUninit;
 
 fn refused(change: impl FnOnce(&mut Settings)) -> String {
-    let mut settings = from_quality(QualityChoice::Standard);
+    let mut settings = from_quality(Quality::Standard);
     change(&mut settings);
     settings.checked().unwrap_err().message
 }
 
 #[test]
 fn defaults_are_those_of_the_library() {
-    let all = [QualityChoice::Draft, QualityChoice::Standard, QualityChoice::High, QualityChoice::Paper];
-    for quality in all {
-        assert_eq!(from_quality(quality).checked().unwrap(), Quality::from(quality).settings());
+    for quality in Quality::ALL {
+        assert_eq!(from_quality(quality).checked().unwrap(), quality.settings());
     }
     // SAFETY: null is accepted.
     assert_eq!(unsafe { checked(std::ptr::null()) }.unwrap(), settings::Settings::default());
@@ -23,7 +22,7 @@ fn defaults_are_those_of_the_library() {
 
 #[test]
 fn fields_reach_the_library() {
-    let standard = from_quality(QualityChoice::Standard);
+    let standard = from_quality(Quality::Standard);
     let slicing = Settings { algorithm: AlgorithmChoice::Slicing as i32, step: 0.7, lit: 0, ..standard };
     let expected = settings::Settings { shading: None, ..Algorithm::Slicing { step: 0.7 }.into() };
     assert_eq!(slicing.checked().unwrap(), expected);
@@ -50,7 +49,7 @@ fn fields_reach_the_library() {
 
 #[test]
 fn shadows_and_ambient_occlusion_reach_the_library() {
-    let standard = from_quality(QualityChoice::Standard);
+    let standard = from_quality(Quality::Standard);
     let shadowed = Settings { shadows: 1, shadow_strength: 0.5, shadow_forgiveness: 2.0, light_grid: 1, ..standard };
     let found = shadowed.checked().unwrap();
     assert_eq!(found.shadows, Some(Shadows { strength: 0.5, forgiveness: 2.0 }));
@@ -75,13 +74,8 @@ fn axes_angles_and_colors_of_lights_reach_the_library() {
     let side = Light { direction: [1.0, 2.0, 3.0], strength: 0.5 };
     let lights = [side, Light { strength: 2.0, ..Light::default() }, side, side];
     let light_colors = [[1.0, 0.5, 0.0], [1.0; 3], [9.0; 3], [9.0; 3]];
-    let standard = Settings {
-        light_count: 2,
-        lights,
-        light_angles: [5.0, 7.0, 99.0, 0.0],
-        light_colors,
-        ..from_quality(QualityChoice::Standard)
-    };
+    let standard =
+        Settings { light_count: 2, lights, light_angles: [5.0, 7.0, 99.0, 0.0], light_colors, ..from_quality(Quality::Standard) };
     for (lights_in_camera_space, space) in [(0, LightSpace::World), (1, LightSpace::Camera)] {
         let found = Settings { lights_in_camera_space, ..standard }.checked().unwrap().shading.unwrap().lights;
         let direction = Some(DVec3::new(1.0, 2.0, 3.0));
@@ -106,7 +100,7 @@ fn the_first_version_is_still_accepted() {
     let settings: *mut Settings = memory.as_mut_ptr().cast();
     // SAFETY: there is memory of `FIRST_VERSION` bytes, and of a whole struct.
     unsafe {
-        assert_eq!(layersplat_settings_default(QualityChoice::High as i32, settings, FIRST_VERSION), Status::Ok);
+        assert_eq!(layersplat_settings_default(Quality::High as i32, settings, FIRST_VERSION), Status::Ok);
         assert_eq!((&raw const (*settings).size).read(), FIRST_VERSION);
         (&raw mut (*settings).power).write(7.0);
         let found = checked(settings).unwrap();
@@ -140,17 +134,21 @@ fn other_sizes_are_rejected() {
 
 #[test]
 fn invalid_numbers_are_rejected() {
-    assert_eq!(refused(|s| s.quality = 9), "9 is not a valid quality");
-    assert_eq!(refused(|s| s.algorithm = -1), "-1 is not a valid algorithm");
-    assert_eq!(refused(|s| s.blend = 5), "5 is not a valid blend mode");
+    assert_eq!(refused(|s| s.quality = 9), "quality is 9: expected 0 (draft), 1 (standard), 2 (high), 3 (paper)");
+    assert!(refused(|s| s.algorithm = -1).starts_with("algorithm is -1: expected 0 (layered), 1 (axis-sheets)"));
+    assert!(refused(|s| s.blend = 5).starts_with("blend is 5: expected 0 (composite)"));
+    assert!(
+        refused(|s| s.kernel = 6)
+            .ends_with("expected 0 (default), 1 (cubic), 2 (linear), 3 (catmull-rom), 4 (bspline), 5 (gaussian)")
+    );
     assert!(refused(|s| s.lit = 2).contains("lit is 2"));
     assert!(refused(|s| s.plane_count = 7).contains("0 to 6"));
     assert!(refused(|s| s.plane_count = -1).contains("-1"));
     assert!(refused(|s| s.light_count = 5).contains("0 to 4"));
     assert!(refused(|s| (s.light_count, s.lights[0].strength) = (1, -1.0)).contains("0 to 100"));
     let sheets = |s: &mut Settings| (s.kernel, s.algorithm) = (1, AlgorithmChoice::ViewSheets as i32);
-    assert!(refused(sheets).contains("has a fixed kernel"));
-    assert_eq!(refused(|s| s.light_grid = 3), "3 is not a valid light grid");
+    assert!(refused(sheets).contains("no meaning for view-sheets"));
+    assert_eq!(refused(|s| s.light_grid = 3), "light_grid is 3: expected 0 (full), 1 (half), 2 (quarter)");
     assert!(refused(|s| s.shadows = 2).contains("shadows is 2"));
     assert!(refused(|s| s.ambient_occlusion = -1).contains("ambient_occlusion is -1"));
     assert!(refused(|s| s.lights_in_camera_space = 2).contains("lights_in_camera_space is 2"));

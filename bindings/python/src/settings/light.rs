@@ -2,7 +2,7 @@
 
 use crate::argument::{accepted, either, extracted, refused};
 use crate::errors::{Result, unknown};
-use layersplat::settings::{AmbientOcclusion, Light, LightGrid, LightSpace, Lights, Shading, Shadows};
+use layersplat::settings::{AmbientOcclusion, Light, LightSpace, Lights, Shading, Shadows};
 use pyo3::Borrowed;
 use pyo3::prelude::*;
 use std::collections::BTreeMap;
@@ -127,27 +127,6 @@ impl Occluding<'_> {
         }
         Ok(Some(occlusion))
     }
-}
-
-/// The lights if none are given.
-pub fn default_lights(shadows: bool) -> Lights {
-    // A light at the camera casts no visible shadow.
-    if shadows { Lights::BESIDE_CAMERA } else { Lights::AT_CAMERA }
-}
-
-/// The axes of lights' directions.
-pub fn space(name: &str) -> Result<LightSpace> {
-    match name {
-        "world" => Ok(LightSpace::World),
-        "camera" => Ok(LightSpace::Camera),
-        other => Err(unknown("light_space", other, "world or camera")),
-    }
-}
-
-/// The resolution of a name.
-pub fn grid(name: &str) -> Result<LightGrid> {
-    let found = LightGrid::ALL.into_iter().find(|grid| grid.name() == name);
-    found.ok_or_else(|| unknown("light_grid", name, "full, half or quarter"))
 }
 
 /// A light: a direction or None, optionally with a strength, with an angular diameter too, and with a colour too.
