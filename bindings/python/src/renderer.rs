@@ -12,14 +12,14 @@ use crate::exclusive::{AnyRenderer, Exclusive};
 use crate::handles::{events, memory};
 use crate::labels::Labels;
 use crate::names::{Over, Size, orbit, picture_format};
-use crate::settings::{Settings, kernel};
+use crate::settings::Settings;
 use crate::slice::{Slice, colors};
 use crate::stream_plan::stream_plan;
 use crate::transfer::TransferFunction;
 use crate::volume::Volume;
 use layersplat::renderer::{PictureMemory, volume_renderer};
 use layersplat::volume::Grid;
-use layersplat::{Renderer as Ours, Settings as OurSettings, TransferFunction as Transfer, Viewport};
+use layersplat::{Choice, Kernel, Renderer as Ours, Settings as OurSettings, TransferFunction as Transfer, Viewport};
 use numpy::{Element, IntoPyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods, ToPyArray};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -199,7 +199,7 @@ impl Renderer {
         background: Argument<Over>,
     ) -> Result<Bound<'py, PyArray3<u8>>> {
         extract!(slice, size, kernel, window, thickness, background);
-        let (slice, viewport, kernel) = (*slice.get().ours(), size.viewport()?, self::kernel(&kernel)?);
+        let (slice, viewport, kernel) = (*slice.get().ours(), size.viewport()?, Kernel::from_name(&kernel)?);
         let (colors, background) = (colors(window, thickness)?, background.background()?);
         let draw = move |ours: &mut AnyRenderer| ours.require_whole("Renderer.slice")?.slice(&slice, viewport, kernel, colors);
         let frame = self.shared.interruptible(py, draw)?;
@@ -219,7 +219,7 @@ impl Renderer {
         kernel: Argument<String>,
     ) -> Result<Bound<'py, PyArray2<f32>>> {
         extract!(slice, size, kernel);
-        let (slice, viewport, kernel) = (*slice.get().ours(), size.viewport()?, self::kernel(&kernel)?);
+        let (slice, viewport, kernel) = (*slice.get().ours(), size.viewport()?, Kernel::from_name(&kernel)?);
         let find =
             move |ours: &mut AnyRenderer| ours.require_whole("Renderer.slice_values")?.slice_values(&slice, viewport, kernel);
         let values = self.shared.interruptible(py, find)?;
