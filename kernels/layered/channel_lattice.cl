@@ -106,13 +106,8 @@ static inline bool is_open(const Channel *channels, int count, int n, intv has_r
 #endif
 }
 
-__kernel void channel_lattice(PER_CHANNEL(__global const VOXEL *, voxels),
-                              PER_CHANNEL(__global const GRADIENT_VOXEL *, gradient_voxels),
-                              PER_CHANNEL(__global const uchar *, visible), PER_CHANNEL(__global const int *, shown_slabs),
-                              PER_CHANNEL(__global const int4 *, integrals), PER_CHANNEL(__global const float4 *, tables),
-                              __global const ChannelParams *channel_params, int count, __global const uchar *light,
-                              __global const uchar *sky, RayLatticeParams p, Clipping clip, __global float4 *lattice,
-                              __global uint *active_samples, ulong first_item) {
+__kernel void channel_lattice(SHADED_CHANNELS, PER_CHANNEL(__global const int4 *, integrals),
+                              PER_CHANNEL(__global const int *, shown_slabs), RayLatticeParams p, ulong first_item) {
     const int order = first_item + get_global_id(0);
     if (order >= p.tiles_u * p.tiles_v)
         return;
@@ -309,7 +304,7 @@ __kernel void channel_lattice(PER_CHANNEL(__global const VOXEL *, voxels),
 #else
         resolve_channels(channels, count, all_tables, r, &intervals[r], color);
 #endif
-        STORE_ROW_COLORS(&p, color, lattice, &tile, r);
+        STORE_ROW_COLORS(&p, color, target, &tile, r);
         if (GATHERS_VALUES)
             total += COUNT_VISIBLE_IN_ROW(&p, color, &tile, r);
     }

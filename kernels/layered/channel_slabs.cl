@@ -1,10 +1,16 @@
-// Sub-slabs of a splatted layer of several fields: as accumulate_slabs() for one (sample.cl), with the sum of extinctions (emission.cl), or
-// with values that each field gathers on its own.
+// Sub-slabs of a splatted layer of the fields of a scene. Several are composited with the sum of extinctions (emission.cl). One field, and
+// fields of which each gathers values of its own, are accumulated as in sample.cl.
 //
 // Included where samples are known (struct SampleSource).
 
 #include "shared/channel.cl"
 #include "shared/emission.cl"
+
+#define SUMS_EXTINCTIONS (CHANNELS > 1 && !GATHERS_VALUES)
+
+// Number of accumulators of this many fields, and which one is that of a field.
+#define ACCUMULATED(fields) (SUMS_EXTINCTIONS ? 1 : (fields))
+#define ACCUMULATOR(field) (SUMS_EXTINCTIONS ? 0 : (field))
 
 // A field where rays cross a layer: splat sums of the previous layer along the rays, the layer itself and the next one.
 typedef struct {
@@ -12,29 +18,25 @@ typedef struct {
     __global const float4 *table;
     realv before, own, after;
     struct SampleSource source;
-#if GATHERS_VALUES
     Accumulator *gathered;
-#else
     // Of the layer, from the first visible sample on.
     bool lit;
     Lighting lighting;
-#endif
 } LayerOfField;
 
-#if GATHERS_VALUES
-
-// Accumulates all sub-slabs of a layer, of each field in values of its own.
-ALWAYS_INLINE void accumulate_channel_slabs(LayerOfField *fields, int count, __global const float4 *slabs, int first, int slab_count,
-                                            const LayerSpan *layer_span, intv *active) {
-    for (int c = 0; c < count; c++) {
-        const LayerOfField *f = &fields[c];
-        accumulate_slabs(f->params, slabs, first, slab_count, f->table, f->before, f->own, f->after, layer_span, &f->source, f->gathered,
-                         active);
-    }
+// Adds a field to those whose samples in a layer can be visible.
+ALWAYS_INLINE void add_field(const SampleParams *params, __global const float4 *table, realv before, realv own, realv after,
+                             const struct SampleSource *source, Accumulator *gathered, LayerOfField *fields, int *count) {
+    if (!layer_may_contribute(params, before, own, after))
+        return;
+    LayerOfField *f = &fields[*count];
+    f->params = params, f->table = table;
+    f->before = before, f->own = own, f->after = after;
+    f->source = *source, f->gathered = gathered, f->lit = false;
+    *count += 1;
 }
 
-#else
-
+#if SUMS_EXTINCTIONS
 // Adds what a field emits in a whole sub-slab of this thickness along the rays.
 ALWAYS_INLINE void add_slab(LayerOfField *f, float4 slab, realv dt, realv *sum, realv *depth) {
     const SampleParams *p = f->params;
@@ -58,10 +60,14 @@ ALWAYS_INLINE void add_slab(LayerOfField *f, float4 slab, realv dt, realv *sum, 
     add_emission(p, r, g, b, &e, sum);
     *depth += e.depth;
 }
+#endif
 
-// Accumulates all sub-slabs of a layer, of at least one field. `first`, `slab_count`: of the layer, see layer_slabs().
-ALWAYS_INLINE void accumulate_channel_slabs(LayerOfField *fields, int count, __global const float4 *slabs, int first, int slab_count,
-                                            const LayerSpan *layer_span, Accumulator *a, intv *active) {
+// Accumulates all sub-slabs of a layer. `first`, `slab_count`: of the layer, see layer_slabs().
+ALWAYS_INLINE void accumulate_fields(LayerOfField *fields, int count, __global const float4 *slabs, int first, int slab_count,
+                                     const LayerSpan *layer_span, intv *active) {
+#if SUMS_EXTINCTIONS
+    if (!count)
+        return;
     const SampleParams *p = fields[0].params;
 #ifdef CLIPPED
     // The slabs of the front layer begin in its middle.
@@ -85,8 +91,48 @@ ALWAYS_INLINE void accumulate_channel_slabs(LayerOfField *fields, int count, __g
             continue;
         const realv opacity = p->classification.linear ? MIN(depth, (realv)(1.0f)) * share : absorbed(depth * share);
         *active += COUNT_IF(opacity > 0.0f);
-        accumulate_emission(sum, depth, opacity, a);
+        accumulate_emission(sum, depth, opacity, fields[0].gathered);
     }
+#else
+    for (int c = 0; c < count; c++) {
+        const LayerOfField *f = &fields[c];
+        accumulate_slabs(f->params, slabs, first, slab_count, f->table, f->before, f->own, f->after, layer_span, &f->source, f->gathered,
+                         active);
+    }
+#endif
 }
 
+// What a kernel with the arguments SHADED_CHANNELS knows of each field from the beginning.
+#define SET_CHANNELS(channels, count)                                                                                  \
+    __global const VOXEL *const all_voxels[MAX_CHANNELS] = EACH(voxels);                                               \
+    __global const GRADIENT_VOXEL *const all_gradient_voxels[MAX_CHANNELS] = EACH(gradient_voxels);                    \
+    __global const uchar *const all_visible[MAX_CHANNELS] = EACH(visible);                                             \
+    __global const float4 *const all_tables[MAX_CHANNELS] = EACH(tables);                                              \
+    for (int c = 0; c < (count); c++) {                                                                                \
+        set_field(channel_params + c, all_voxels[c], all_gradient_voxels[c], light, sky, &(channels)[c].field);        \
+        (channels)[c].shading = shading_of(&(channels)[c].field);                                                      \
+        (channels)[c].visible = all_visible[c], (channels)[c].table = all_tables[c];                                   \
+        (channels)[c].layer_chunk = (LayerChunk){-1, 0};                                                               \
+    }
+
+// Stores rays n of a tile: of one field as `p` requests, of several the colours.
+#if CHANNELS == 1
+#define STORE_CHANNELS(p, channels, fields, gathered, n, interval, columns, out, total) \
+    STORE_RAYS(p, (channels)[0].field.sample, (channels)[0].table, &(gathered)[0][n], interval, columns, 1, out, total)
+#elif GATHERS_VALUES
+#define STORE_CHANNELS(p, channels, fields, gathered, n, interval, columns, out, total)                                        \
+    {                                                                                                                          \
+        realv color[4] = {(realv)(0.0f), (realv)(0.0f), (realv)(0.0f), (realv)(0.0f)};                                         \
+        for (int c = 0; c < (fields); c++)                                                                                     \
+            add_resolved(&(channels)[c].field.sample, (channels)[c].table, &(gathered)[c][n], interval, color);                \
+        total += count_visible(color, columns);                                                                                \
+        store_colors(color, columns, 1, out);                                                                                  \
+    }
+#else
+#define STORE_CHANNELS(p, channels, fields, gathered, n, interval, columns, out, total)                                  \
+    {                                                                                                                    \
+        realv color[4];                                                                                                  \
+        resolve(&(channels)[0].field.sample, (channels)[0].table, &(gathered)[0][n], interval, color);                   \
+        store_colors(color, columns, 1, out);                                                                            \
+    }
 #endif

@@ -96,16 +96,12 @@ static inline void composite_colors(const SampleParams *p, const Layer *front, c
     a->t = deep ? subdivided.t : a->t;
 }
 
-__kernel void color_lattice(__global const VOXEL *red, __global const VOXEL *green, __global const VOXEL *blue,
-                            __global const VOXEL *extinction, VolumeView view, __global const GRADIENT_VOXEL *gradient_voxels,
-                            VolumeView gradient_view, __global const uchar *light, __global const uchar *sky,
-                            __global const uchar *visible, __global const int *shown_slabs, RayLatticeParams p, SampleParams sample,
-                            Clipping clip, __global float4 *lattice, __global uint *active_samples, ulong first_item) {
+__kernel void color_lattice(COLOR_FIELDS, __global const int *shown_slabs, RayLatticeParams p, ulong first_item) {
     const int order = first_item + get_global_id(0);
     if (order >= p.tiles_u * p.tiles_v)
         return;
     const int id = scheduled_tile(&p, order);
-    __global const VOXEL *voxels = extinction + view.first;
+    voxels += view.first;
     const ShadingSource shading = SHADING_SOURCE;
     const Tile tile = make_tile(&p, id);
     Fields fields = {{red + view.first, green + view.first, blue + view.first, voxels}};
@@ -195,7 +191,7 @@ __kernel void color_lattice(__global const VOXEL *red, __global const VOXEL *gre
     for (int r = 0; r < tile.rows; r++) {
         realv color[4];
         resolve(&sample, 0, &gathered[r], &intervals[r], color);
-        STORE_ROW_COLORS(&p, color, lattice, &tile, r);
+        STORE_ROW_COLORS(&p, color, target, &tile, r);
     }
     active_samples[id] = total;
 }

@@ -2,6 +2,12 @@
 
 #include "shared/clipping.cl"
 
+// Arguments of a kernel: the field, for layer axis z, and the output.
+#define PIXEL_FIELD                                                                                                                  \
+    __global const VOXEL *voxels, VolumeView view_of_z, __global const GRADIENT_VOXEL *gradient_voxels, VolumeView gradient_view_of_z, \
+        LIGHT_BUFFERS, __global const uchar *visible_x, __global const uchar *visible_y, __global const uchar *visible_z,             \
+        DirectParams p, SampleParams sample_of_z, Clipping clip, OUTPUT
+
 // The layer axis by the 45 degree rule: the largest component; on a tie the lowest index.
 static inline int most_parallel(const float *d) {
     const float x = fabs(d[0]), y = fabs(d[1]), z = fabs(d[2]);
@@ -56,7 +62,8 @@ static inline VolumeView permuted_view(const VolumeView *z, int a) {
 }
 
 // The ray through pixel coordinates (x, y). Also permutes the sample parameters from layer axis z to the ray's own.
-static inline PixelRay make_pixel_ray(const DirectParams *p, float x, float y, const SampleParams *sample_of_z, SampleParams *sample) {
+static inline PixelRay make_pixel_ray(const DirectParams *p, float x, float y, const VolumeView *view_of_z,
+                                      const SampleParams *sample_of_z, SampleParams *sample) {
     *sample = *sample_of_z;
     float o[3], d[3];
     for (int i = 0; i < 3; i++) {
@@ -85,9 +92,7 @@ static inline PixelRay make_pixel_ray(const DirectParams *p, float x, float y, c
 #endif
     const float d_a = SELECT_3(d, a), s_u = SELECT_3(d, iu) / d_a, s_v = SELECT_3(d, iv) / d_a;
     const float step_u = s_u * sample->segments.step_u, step_v = s_v * sample->segments.step_v, step_a = sample->segments.step_a;
-    const VolumeView view_of_z = {p->stride[0], p->stride[1], p->stride[2],  p->stride[3], p->dims[0],
-                                  p->dims[1],   p->dims[2],   p->background, p->offset,    0};
-    const VolumeView view = permuted_view(&view_of_z, a);
+    const VolumeView view = permuted_view(view_of_z, a);
     const int blocks_u[3] = {p->blocks[0], p->blocks[2], p->blocks[4]}, blocks_v[3] = {p->blocks[1], p->blocks[3], p->blocks[5]};
     const PixelRay ray = {view, a, d_a > 0.0f ? 1 : -1, SELECT_3(blocks_u, a), SELECT_3(blocks_v, a),
                           {o[0], o[1], o[2]}, {d[0], d[1], d[2]}, SELECT_3(o, iu), SELECT_3(o, iv), SELECT_3(o, a), d_a, s_u, s_v,

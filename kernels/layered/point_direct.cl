@@ -1,5 +1,6 @@
-// Layered rendering with point-sampled layers, per screen pixel: point_lattice.cl without a lattice. Used where a lattice is impossible,
-// and as its oracle.
+// Layered rendering with point-sampled layers, per screen pixel: point_lattice.cl without a lattice. Draws views with evaluation per pixel,
+// and those of a forced layer axis that no lattice covers. Other views without a lattice are cast (cast_segments.cl). Tests compare lattices
+// with it.
 //
 // One work-item per pixel, row by row; VW is 1.
 
@@ -12,16 +13,12 @@ static inline float3 point_on_ray(const PixelRay *ray, float k) {
     return (float3)(ray->o_u + (k - ray->o_a) * ray->s_u, ray->o_v + (k - ray->o_a) * ray->s_v, k);
 }
 
-__kernel void point_direct(__global const VOXEL *voxels, __global const GRADIENT_VOXEL *gradient_voxels, VolumeView gradient_view_of_z,
-                           __global const uchar *light, __global const uchar *sky, __global const uchar *visible_x,
-                           __global const uchar *visible_y, __global const uchar *visible_z, __global const int4 *integrals,
-                           __global const float4 *table, DirectParams p, SampleParams sample_of_z, Clipping clip, int width, int height,
-                           __global float4 *frame, __global uint *active_samples, ulong first_item) {
+__kernel void point_direct(PIXEL_FIELD, __global const int4 *integrals, __global const float4 *table, ulong first_item) {
     const size_t pixel = first_item + get_global_id(0);
-    if (pixel >= (size_t)width * height)
+    if (pixel >= (size_t)p.width * p.height)
         return;
     SampleParams sample;
-    const PixelRay ray = make_pixel_ray(&p, pixel % width + 0.5f, pixel / width + 0.5f, &sample_of_z, &sample);
+    const PixelRay ray = make_pixel_ray(&p, pixel % p.width + 0.5f, pixel / p.width + 0.5f, &view_of_z, &sample_of_z, &sample);
     const VolumeView view = ray.view;
     voxels += view.first;
     const VolumeView gradient_view = permuted_view(&gradient_view_of_z, ray.axis);
@@ -120,6 +117,6 @@ __kernel void point_direct(__global const VOXEL *voxels, __global const GRADIENT
     }
     float color[4];
     resolve(&sample, table, &gathered, &interval, color);
-    store_colors(color, 1, 1, frame + pixel);
+    store_colors(color, 1, 1, target + pixel);
     active_samples[pixel] = active;
 }

@@ -15,11 +15,9 @@
     if (SUB_LAYER(l)->index != (l) || over & ~SUB_LAYER(l)->sampled) \
     sample_layer(voxels, &view, p.centre_layer, s, l, &tile, over, SUB_LAYER(l))
 
-__kernel void point_lattice(__global const VOXEL *voxels, VolumeView view, __global const GRADIENT_VOXEL *gradient_voxels,
-                            VolumeView gradient_view, __global const uchar *light, __global const uchar *sky, __global const uchar *visible,
-                            __global const int *shown_slabs, __global const int4 *integrals, __global const float4 *table,
-                            RayLatticeParams p, SampleParams sample, Clipping clip, __global float4 *lattice, __global uint *active_samples,
-                            TINT_ARGUMENTS ulong first_item) {
+__kernel void point_lattice(SHADED_FIELD, __global const uchar *visible, __global const int *shown_slabs, __global const int4 *integrals,
+                            __global const float4 *table, RayLatticeParams p, SampleParams sample, Clipping clip, OUTPUT, TINT_ARGUMENTS
+                            ulong first_item) {
     const int order = first_item + get_global_id(0);
     if (order >= p.tiles_u * p.tiles_v)
         return;
@@ -44,7 +42,7 @@ __kernel void point_lattice(__global const VOXEL *voxels, VolumeView view, __glo
         gathered[n] = empty_accumulator(&sample);
     if (p.continues) {
         for (int r = 0; r < tile.rows; r++)
-            gathered[r] = LOAD_ROW(&p, &sample, lattice, &tile, r);
+            gathered[r] = LOAD_ROW(&p, &sample, target, &tile, r);
         regroup_all((realv *)gathered, RAW_FLOATS, tile.bands);
     }
     for (int n = 0; n < patches; n++) {
@@ -189,6 +187,6 @@ __kernel void point_lattice(__global const VOXEL *voxels, VolumeView view, __glo
 #endif
     uint total = sum_lanes(active, VW);
     for (int r = 0; r < tile.rows; r++)
-        STORE_ROW(p, sample, table, &gathered[r], &intervals[r], lattice, tile, r, total)
+        STORE_ROW(p, sample, table, &gathered[r], &intervals[r], target, tile, r, total)
     active_samples[id] = total;
 }

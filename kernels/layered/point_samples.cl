@@ -166,11 +166,9 @@ ALWAYS_INLINE void cross_slab(__global const VOXEL *voxels, const VolumeView *vi
 }
 
 __attribute__((reqd_work_group_size(SAMPLE_COLUMNS * SAMPLE_ROWS, 1, 1)))
-__kernel void point_samples(__global const VOXEL *voxels, VolumeView view, __global const GRADIENT_VOXEL *gradient_voxels,
-                            VolumeView gradient_view, __global const uchar *light, __global const uchar *sky, __global const uchar *visible,
-                            __global const int *shown_slabs, __global const int4 *integrals, __global const float4 *table,
-                            RayLatticeParams p, SampleParams sample, Clipping clip, __global float4 *lattice, __global uint *active_samples,
-                            TINT_ARGUMENTS ulong first_item) {
+__kernel void point_samples(SHADED_FIELD, __global const uchar *visible, __global const int *shown_slabs, __global const int4 *integrals,
+                            __global const float4 *table, RayLatticeParams p, SampleParams sample, Clipping clip, OUTPUT, TINT_ARGUMENTS
+                            ulong first_item) {
     __local uint active, slabs[WORDS_LOOKED_UP];
     __local float ends[END_FLOATS];
     const int tile = FIRST_GROUP + get_group_id(0);
@@ -188,7 +186,7 @@ __kernel void point_samples(__global const VOXEL *voxels, VolumeView view, __glo
     const int2 place = work_item_sample(tile, p.tiles_u);
     uint own = 0;
     if (place.x < p.width && place.y < p.height) {
-        __global float4 *out = lattice + (size_t)place.y * p.width + place.x;
+        __global float4 *out = target + (size_t)place.y * p.width + place.x;
         RayState state = start_ray(&p, &sample, &clip, place.x, place.y, out);
         for (int word = 0; 32 * word < count && state.open; word++)
             for (uint left = visible_word(slabs, word, count); left && state.open; left &= left - 1)

@@ -1,5 +1,6 @@
-// Layered splatting per screen pixel: each pixel gathers the voxels whose footprints cover it. Used where a lattice is impossible, with
-// the paper's set of footprints, and as the lattice's oracle.
+// Layered splatting per screen pixel: each pixel gathers the voxels whose footprints cover it. Draws views with evaluation per pixel, which
+// alone has the paper's set of footprints, and those of a forced layer axis that no lattice covers. Other views without a lattice are cast
+// (raycast.cl). Tests compare lattices with it.
 //
 // One work-item per pixel, row by row; VW is 1. FOOTPRINT_SET: weights are interpolated bilinearly in the image of the nearest direction
 // (footprint_set.cl); |s| <= 1. Splat sums are divided by the sum of weights, which is near 1, so that constant fields stay exact.
@@ -86,17 +87,13 @@ static inline Gradient sample_gradient(const struct SampleSource *s) {
 #endif
 }
 
-__kernel void splat_direct(__global const VOXEL *voxels, __global const GRADIENT_VOXEL *gradient_voxels, VolumeView gradient_view_of_z,
-                           __global const uchar *light, __global const uchar *sky, __global const uchar *visible_x,
-                           __global const uchar *visible_y, __global const uchar *visible_z, __global const float4 *table,
-                           __global const float4 *slabs, __global const uchar *images, __global const float2 *shears, DirectParams p,
-                           SampleParams sample_of_z, Clipping clip, int width, int height, __global float4 *frame,
-                           __global uint *active_samples, ulong first_item) {
+__kernel void splat_direct(PIXEL_FIELD, __global const float4 *table, __global const float4 *slabs, __global const uchar *images,
+                           __global const float2 *shears, ulong first_item) {
     const size_t pixel = first_item + get_global_id(0);
-    if (pixel >= (size_t)width * height)
+    if (pixel >= (size_t)p.width * p.height)
         return;
     SampleParams sample;
-    const PixelRay ray = make_pixel_ray(&p, pixel % width + 0.5f, pixel / width + 0.5f, &sample_of_z, &sample);
+    const PixelRay ray = make_pixel_ray(&p, pixel % p.width + 0.5f, pixel / p.width + 0.5f, &view_of_z, &sample_of_z, &sample);
     const VolumeView view = ray.view;
     voxels += view.first;
     const VolumeView gradient_view = permuted_view(&gradient_view_of_z, ray.axis);
@@ -149,6 +146,6 @@ __kernel void splat_direct(__global const VOXEL *voxels, __global const GRADIENT
     }
     float color[4];
     resolve(&sample, table, &gathered, &interval, color);
-    store_colors(color, 1, 1, frame + pixel);
+    store_colors(color, 1, 1, target + pixel);
     active_samples[pixel] = active;
 }

@@ -111,10 +111,8 @@ ALWAYS_INLINE uint draw_sample(__global const VOXEL *voxels, const VolumeView *v
 }
 
 __attribute__((reqd_work_group_size(SAMPLE_COLUMNS * SAMPLE_ROWS, 1, 1)))
-__kernel void splat_samples(__global const VOXEL *voxels, VolumeView view, __global const GRADIENT_VOXEL *gradient_voxels,
-                            VolumeView gradient_view, __global const uchar *light, __global const uchar *sky, __global const uchar *visible,
-                            __global const float4 *table, __global const float4 *slabs, RayLatticeParams p, SampleParams sample,
-                            Clipping clip, __global float4 *lattice, __global uint *active_samples, ulong first_item) {
+__kernel void splat_samples(SHADED_FIELD, __global const uchar *visible, __global const float4 *table, __global const float4 *slabs,
+                            RayLatticeParams p, SampleParams sample, Clipping clip, OUTPUT, ulong first_item) {
     __local uint active, layers[WORDS_LOOKED_UP];
     const int tile = FIRST_GROUP + get_group_id(0);
     if (tile >= p.tiles_u * p.tiles_v)
@@ -128,6 +126,6 @@ __kernel void splat_samples(__global const VOXEL *voxels, VolumeView view, __glo
     const ShadingSource shading = SHADING_SOURCE;
     if (place.x < p.width && place.y < p.height)
         own = draw_sample(voxels, &view, &shading, table, slabs, &p, &sample, &clip, layers, first, count, place.x, place.y,
-                          lattice + (size_t)place.y * p.width + place.x);
+                          target + (size_t)place.y * p.width + place.x);
     count_tile(own, &active, active_samples + tile);
 }

@@ -103,11 +103,8 @@ static inline bool absorbed_columns(const Absorber *absorbers, int count, const 
 }
 #endif
 
-__kernel void coarse_transmittance(PER_CHANNEL(__global const VOXEL *, voxels),
-                                   PER_CHANNEL(__global const GRADIENT_VOXEL *, gradient_voxels),
-                                   PER_CHANNEL(__global const float *, transmittance), __global const ChannelParams *channel_params,
-                                   int count, Clipping clip, int first_x, int first_y, int first_z, int dims_x, int dims_y, int dims_z,
-                                   __global float *coarse, ulong first_item) {
+__kernel void coarse_transmittance(CHANNEL_FIELDS, PER_CHANNEL(__global const float *, transmittance), Clipping clip, int first_x,
+                                   int first_y, int first_z, int dims_x, int dims_y, int dims_z, __global float *coarse, ulong first_item) {
     const int id = first_item + get_global_id(0);
     if (id >= (VW == 1 ? dims_x : 1) * dims_y * dims_z)
         return;

@@ -43,10 +43,9 @@ static inline void store_voxel(const LightSweepParams *p, const RayLayer *layer,
 }
 
 __attribute__((reqd_work_group_size(SAMPLE_COLUMNS * SAMPLE_ROWS, 1, 1)))
-__kernel void light_rays(PER_CHANNEL(__global const VOXEL *, voxels), PER_CHANNEL(__global const GRADIENT_VOXEL *, gradient_voxels),
-                         PER_CHANNEL(__global const uchar *, visible), PER_CHANNEL(__global const int4 *, integrals),
-                         __global const ChannelParams *channel_params, int count, __global const LayerOffset *offsets, LightSweepParams p,
-                         Clipping clip, __global uchar *light, __global ushort *sums, __global float *state, ulong first_item) {
+__kernel void light_rays(CHANNEL_FIELDS, PER_CHANNEL(__global const uchar *, visible), PER_CHANNEL(__global const int4 *, integrals),
+                         __global const LayerOffset *offsets, LightSweepParams p, Clipping clip, __global uchar *light,
+                         __global ushort *sums, __global float *state, ulong first_item) {
     // Of even and of odd layers: a work-item may write its transmittance while others still read those of the layer before.
     __local float rays[2][SAMPLE_COLUMNS * SAMPLE_ROWS];
     const int tile = FIRST_GROUP + get_group_id(0);

@@ -85,10 +85,9 @@ static inline void recover(const LightSweepParams *p, float (*rays)[PADDED_COLUM
             STOREV(rays[r] + c, recovered(p, LOADV(rays[r] + c)));
 }
 
-__kernel void light_sweep(PER_CHANNEL(__global const VOXEL *, voxels), PER_CHANNEL(__global const GRADIENT_VOXEL *, gradient_voxels),
-                          PER_CHANNEL(__global const uchar *, visible), PER_CHANNEL(__global const int4 *, integrals),
-                          __global const ChannelParams *channel_params, int count, __global const LayerOffset *offsets, LightSweepParams p,
-                          Clipping clip, __global uchar *light, __global ushort *sums, __global float *state, ulong first_item) {
+__kernel void light_sweep(CHANNEL_FIELDS, PER_CHANNEL(__global const uchar *, visible), PER_CHANNEL(__global const int4 *, integrals),
+                          __global const LayerOffset *offsets, LightSweepParams p, Clipping clip, __global uchar *light,
+                          __global ushort *sums, __global float *state, ulong first_item) {
     const int id = first_item + get_global_id(0);
     if (id >= p.tiles_u * p.tiles_v)
         return;

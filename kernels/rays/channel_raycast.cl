@@ -100,12 +100,7 @@ ALWAYS_INLINE void march_channels(Channel *channels, int count, const MarchParam
     }
 }
 
-__kernel void channel_raycast(PER_CHANNEL(__global const VOXEL *, voxels),
-                              PER_CHANNEL(__global const GRADIENT_VOXEL *, gradient_voxels),
-                              PER_CHANNEL(__global const uchar *, visible), PER_CHANNEL(__global const float4 *, tables),
-                              __global const ChannelParams *channel_params, int count, __global const uchar *light,
-                              __global const uchar *sky, ScreenParams s, MarchParams p, Clipping clip, __global float4 *frame,
-                              __global uint *active_samples, ulong first_item) {
+__kernel void channel_raycast(SHADED_CHANNELS, ScreenParams s, MarchParams p, ulong first_item) {
     const int id = first_item + get_global_id(0);
     if (id >= s.tiles_u * s.tiles_v)
         return;
@@ -136,7 +131,7 @@ __kernel void channel_raycast(PER_CHANNEL(__global const VOXEL *, voxels),
         Accumulator gathered = empty_accumulator(first);
         if (ANY(interval.from < interval.to))
             march_channels(channels, count, &p, &rays, &interval, &gathered, &active);
-        store_pixels(&s, first, all_tables[0], column, r, &gathered, &interval, frame);
+        store_pixels(&s, first, all_tables[0], column, r, &gathered, &interval, target);
     }
     active_samples[id] = sum_lanes(active, columns_on_screen(&s, column));
 }

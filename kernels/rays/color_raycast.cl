@@ -85,15 +85,11 @@ ALWAYS_INLINE void march_colors(const ColorFields *f, const MarchParams *p, cons
     }
 }
 
-__kernel void color_raycast(__global const VOXEL *red, __global const VOXEL *green, __global const VOXEL *blue,
-                            __global const VOXEL *extinction, VolumeView view, __global const GRADIENT_VOXEL *gradient_voxels,
-                            VolumeView gradient_view, __global const uchar *light, __global const uchar *sky,
-                            __global const uchar *visible, ScreenParams s, MarchParams p, SampleParams sample, Clipping clip,
-                            __global float4 *frame, __global uint *active_samples, ulong first_item) {
+__kernel void color_raycast(COLOR_FIELDS, ScreenParams s, MarchParams p, ulong first_item) {
     const int id = first_item + get_global_id(0);
     if (id >= s.tiles_u * s.tiles_v)
         return;
-    __global const VOXEL *voxels = extinction + view.first;
+    voxels += view.first;
     const ShadingSource shading = SHADING_SOURCE;
     const ColorFields fields = {{red + view.first, green + view.first, blue + view.first, voxels}, visible, view, shading, sample};
     const int column = id % s.tiles_u * VW, row = id / s.tiles_u * TILE_ROWS;
@@ -104,7 +100,7 @@ __kernel void color_raycast(__global const VOXEL *red, __global const VOXEL *gre
         Accumulator gathered = empty_accumulator(&sample);
         if (ANY(interval.from < interval.to))
             march_colors(&fields, &p, &rays, &interval, &gathered, &active);
-        store_pixels(&s, &sample, 0, column, r, &gathered, &interval, frame);
+        store_pixels(&s, &sample, 0, column, r, &gathered, &interval, target);
     }
     active_samples[id] = sum_lanes(active, columns_on_screen(&s, column));
 }

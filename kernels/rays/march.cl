@@ -2,10 +2,8 @@
 //
 // One work-item per tile of VW x TILE_ROWS pixels, id = tile_v*tiles_u + tile_u, one row after another.
 
-__kernel void march(__global const VOXEL *voxels, VolumeView view, __global const GRADIENT_VOXEL *gradient_voxels, VolumeView gradient_view,
-                    __global const uchar *light, __global const uchar *sky, __global const uchar *visible, __global const TABLE *table,
-                    ScreenParams s, MarchParams p, SampleParams sample, Clipping clip, __global float4 *frame,
-                    __global uint *active_samples, TINT_ARGUMENTS ulong first_item) {
+__kernel void march(SHADED_FIELD, __global const uchar *visible, ScreenParams s, MarchParams p, SampleParams sample, Clipping clip, OUTPUT,
+                    __global const TABLE *table, TINT_ARGUMENTS ulong first_item) {
     const int id = first_item + get_global_id(0);
     if (id >= s.tiles_u * s.tiles_v)
         return;
@@ -19,7 +17,7 @@ __kernel void march(__global const VOXEL *voxels, VolumeView view, __global cons
         Accumulator gathered = empty_accumulator(&sample);
         if (ANY(interval.from < interval.to))
             march_row(voxels, &view, &shading, visible, table, &p, &sample, &rays, &interval, &gathered, &active);
-        store_pixels(&s, &sample, (__global const float4 *)table, column, r, &gathered, &interval, frame);
+        store_pixels(&s, &sample, (__global const float4 *)table, column, r, &gathered, &interval, target);
     }
     active_samples[id] = sum_lanes(active, columns_on_screen(&s, column));
 }

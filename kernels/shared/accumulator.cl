@@ -6,6 +6,9 @@
 #include "shared/shading.cl"
 #include "shared/table_entries.cl"
 
+// Arguments of a kernel: RGBA of the samples of a lattice, or of pixels, and the number of those with opacity in each tile.
+#define OUTPUT __global float4 *target, __global uint *active_samples
+
 #if GATHERS_VALUES
 
 // The largest or smallest value so far, or the integral of the value over the ray parameter.

@@ -12,6 +12,12 @@
 #define MAX_CHANNELS 8
 #define PER_CHANNEL(type, name) \
     type name##_0, type name##_1, type name##_2, type name##_3, type name##_4, type name##_5, type name##_6, type name##_7
+#define CHANNEL_FIELDS                                                                                        \
+    PER_CHANNEL(__global const VOXEL *, voxels), PER_CHANNEL(__global const GRADIENT_VOXEL *, gradient_voxels), \
+        __global const ChannelParams *channel_params, int count
+#define SHADED_CHANNELS                                                                                       \
+    CHANNEL_FIELDS, LIGHT_BUFFERS, PER_CHANNEL(__global const uchar *, visible), PER_CHANNEL(__global const float4 *, tables), \
+        Clipping clip, OUTPUT
 #define EACH(name) {name##_0, name##_1, name##_2, name##_3, name##_4, name##_5, name##_6, name##_7}
 
 // Number of fields, which is known of one.

@@ -61,6 +61,11 @@ typedef struct {
 #define gradient_voxel_row voxel_row
 #endif
 
+// Arguments of a kernel: the voxels that are sampled, those that gradients are estimated from, and light volumes.
+#define LIGHT_BUFFERS __global const uchar *light, __global const uchar *sky
+#define SHADED_FIELD \
+    __global const VOXEL *voxels, VolumeView view, __global const GRADIENT_VOXEL *gradient_voxels, VolumeView gradient_view, LIGHT_BUFFERS
+
 // What samples are shaded from: the voxels that gradients are estimated from, light volumes, and the colours of labels (tint.cl).
 // SHADING_SOURCE: those of a kernel with the arguments `gradient_voxels`, `gradient_view`, `light` and `sky`, whose `voxels` begin at the
 // first one.

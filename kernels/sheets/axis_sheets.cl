@@ -40,8 +40,7 @@ ALWAYS_INLINE void composite_sheet(const SampleParams *sample, Tile *tile, float
 }
 
 __kernel void axis_sheets(__global const Splat *sorted, __global const uint *ends, __global const uint *lists, int chunks, ScreenParams s,
-                          SplatParams p, SampleParams sample, Clipping clip, __global float4 *frame, __global uint *active_samples,
-                          ulong first_item) {
+                          SplatParams p, SampleParams sample, Clipping clip, OUTPUT, ulong first_item) {
     const int id = first_item + get_global_id(0);
     if (id >= s.tiles_u * s.tiles_v)
         return;
@@ -85,6 +84,6 @@ __kernel void axis_sheets(__global const Splat *sorted, __global const uint *end
     }
     composite_sheet(&sample, &tile, layer, from, to, sheet, &active);
     EACH_ROW(r, 0, rows - 1)
-        store_pixels(&s, &sample, 0, column, row + r, &tile.gathered[r], &tile.intervals[r], frame);
+        store_pixels(&s, &sample, 0, column, row + r, &tile.gathered[r], &tile.intervals[r], target);
     active_samples[id] = sum_lanes(active, columns_on_screen(&s, column));
 }

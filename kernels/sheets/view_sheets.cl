@@ -142,7 +142,7 @@ ALWAYS_INLINE void splat_slabs(const SplatParams *p, __global const float *slabs
 
 __kernel void view_sheets(__global const Splat *sorted, __global const uint *ends, __global const uint *lists, int chunks,
                           __global const float *slabs, __global const float4 *table, ScreenParams s, SplatParams p, SampleParams sample,
-                          Clipping clip, __global float4 *frame, __global uint *active_samples, ulong first_item) {
+                          Clipping clip, OUTPUT, ulong first_item) {
     const int id = first_item + get_global_id(0);
     if (id >= s.tiles_u * s.tiles_v)
         return;
@@ -183,6 +183,6 @@ __kernel void view_sheets(__global const Splat *sorted, __global const uint *end
             open = composite_sheet(&p, &sample, table, current++, &ring, &tile);
     }
     EACH_ROW(r, 0, tile.rows - 1)
-        store_pixels(&s, &sample, table, column, row + r, &tile.gathered[r], &tile.intervals[r], frame);
+        store_pixels(&s, &sample, table, column, row + r, &tile.gathered[r], &tile.intervals[r], target);
     active_samples[id] = sum_lanes(tile.active, columns_on_screen(&s, column));
 }

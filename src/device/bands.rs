@@ -152,7 +152,7 @@ mod tests {
     use super::*;
     use crate::device::launch::picture::{Present, PresentArguments};
     use crate::device::launch::structs::Float4;
-    use crate::device::launch::{Argument, Arguments, Declared, Launch};
+    use crate::device::launch::{Argument, Launch};
     use crate::device::{Buffer, DeviceChoice};
 
     const GROUP: usize = 4;
@@ -188,13 +188,13 @@ mod tests {
         let device = Device::open(&DeviceChoice::Default).unwrap();
         let frame = Buffer::from_slice(&device, &vec![Float4([1.0; 4]); pixels], "the frame").unwrap();
         let rgba = Buffer::from_slice(&device, &vec![[0u8; 4]; pixels], "the picture").unwrap();
-        let kernel = device.kernel(Present::FILE, Present::NAME, &Present::defines(device.tuning(), ())).unwrap();
+        let kernel = device.kernel(Present::FILE, Present::NAME, &Present::defines(device.tuning(), ()).0).unwrap();
         let arguments = PresentArguments { frame: &frame, background: Float4([0.0; 4]), pixels: pixels as i32, rgba: &rgba };
-        arguments.set(&kernel).unwrap();
+        let first_item = arguments.set(&kernel, 0).unwrap();
+        0u64.set(&kernel, first_item).unwrap();
         let timed = device.timed();
         let items = Items { all: pixels, group: 64, least: 1 };
-        let last = PresentArguments::FIRST_ITEM;
-        let begin_at = |first: u64| if begins { Argument::set(&first, &kernel, last) } else { Ok(()) };
+        let begin_at = |first: u64| if begins { first.set(&kernel, first_item).map(drop) } else { Ok(()) };
         timed.start_in_bands("bands", &kernel, items, &mut BandSize::default(), begin_at).unwrap();
         let bands = timed.stopwatch.as_ref().unwrap().count();
         let mut picture = vec![[0u8; 4]; pixels];

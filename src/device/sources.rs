@@ -3,132 +3,8 @@
 #[cfg(feature = "cli")]
 use std::hash::{DefaultHasher, Hash, Hasher};
 
-/// `kernel_files!("folder/file.cl"…)`: names and texts of files in kernels/.
-macro_rules! kernel_files {
-    ($($name:literal),* $(,)?) => {
-        const FILES: &[(&str, &str)] = &[$(($name, include_str!(concat!("../../kernels/", $name)))),*];
-    };
-}
-
-kernel_files!(
-    "layered/beam.cl",
-    "layered/channel_lattice.cl",
-    "layered/channel_slabs.cl",
-    "layered/channel_splat_lattice.cl",
-    "layered/channel_splat_perspective.cl",
-    "layered/channels.cl",
-    "layered/color_lattice.cl",
-    "layered/columns.cl",
-    "layered/footprint.cl",
-    "layered/footprint_set.cl",
-    "layered/footprints.cl",
-    "layered/patches.cl",
-    "layered/phase_slabs.cl",
-    "layered/phase_tile.cl",
-    "layered/pixel_ray.cl",
-    "layered/pixel_tile.cl",
-    "layered/point_direct.cl",
-    "layered/point_lattice.cl",
-    "layered/point_layer.cl",
-    "layered/point_sample.cl",
-    "layered/point_samples.cl",
-    "layered/point_tile.cl",
-    "layered/ray_lattice.cl",
-    "layered/resampled_rows.cl",
-    "layered/sample_tile.cl",
-    "layered/splat_direct.cl",
-    "layered/splat_gradient.cl",
-    "layered/splat_lattice.cl",
-    "layered/splat_perspective.cl",
-    "layered/splat_samples.cl",
-    "layered/splat_stencil.cl",
-    "layered/splat_sum.cl",
-    "layered/table.cl",
-    "layered/tile.cl",
-    "layered/tile_rows.cl",
-    "layered/visible_cells.cl",
-    "layered/visible_group.cl",
-    "layered/visible_layers.cl",
-    "layered/visible_tile.cl",
-    "layered/voxel_spans.cl",
-    "light/coarse_transmittance.cl",
-    "light/finish_light.cl",
-    "light/light_rays.cl",
-    "light/light_sweep.cl",
-    "light/light_table.cl",
-    "light/ray_sample.cl",
-    "picture/catmull_rom.cl",
-    "picture/crossed_columns.cl",
-    "picture/display.cl",
-    "picture/own_samples.cl",
-    "picture/lines.cl",
-    "picture/present.cl",
-    "picture/warp.cl",
-    "rays/cast_segments.cl",
-    "rays/cast_values.cl",
-    "rays/channel_raycast.cl",
-    "rays/color_raycast.cl",
-    "rays/march.cl",
-    "rays/marching.cl",
-    "rays/preintegrated_table.cl",
-    "rays/raycast.cl",
-    "rays/slabs.cl",
-    "rays/slicing.cl",
-    "shared/accumulator.cl",
-    "shared/bit_sets.cl",
-    "shared/blend_modes.cl",
-    "shared/channel.cl",
-    "shared/clipping.cl",
-    "shared/color_absorption.cl",
-    "shared/dimmed_segment.cl",
-    "shared/elementary.cl",
-    "shared/emission.cl",
-    "shared/field.cl",
-    "shared/gradient_voxels.cl",
-    "shared/integral_nodes.cl",
-    "shared/light_volume.cl",
-    "shared/point.cl",
-    "shared/preintegration.cl",
-    "shared/ray_span.cl",
-    "shared/reconstruction.cl",
-    "shared/sample.cl",
-    "shared/scalar_field.cl",
-    "shared/screen.cl",
-    "shared/segment.cl",
-    "shared/shading.cl",
-    "shared/span_lighting.cl",
-    "shared/stagger.cl",
-    "shared/table_entries.cl",
-    "shared/tint.cl",
-    "shared/value_voxels.cl",
-    "shared/vector.cl",
-    "shared/volume.cl",
-    "shared/voxel_access.cl",
-    "shared/voxel_rows.cl",
-    "shared/words.cl",
-    "sheets/axis_sheets.cl",
-    "sheets/scan.cl",
-    "sheets/sheet.cl",
-    "sheets/sorted_splats.cl",
-    "sheets/splat.cl",
-    "sheets/splats.cl",
-    "sheets/tiled_splats.cl",
-    "sheets/view_sheets.cl",
-    "slice/slice.cl",
-    "volume/color_voxels.cl",
-    "volume/label_voxels.cl",
-    "volume/min_max_blocks.cl",
-    "volume/opacity_range.cl",
-    "volume/prefilter.cl",
-    "volume/prefilter_columns.cl",
-    "volume/prefilter_rows.cl",
-    "volume/prepare.cl",
-    "volume/resample.cl",
-    "volume/shown_slabs.cl",
-    "volume/slab_visibility.cl",
-    "volume/transpose.cl",
-    "volume/value_range.cl",
-);
+/// Names and texts of all files in kernels/ (build.rs).
+const FILES: &[(&str, &str)] = include!(concat!(env!("OUT_DIR"), "/kernel_files.rs"));
 
 /// Files that are included for each type of voxels that a program reads.
 const FOR_EACH_TYPE: [&str; 5] = [
@@ -177,7 +53,7 @@ fn included_file(line: &'static str) -> Option<&'static str> {
 
 fn source_text(file: &str) -> &'static str {
     let found = FILES.iter().find(|(name, _)| *name == file);
-    found.unwrap_or_else(|| panic!("kernels/{file} is not listed in sources.rs")).1
+    found.unwrap_or_else(|| panic!("there is no kernels/{file}")).1
 }
 
 /// Names of all kernel files.
@@ -195,22 +71,6 @@ pub(crate) fn kernel_names() -> std::collections::BTreeSet<&'static str> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::collections::BTreeSet;
-    use std::path::Path;
-
-    #[test]
-    fn every_kernel_file_is_compiled_in() {
-        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("kernels");
-        let mut on_disk = BTreeSet::new();
-        for folder in root.read_dir().unwrap() {
-            let folder = folder.unwrap();
-            for file in folder.path().read_dir().unwrap() {
-                let names = [folder.file_name(), file.unwrap().file_name()].map(|name| name.into_string().unwrap());
-                on_disk.insert(names.join("/"));
-            }
-        }
-        assert_eq!(on_disk, FILES.iter().map(|(name, _)| name.to_string()).collect());
-    }
 
     #[test]
     fn files_are_included_once_and_before_their_use() {

@@ -1,8 +1,8 @@
 //! Colours of labels over a scan: the scan's opacity, the labels' colours.
 
 use super::colors::check_labels;
+use crate::device::launch::Tint;
 use crate::device::launch::structs::TintParams;
-use crate::device::launch::tinted::Tint;
 use crate::device::{Buffer, Device};
 use crate::error::Error;
 use crate::layers::AxisFrame;
@@ -127,13 +127,13 @@ impl LabelColors {
         let beyond = if is_same { f32::MAX } else { 1.0 };
         let columns = [frame.u, frame.v, frame.a].map(|axis| moved.matrix3.col(axis));
         let row = |n: usize| [columns[0][n], columns[1][n], columns[2][n], moved.translation[n]].map(|c| c as f32);
-        let params = TintParams {
+        let tint_params = TintParams {
             to_voxels: [row(0), row(1), row(2)],
             dims: grid.dims().map(|n| n as i32),
             beyond,
             bytes: self.bytes as i32,
         };
-        Ok(Tint { label_voxels: &self.voxels, label_colors: &self.colors, params })
+        Ok(Tint { label_voxels: &self.voxels, label_colors: &self.colors, tint_params })
     }
 }
 

@@ -2,18 +2,20 @@
 
 use super::channels::{CHANNELS, FieldInputs, Together, declare_channels};
 use super::classification::{SLAB_VALUES, Table, TableSizes};
+use super::field::Layout;
 use super::frame::{Declaring, Resources};
+use super::light::Illumination;
 use super::region::Region;
 use super::scene::Scene;
 use super::screen::screen_params;
 use super::tiles::{Drawn, Target, Tiles, declare_target};
+use crate::device::launch::colors::{ColorFields, ColorRaycast, ColorRaycastArguments};
 use crate::device::launch::rays::{
-    CastSegments, CastSegmentsArguments, CastValues, CastValuesArguments, ChannelRaycast, ChannelRaycastArguments, ColorRaycast,
-    ColorRaycastArguments, Raycast, RaycastArguments, Slicing, SlicingArguments,
+    CastSegments, CastSegmentsArguments, CastValues, ChannelRaycast, ChannelRaycastArguments, MarchedField, Raycast, Slicing,
+    TableMarchArguments,
 };
-use crate::device::launch::structs::{ClassificationParams, MarchParams, SegmentParams};
-use crate::device::launch::tinted::TintLauncher;
-use crate::device::launch::{Launcher, PerChannel, Rendering};
+use crate::device::launch::structs::{ClassificationParams, MarchParams, SampleParams, SegmentParams};
+use crate::device::launch::{Launcher, Rendering};
 use crate::error::Error;
 use crate::layers::{Axis, Kernel};
 use std::sync::Arc;
@@ -35,10 +37,10 @@ pub(super) enum RayOutput {
 /// Renders by marching along the rays of screen pixels. Steps are in smallest spacings.
 #[derive(Default)]
 pub(super) struct MarchedRays {
-    raycast: TintLauncher<Raycast>,
+    raycast: Launcher<Raycast>,
     slicing: Launcher<Slicing>,
-    segments: TintLauncher<CastSegments>,
-    values: TintLauncher<CastValues>,
+    segments: Launcher<CastSegments>,
+    values: Launcher<CastValues>,
     channels: Launcher<ChannelRaycast>,
     colors: Launcher<ColorRaycast>,
 }
@@ -69,25 +71,41 @@ fn declare_rays(declaring: &Declaring, resources: &mut Resources) {
     declare_target(declaring.viewport.pixels(), Tiles::for_screen(declaring.viewport, declaring.tuning), resources);
 }
 
-/// What rays cast through a field read.
-struct RaycastInputs {
-    field: FieldInputs,
-    table: Arc<Table>,
+/// What rays that are marched through a field read, for steps of at most `step` voxels along any axis.
+fn inputs(scene: &mut Scene, kernel: Kernel, layout: Layout, sample: SampleParams, step: f64) -> Result<FieldInputs, Error> {
+    let visible = scene.visible_blocks(AXIS, kernel)?;
+    let gradients = scene.gradient_voxels(AXIS, kernel, &layout)?;
+    let (region, length) = (Region::marched(scene, kernel, step), scene.steps(1).shortest());
+    Ok(FieldInputs { layout, gradients, visible, sample, region, length })
 }
 
-impl RaycastInputs {
-    fn new(scene: &mut Scene, kernel: Kernel, step: f64) -> Result<Self, Error> {
-        let visible = scene.visible_blocks(AXIS, kernel)?;
-        let table = scene.table(kernel)?;
-        let layout = match kernel {
-            Kernel::Gaussian => scene.gaussian_layout()?,
-            _ => scene.weighted(AXIS, kernel)?,
-        };
-        let gradients = scene.gradient_voxels(AXIS, kernel, &layout)?;
-        let steps = scene.steps(1);
-        let sample = scene.table_samples(&table, steps, AXIS.frame());
-        let (region, length) = (Region::marched(scene, kernel, step), steps.shortest());
-        Ok(Self { field: FieldInputs { layout, gradients, visible, sample, region, length }, table })
+/// What rays with post-classified samples read, and their table.
+fn cast_inputs(scene: &mut Scene, kernel: Kernel, step: f64) -> Result<(FieldInputs, Arc<Table>), Error> {
+    let table = scene.table(kernel)?;
+    let layout = match kernel {
+        Kernel::Gaussian => scene.gaussian_layout()?,
+        _ => scene.weighted(AXIS, kernel)?,
+    };
+    let sample = scene.table_samples(&table, scene.steps(1), AXIS.frame());
+    Ok((inputs(scene, kernel, layout, sample, step)?, table))
+}
+
+/// Kernel arguments of a field through which rays are marched.
+fn marched<'a>(
+    scene: &Scene,
+    field: &'a FieldInputs,
+    illumination: &'a Illumination,
+    p: MarchParams,
+    drawn: &'a Drawn,
+) -> MarchedField<'a> {
+    MarchedField {
+        field: field.shaded(illumination.arguments(&field.visible.flags)),
+        visible: &field.visible.flags,
+        s: screen_params(scene, scene.steps(1), AXIS.frame(), drawn.tiles),
+        p,
+        sample: field.sample,
+        clip: field.region.for_kernels(AXIS.frame()),
+        output: drawn.output(),
     }
 }
 
@@ -102,88 +120,54 @@ impl MarchedRays {
         target: &mut Target,
     ) -> Result<(), Error> {
         check_steps(scene, step)?;
-        let Scene { device, settings, viewport, .. } = *scene;
-        let tiles = Tiles::for_screen(viewport, device.tuning());
-        let Drawn { samples: frame, active_samples, .. } = &target.prepare(tiles);
+        let Scene { device, settings, .. } = *scene;
+        let drawn = prepare(scene, target);
         let steps = scene.steps(1);
-        let s = screen_params(scene, steps, AXIS.frame(), tiles);
         let depths = gathers == RayOutput::Depths;
         let params = |blocks| MarchParams { length: (step * steps.shortest()) as f32, ..march_params(blocks, settings.culling) };
         if scene.channels() > 1 {
-            let inputs = scene.for_each_channel(|scene| RaycastInputs::new(scene, kernel, step))?;
-            let together = Together::new(inputs.iter().map(|inputs| &inputs.field).collect())?;
-            let tables: Vec<_> = inputs.iter().map(|inputs| &inputs.table.entries).collect();
+            let inputs = scene.for_each_channel(|scene| cast_inputs(scene, kernel, step))?;
+            let together = Together::new(inputs.iter().map(|(field, _)| field).collect())?;
+            let tables: Vec<_> = inputs.iter().map(|(_, table)| &table.entries).collect();
             let rendering = Rendering { depths, ..together.rendering };
-            let illumination = scene.illumination()?;
-            let [light, sky] = illumination.arguments(together.unused());
+            let (illumination, fields) = (scene.illumination()?, together.params(device, CHANNELS.name)?);
+            let light = illumination.arguments(together.unused());
+            let clip = together.region.for_kernels(AXIS.frame());
             let arguments = ChannelRaycastArguments {
-                voxels: together.voxels(),
-                gradient_voxels: together.gradient_voxels(),
-                visible: together.visible(),
-                tables: PerChannel::new(&tables),
-                channel_params: &together.params(device, CHANNELS.name)?,
-                count: together.count() as i32,
-                light,
-                sky,
-                s,
+                channels: together.shaded(&fields, &tables, light, clip, drawn.output()),
+                s: screen_params(scene, steps, AXIS.frame(), drawn.tiles),
                 p: params(together.blocks()),
-                clip: together.region.for_kernels(AXIS.frame()),
-                frame,
-                active_samples,
             };
             let variant = (together.kind, kernel, rendering, together.channels());
             return self.channels.launch(device, variant, &arguments);
         }
-        let RaycastInputs { field: inputs, table } = RaycastInputs::new(scene, kernel, step)?;
-        let FieldInputs { layout, gradients, visible, sample, region, .. } = &inputs;
+        let (field, table) = cast_inputs(scene, kernel, step)?;
+        let rendering = Rendering { depths, ..field.rendering() };
+        let variant = (field.layout.voxels.kind(), kernel, rendering);
         let illumination = scene.illumination()?;
-        let [light, sky] = illumination.arguments(&visible.flags);
         if scene.has_colors() {
             let colors = scene.color_layouts(AXIS, kernel)?;
+            let march = marched(scene, &field, &illumination, params(field.visible.blocks), &drawn);
             let arguments = ColorRaycastArguments {
-                red: &colors[0].voxels,
-                green: &colors[1].voxels,
-                blue: &colors[2].voxels,
-                extinction: &layout.voxels,
-                view: layout.view,
-                gradient_voxels: &gradients.layout.voxels,
-                gradient_view: gradients.layout.view,
-                light,
-                sky,
-                visible: &visible.flags,
-                s,
-                p: params(visible.blocks),
-                sample: *sample,
-                clip: region.for_kernels(AXIS.frame()),
-                frame,
-                active_samples,
+                colors: ColorFields {
+                    red: &colors[0].voxels,
+                    green: &colors[1].voxels,
+                    blue: &colors[2].voxels,
+                    extinction: march.field,
+                    visible: march.visible,
+                    sample: march.sample,
+                    clip: march.clip,
+                    output: march.output,
+                },
+                s: march.s,
+                p: march.p,
             };
-            let rendering = Rendering { depths, ..region.rendering_from(gradients) };
-            return self.colors.launch(device, (layout.voxels.kind(), kernel, rendering), &arguments);
+            return self.colors.launch(device, variant, &arguments);
         }
         // Depths have no colours.
         let tint = if depths { None } else { scene.tint(AXIS.frame())? };
-        self.raycast.launch(
-            device,
-            (layout.voxels.kind(), kernel, Rendering { depths, ..region.rendering_from(gradients) }),
-            RaycastArguments {
-                voxels: &layout.voxels,
-                view: layout.view,
-                gradient_voxels: &gradients.layout.voxels,
-                gradient_view: gradients.layout.view,
-                light,
-                sky,
-                visible: &visible.flags,
-                table: &table.entries,
-                s,
-                p: params(visible.blocks),
-                sample: *sample,
-                clip: region.for_kernels(AXIS.frame()),
-                frame,
-                active_samples,
-            },
-            tint,
-        )
+        let march = marched(scene, &field, &illumination, params(field.visible.blocks), &drawn);
+        self.raycast.launch(device, variant, &TableMarchArguments { march, table: &table.entries, tint })
     }
 
     /// Reduces values, or finds an iso-surface, between planes one step apart.
@@ -196,134 +180,74 @@ impl MarchedRays {
         target: &mut Target,
     ) -> Result<(), Error> {
         check_steps(scene, step)?;
-        let Scene { device, settings, viewport, .. } = *scene;
-        let visible = scene.visible_blocks(AXIS, kernel)?;
+        let Scene { device, settings, .. } = *scene;
         let table = scene.table(kernel)?;
         let mut layout = scene.weighted(AXIS, kernel)?;
         layout.view.background = scene.field.background_for(settings.blend);
-        let gradients = scene.gradient_voxels(AXIS, kernel, &layout)?;
+        let sample = scene.table_samples(&table, scene.steps(1), AXIS.frame());
+        let field = inputs(scene, kernel, layout, sample, longest_slab(scene, step))?;
         let illumination = scene.illumination()?;
-        let [light, sky] = illumination.arguments(&visible.flags);
-        let steps = scene.steps(1);
-        let sample = scene.table_samples(&table, steps, AXIS.frame());
-        let region = Region::marched(scene, kernel, longest_slab(scene, step));
-        let tiles = Tiles::for_screen(viewport, device.tuning());
-        let Drawn { samples: frame, active_samples, .. } = &target.prepare(tiles);
+        let drawn = prepare(scene, target);
         let useful = scene.field.useful_values(settings.blend).unwrap_or([f32::NEG_INFINITY, f32::INFINITY]);
+        let rendering = Rendering { depths: gathers == RayOutput::Depths, ..field.rendering() };
+        let variant = (field.layout.voxels.kind(), kernel, rendering);
+        let p = slab_params(scene, step, useful, field.visible.blocks);
+        let march = marched(scene, &field, &illumination, p, &drawn);
         let tint = scene.tint(AXIS.frame())?;
-        self.values.launch(
-            device,
-            (
-                layout.voxels.kind(),
-                kernel,
-                Rendering { depths: gathers == RayOutput::Depths, ..region.rendering_from(&gradients) },
-            ),
-            CastValuesArguments {
-                voxels: &layout.voxels,
-                view: layout.view,
-                gradient_voxels: &gradients.layout.voxels,
-                gradient_view: gradients.layout.view,
-                light,
-                sky,
-                visible: &visible.flags,
-                table: &table.entries,
-                s: screen_params(scene, steps, AXIS.frame(), tiles),
-                p: slab_params(scene, step, useful, visible.blocks),
-                sample,
-                clip: region.for_kernels(AXIS.frame()),
-                frame,
-                active_samples,
-            },
-            tint,
-        )
+        self.values.launch(device, variant, &TableMarchArguments { march, table: &table.entries, tint })
     }
 
     /// Renders pre-integrated slices.
     pub fn slice(&mut self, scene: &mut Scene, step: f64, target: &mut Target) -> Result<(), Error> {
         check_steps(scene, step)?;
-        let Scene { device, viewport, .. } = *scene;
+        let device = scene.device;
         let steps = scene.steps(1);
-        let thickness = step * steps.shortest();
-        let visible = scene.visible_blocks(AXIS, Kernel::Linear)?;
-        let (integrals, slabs) = scene.slicing_table(thickness)?;
+        let (integrals, slabs) = scene.slicing_table(step * steps.shortest())?;
         let table = scene.table(Kernel::Linear)?;
         let layout = scene.layout(AXIS)?;
         let sample = scene.table_samples(&table, steps, AXIS.frame());
-        let region = Region::marched(scene, Kernel::Linear, longest_slab(scene, step));
-        let tiles = Tiles::for_screen(viewport, device.tuning());
-        let Drawn { samples: frame, active_samples, .. } = &target.prepare(tiles);
-        self.slicing.launch(
-            device,
-            (layout.voxels.kind(), region.rendering),
-            &SlicingArguments {
-                voxels: &layout.voxels,
-                view: layout.view,
-                gradient_voxels: &layout.voxels,
-                gradient_view: layout.view,
-                light: &visible.flags,
-                sky: &visible.flags,
-                visible: &visible.flags,
-                table: &slabs,
-                s: screen_params(scene, steps, AXIS.frame(), tiles),
-                p: MarchParams {
-                    table_first: integrals.scale.first,
-                    table_per_value: integrals.scale.per_value * (SLAB_VALUES - 1) as f32 / integrals.scale.last as f32,
-                    table_size: SLAB_VALUES as i32,
-                    cut: i32::from(integrals.cut),
-                    ..slab_params(scene, step, integrals.visible_values, visible.blocks)
-                },
-                sample,
-                clip: region.for_kernels(AXIS.frame()),
-                frame,
-                active_samples,
-            },
-        )
+        let field = inputs(scene, Kernel::Linear, layout, sample, longest_slab(scene, step))?;
+        let illumination = scene.illumination()?;
+        let drawn = prepare(scene, target);
+        let p = MarchParams {
+            table_first: integrals.scale.first,
+            table_per_value: integrals.scale.per_value * (SLAB_VALUES - 1) as f32 / integrals.scale.last as f32,
+            table_size: SLAB_VALUES as i32,
+            cut: i32::from(integrals.cut),
+            ..slab_params(scene, step, integrals.visible_values, field.visible.blocks)
+        };
+        let march = marched(scene, &field, &illumination, p, &drawn);
+        let arguments = TableMarchArguments { march, table: &slabs, tint: None };
+        self.slicing.launch(device, (field.layout.voxels.kind(), field.rendering()), &arguments)
     }
 
     /// Casts rays with pre-integrated segments.
     pub fn cast_segments(&mut self, scene: &mut Scene, kernel: Kernel, step: f64, target: &mut Target) -> Result<(), Error> {
         check_steps(scene, step)?;
-        let Scene { device, settings, viewport, .. } = *scene;
+        let Scene { device, settings, .. } = *scene;
         // Layers are divided by the ray step here, not by samples per layer.
         let steps = scene.steps(1);
         let per_layer = (1.0 / step).round() as u32;
         let thinnest = step * steps.shortest();
-        let visible = scene.visible_blocks(AXIS, kernel)?;
         let integrals = scene.integrals(kernel, thinnest, per_layer)?;
         let layout = scene.weighted(AXIS, kernel)?;
-        let gradients = scene.gradient_voxels(AXIS, kernel, &layout)?;
-        let illumination = scene.illumination()?;
-        let [light, sky] = illumination.arguments(&visible.flags);
         let classification = ClassificationParams::from_integrals(scene, &integrals);
         let segment_params = SegmentParams::between_points(scene, steps, AXIS.frame(), Kernel::Linear, 1);
         let sample = scene.sample(AXIS.frame(), classification, segment_params);
+        let field = inputs(scene, kernel, layout, sample, longest_slab(scene, step))?;
+        let illumination = scene.illumination()?;
         let segments = integrals.segments(settings.extinction, 1);
-        let region = Region::marched(scene, kernel, longest_slab(scene, step));
-        let tiles = Tiles::for_screen(viewport, device.tuning());
-        let Drawn { samples: frame, active_samples, .. } = &target.prepare(tiles);
-        let tint = scene.tint(AXIS.frame())?;
-        self.segments.launch(
-            device,
-            (layout.voxels.kind(), kernel, segments, region.rendering_from(&gradients)),
-            CastSegmentsArguments {
-                voxels: &layout.voxels,
-                view: layout.view,
-                gradient_voxels: &gradients.layout.voxels,
-                gradient_view: gradients.layout.view,
-                light,
-                sky,
-                visible: &visible.flags,
-                table: &integrals.nodes,
-                s: screen_params(scene, steps, AXIS.frame(), tiles),
-                p: slab_params(scene, step, integrals.visible_values, visible.blocks),
-                sample,
-                clip: region.for_kernels(AXIS.frame()),
-                frame,
-                active_samples,
-            },
-            tint,
-        )
+        let drawn = prepare(scene, target);
+        let p = slab_params(scene, step, integrals.visible_values, field.visible.blocks);
+        let march = marched(scene, &field, &illumination, p, &drawn);
+        let arguments = CastSegmentsArguments { march, table: &integrals.nodes, tint: scene.tint(AXIS.frame())? };
+        self.segments.launch(device, (field.layout.voxels.kind(), kernel, segments, field.rendering()), &arguments)
     }
+}
+
+/// The render target in tiles of the screen.
+fn prepare(scene: &Scene, target: &mut Target) -> Drawn {
+    target.prepare(Tiles::for_screen(scene.viewport, scene.device.tuning()))
 }
 
 /// Rejects steps so short that a frame would take unreasonably long, or that floats could not count them.

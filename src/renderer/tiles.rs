@@ -2,6 +2,7 @@
 
 use super::frame::{Arena, Resources, Slot};
 use super::picture::FRAME;
+use crate::device::launch::Output;
 use crate::device::launch::structs::Float4;
 use crate::device::{Buffer, Device, LatticeSchedule, Tuning};
 use crate::error::Error;
@@ -136,6 +137,13 @@ pub(super) struct Drawn {
     pub samples: Arc<Buffer<Float4>>,
     pub active_samples: Arc<Buffer<u32>>,
     pub tiles: Tiles,
+}
+
+impl Drawn {
+    /// Kernel arguments.
+    pub fn output(&self) -> Output<'_> {
+        Output { target: &self.samples, active_samples: &self.active_samples }
+    }
 }
 
 impl Target {

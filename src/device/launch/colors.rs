@@ -1,56 +1,67 @@
 //! Kernels of volumes of colours.
 
 use super::layered::{PointLattice, Segments};
-use super::structs::{Clipping, ColorVoxelParams, Float4, LabelVoxelParams, RayLatticeParams, SampleParams, VolumeView};
-use super::{Defines, Floats, Items, Launch, Rendering, VoxelBuffer, VoxelKind, kernel, large_grid, tiles};
-use crate::device::{Buffer, Tuning};
+use super::rays::march_defines;
+use super::structs::{
+    Clipping, ColorVoxelParams, Float4, LabelVoxelParams, MarchParams, RayLatticeParams, SampleParams, ScreenParams,
+};
+use super::{
+    Defines, Floats, Items, Output, Rendering, ShadedField, VoxelBuffer, VoxelKind, arguments, kernel, large_grid, tiles,
+};
+use crate::device::Buffer;
 use crate::layers::Kernel;
 
-kernel! {
-    /// [`PointLattice`] for extinction times colour and extinction, four fields of floats.
-    ColorLattice = "layered/color_lattice.cl", color_lattice, "lattice";
-    ColorLatticeArguments<'a> {
+arguments! {
+    /// Extinction times colour and extinction, four fields of floats.
+    ColorFields<'a> {
         red: &'a VoxelBuffer,
         green: &'a VoxelBuffer,
         blue: &'a VoxelBuffer,
-        extinction: &'a VoxelBuffer,
-        /// Of all four.
-        view: VolumeView,
-        /// As for [`PointLattice`], of the extinction.
-        gradient_voxels: &'a VoxelBuffer,
-        gradient_view: VolumeView,
-        light: &'a Buffer<u8>,
-        sky: &'a Buffer<u8>,
+        /// With the view of all four.
+        extinction: ShadedField<'a>,
         /// Of the extinction.
         visible: &'a Buffer<u8>,
-        shown_slabs: &'a Buffer<i32>,
-        p: RayLatticeParams,
         sample: SampleParams,
         clip: Clipping,
-        /// Width x height RGBA samples.
-        lattice: &'a Buffer<Float4>,
-        /// One count per tile.
-        active_samples: &'a Buffer<u32>,
+        output: Output<'a>,
     }
 }
 
-impl Launch for ColorLattice {
-    type Variant = (VoxelKind, Kernel, Segments, Rendering);
-    const ITEMS: Items = Items::Tiles;
-
-    fn defines(tuning: &Tuning, variant: Self::Variant) -> String {
-        PointLattice::defines(tuning, variant)
+kernel! {
+    /// [`PointLattice`] for colours.
+    ColorLattice = "layered/color_lattice.cl", color_lattice, "lattice", Items::Tiles;
+    defines |tuning, variant: (VoxelKind, Kernel, Segments, Rendering)| PointLattice::defines(tuning, variant);
+    items |a, _| tiles(a.p.tiles);
+    compared [(VOXELS, Kernel::Cubic, SEGMENTS, SEPARATE)];
+    arguments ColorLatticeArguments<'a> {
+        colors: ColorFields<'a>,
+        shown_slabs: &'a Buffer<i32>,
+        p: RayLatticeParams,
     }
+}
 
-    fn items(a: &ColorLatticeArguments, _: &Tuning) -> usize {
-        tiles(a.p.tiles)
+kernel! {
+    /// [`Raycast`](super::rays::Raycast) for colours.
+    ColorRaycast = "rays/color_raycast.cl", color_raycast, "raycast", Items::Tiles;
+    defines |tuning, (voxels, kernel, rendering): (VoxelKind, Kernel, Rendering)| {
+        march_defines(tuning, voxels, rendering).with_kernel(kernel)
+    };
+    items |a, _| tiles(a.s.tiles);
+    compared [(VOXELS, Kernel::Cubic, SEPARATE), (VOXELS, Kernel::Linear, DEPTHS)];
+    arguments ColorRaycastArguments<'a> {
+        colors: ColorFields<'a>,
+        s: ScreenParams,
+        p: MarchParams,
     }
 }
 
 kernel! {
     /// Makes the four fields of colours with three or four components.
-    ColorVoxels = "volume/color_voxels.cl", color_voxels, "colors";
-    ColorVoxelsArguments<'a> {
+    ColorVoxels = "volume/color_voxels.cl", color_voxels, "colors", Items::Pixels;
+    defines |tuning, voxels: VoxelKind| Defines::new(tuning.vector_width).with_values(voxels);
+    items |a, _| large_grid(a.p.count as usize);
+    compared [VOXELS];
+    arguments ColorVoxelsArguments<'a> {
         red: &'a VoxelBuffer,
         green: &'a VoxelBuffer,
         blue: &'a VoxelBuffer,
@@ -66,23 +77,13 @@ kernel! {
     }
 }
 
-impl Launch for ColorVoxels {
-    type Variant = VoxelKind;
-    const ITEMS: Items = Items::Pixels;
-
-    fn defines(tuning: &Tuning, voxels: VoxelKind) -> String {
-        Defines::new(tuning.vector_width).with_values(voxels).0
-    }
-
-    fn items(a: &ColorVoxelsArguments, _: &Tuning) -> usize {
-        large_grid(a.p.count as usize)
-    }
-}
-
 kernel! {
     /// Makes the four fields of labels.
-    LabelVoxels = "volume/label_voxels.cl", label_voxels, "colors";
-    LabelVoxelsArguments<'a> {
+    LabelVoxels = "volume/label_voxels.cl", label_voxels, "colors", Items::Tiles;
+    defines |tuning, voxels: VoxelKind| Defines::new(tuning.vector_width).with_values(voxels);
+    items |a, _| a.p.dims[1..].iter().map(|&n| n as usize).product();
+    compared [VOXELS];
+    arguments LabelVoxelsArguments<'a> {
         labels: &'a VoxelBuffer,
         /// Extinction times red, green, blue, and extinction, per label.
         entries: &'a Buffer<Float4>,
@@ -91,18 +92,5 @@ kernel! {
         out_green: Floats<'a>,
         out_blue: Floats<'a>,
         out_extinction: Floats<'a>,
-    }
-}
-
-impl Launch for LabelVoxels {
-    type Variant = VoxelKind;
-    const ITEMS: Items = Items::Tiles;
-
-    fn defines(tuning: &Tuning, voxels: VoxelKind) -> String {
-        Defines::new(tuning.vector_width).with_values(voxels).0
-    }
-
-    fn items(a: &LabelVoxelsArguments, _: &Tuning) -> usize {
-        a.p.dims[1..].iter().map(|&n| n as usize).product()
     }
 }

@@ -18,9 +18,14 @@ fn opencl_type(voxel_type: VoxelType) -> (&'static str, i32) {
 }
 
 /// `-D` options of a program.
-pub(super) struct Defines(pub String);
+pub(crate) struct Defines(pub String);
 
 impl Defines {
+    /// For kernels that compute without vectors.
+    pub fn none() -> Self {
+        Self(String::new())
+    }
+
     /// For kernels that compute in vectors of `width` lanes.
     pub fn new(width: u32) -> Self {
         Self(format!("-DVW={width}"))

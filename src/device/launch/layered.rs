@@ -1,16 +1,16 @@
-//! Kernels of layered volume splatting: point-sampled layers, splatted ones in `splats.rs`, and several fields in `channels.rs` and
-//! `channel_splats.rs`.
+//! Kernels of layered volume splatting: point-sampled layers, splatted ones in `splats.rs`, and several fields in `channels.rs`.
 
-mod channel_splats;
 mod channels;
 mod splats;
 
-pub(crate) use channel_splats::*;
 pub(crate) use channels::*;
 pub(crate) use splats::*;
 
 use super::structs::{Clipping, DirectParams, Float4, RayLatticeParams, SampleParams, VolumeView};
-use super::{Declared, Defines, Items, Launch, Rendering, VoxelBuffer, VoxelKind, kernel, large_grid, tiles};
+use super::{
+    Defines, Items, LightBuffers, Output, Rendering, ShadedField, Tint, VoxelBuffer, VoxelKind, arguments, kernel, large_grid,
+    tiles,
+};
 use crate::device::{Buffer, Tuning};
 use crate::layers::Kernel;
 
@@ -46,16 +46,20 @@ impl Defines {
 
 kernel! {
     /// Composites a lattice of point-sampled layers, with pre-integrated classification.
-    PointLattice = "layered/point_lattice.cl", point_lattice, "lattice";
-    PointLatticeArguments<'a> {
-        voxels: &'a VoxelBuffer,
-        view: VolumeView,
-        /// The voxels that gradients are estimated from: `voxels`, unless [`Gradients::voxels`](super::Gradients) is set.
-        gradient_voxels: &'a VoxelBuffer,
-        gradient_view: VolumeView,
-        /// Light volumes of the lights and of the sky: [`Rendering::light_volume`].
-        light: &'a Buffer<u8>,
-        sky: &'a Buffer<u8>,
+    PointLattice = "layered/point_lattice.cl", point_lattice, "lattice", Items::Tiles;
+    defines |tuning, (voxels, kernel, segments, rendering): (VoxelKind, Kernel, Segments, Rendering)| {
+        let defines = Defines::new(tuning.vector_width).with_voxels(voxels).with_kernel(kernel).with_segments(segments);
+        defines.with_rendering(rendering).with_tile_rows(tuning.point_tile_rows, rendering.pixel_rays)
+    };
+    items |a, _| tiles(a.p.tiles);
+    general |variant| PointSamples::general(variant);
+    compared [
+        [(VOXELS, Kernel::CatmullRom, SEGMENTS, LIT), (VOXELS, Kernel::BSpline, SEGMENTS, SEPARATE)].as_slice(),
+        &OTHER_BLENDS.map(|rendering| (VOXELS, Kernel::BSpline, SEGMENTS, rendering)),
+    ].concat();
+    tinted [(VOXELS, Kernel::Cubic, SEGMENTS, SEPARATE), (VOXELS, Kernel::Cubic, SEGMENTS, SURFACES)];
+    arguments PointLatticeArguments<'a> {
+        field: ShadedField<'a>,
         /// One bit per block and slab, for the shears of this lattice.
         visible: &'a Buffer<u8>,
         /// First and last slab with visible blocks, relative to the first layer in the buffer.
@@ -67,99 +71,71 @@ kernel! {
         p: RayLatticeParams,
         sample: SampleParams,
         clip: Clipping,
-        /// Width x height RGBA samples.
-        lattice: &'a Buffer<Float4>,
-        /// One count per tile.
-        active_samples: &'a Buffer<u32>,
+        output: Output<'a>,
+        tint: Option<Tint<'a>>,
     }
 }
 
-impl Launch for PointLattice {
-    type Variant = (VoxelKind, Kernel, Segments, Rendering);
-    const ITEMS: Items = Items::Tiles;
+kernel! {
+    /// [`PointLattice`] with a work-item per sample.
+    PointSamples = "layered/point_samples.cl", point_samples, "lattice", Items::Samples;
+    defines |tuning, (voxels, kernel, segments, rendering): (VoxelKind, Kernel, Segments, Rendering)| {
+        let defines = Defines::new(1).with_voxels(voxels).with_kernel(kernel).with_segments(segments);
+        defines.with_rendering(rendering).with_sample_tile(tuning)
+    };
+    items |a, tuning| tiles(a.p.tiles) * tuning.sample_group();
+    general |(voxels, kernel, segments, rendering)| Some((voxels, kernel, segments.general(), rendering.general()?));
+    compared [
+        [(VOXELS, Kernel::CatmullRom, SEGMENTS, LIT), (VOXELS, Kernel::BSpline, SEGMENTS, SEPARATE)].as_slice(),
+        &OTHER_BLENDS.map(|rendering| (VOXELS, Kernel::BSpline, SEGMENTS, rendering)),
+    ].concat();
+    tinted [(VOXELS, Kernel::Cubic, SEGMENTS, SEPARATE)];
+    arguments PointLatticeArguments
+}
 
-    fn defines(tuning: &Tuning, (voxels, kernel, segments, rendering): Self::Variant) -> String {
-        let defines = Defines::new(tuning.vector_width).with_voxels(voxels).with_kernel(kernel);
-        defines.with_segments(segments).with_rendering(rendering).with_tile_rows(tuning.point_tile_rows, rendering.pixel_rays).0
-    }
-
-    fn items(a: &PointLatticeArguments, _: &Tuning) -> usize {
-        tiles(a.p.tiles)
-    }
-
-    fn general(variant: Self::Variant) -> Option<Self::Variant> {
-        PointSamples::general(variant)
+arguments! {
+    /// A field that is drawn per screen pixel, in layers of any axis.
+    PixelField<'a> {
+        voxels: &'a VoxelBuffer,
+        view_of_z: VolumeView,
+        /// As of [`ShadedField`].
+        gradient_voxels: &'a VoxelBuffer,
+        gradient_view_of_z: VolumeView,
+        light: LightBuffers<'a>,
+        /// One bit per block and slab, for any shear, for layer axes x, y, z. Only the buffers that [`DirectParams::axis`] needs are read.
+        visible_x: &'a Buffer<u8>,
+        visible_y: &'a Buffer<u8>,
+        visible_z: &'a Buffer<u8>,
+        p: DirectParams,
+        /// For layer axis z, whose u, v and a are x, y and z.
+        sample_of_z: SampleParams,
+        clip: Clipping,
+        output: Output<'a>,
     }
 }
 
-/// [`PointLattice`] with a work-item per sample.
-pub(crate) struct PointSamples;
-
-impl Declared for PointSamples {
-    const FILE: &'static str = "layered/point_samples.cl";
-    const NAME: &'static str = "point_samples";
-    const STAGE: &'static str = PointLattice::STAGE;
-    type Arguments<'a> = PointLatticeArguments<'a>;
-}
-
-impl Launch for PointSamples {
-    type Variant = (VoxelKind, Kernel, Segments, Rendering);
-    const ITEMS: Items = Items::Samples;
-
-    fn defines(tuning: &Tuning, (voxels, kernel, segments, rendering): Self::Variant) -> String {
-        let defines = Defines::new(1).with_voxels(voxels).with_kernel(kernel).with_segments(segments).with_rendering(rendering);
-        defines.with_sample_tile(tuning).0
-    }
-
-    fn items(a: &PointLatticeArguments, tuning: &Tuning) -> usize {
-        tiles(a.p.tiles) * tuning.sample_group()
-    }
-
-    fn general((voxels, kernel, segments, rendering): Self::Variant) -> Option<Self::Variant> {
-        Some((voxels, kernel, segments.general(), rendering.general()?))
+impl PixelField<'_> {
+    fn pixels(&self) -> usize {
+        large_grid(self.p.size.map(|n| n as usize).into_iter().product())
     }
 }
 
 kernel! {
     /// [`PointLattice`] without a lattice, per screen pixel.
-    PointDirect = "layered/point_direct.cl", point_direct, "direct";
-    PointDirectArguments<'a> {
-        voxels: &'a VoxelBuffer,
-        /// As for [`PointLattice`]; the view is that of layer axis z.
-        gradient_voxels: &'a VoxelBuffer,
-        gradient_view_of_z: VolumeView,
-        /// Light volumes of the lights and of the sky: [`Rendering::light_volume`].
-        light: &'a Buffer<u8>,
-        sky: &'a Buffer<u8>,
-        /// One bit per block and slab, for any shear. Only the buffers that `p.axis` needs are read.
-        visible_x: &'a Buffer<u8>,
-        visible_y: &'a Buffer<u8>,
-        visible_z: &'a Buffer<u8>,
+    PointDirect = "layered/point_direct.cl", point_direct, "direct", Items::Pixels;
+    defines |_, (voxels, kernel, segments, rendering): (VoxelKind, Kernel, Segments, Rendering)| {
+        Defines::new(1).with_voxels(voxels).with_kernel(kernel).with_segments(segments).with_rendering(rendering)
+    };
+    items |a, _| a.pixels.pixels();
+    compared [
+        [(VOXELS, Kernel::Cubic, SEGMENTS, LIT), (VOXELS, Kernel::Linear, SEGMENTS, SEPARATE)].as_slice(),
+        &OTHER_BLENDS.map(|rendering| (VOXELS, Kernel::Linear, SEGMENTS, rendering)),
+    ].concat();
+    arguments PointDirectArguments<'a> {
+        pixels: PixelField<'a>,
         /// Table of integrals, for compositing.
         integrals: &'a Buffer<[i32; 4]>,
         /// (r, g, b, τ) per value, for gathered values.
         table: &'a Buffer<Float4>,
-        p: DirectParams,
-        /// For layer axis z, whose u, v and a are x, y and z.
-        sample_of_z: SampleParams,
-        clip: Clipping,
-        width: i32,
-        height: i32,
-        frame: &'a Buffer<Float4>,
-        /// One count per pixel.
-        active_samples: &'a Buffer<u32>,
-    }
-}
-
-impl Launch for PointDirect {
-    type Variant = (VoxelKind, Kernel, Segments, Rendering);
-    const ITEMS: Items = Items::Pixels;
-
-    fn defines(_: &Tuning, (voxels, kernel, segments, rendering): Self::Variant) -> String {
-        Defines::new(1).with_voxels(voxels).with_kernel(kernel).with_segments(segments).with_rendering(rendering).0
-    }
-
-    fn items(a: &PointDirectArguments, _: &Tuning) -> usize {
-        large_grid(a.width as usize * a.height as usize)
     }
 }

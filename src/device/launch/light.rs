@@ -1,8 +1,8 @@
 //! Kernels that fill light volumes.
 
 use super::layered::Channels;
-use super::structs::{ChannelParams, Clipping, Float4, LayerOffset, LightSweepParams};
-use super::{Declared, Defines, Floats, Items, Launch, PerChannel, Rendering, VoxelBuffer, VoxelKind, kernel, large_grid, tiles};
+use super::structs::{Clipping, Float4, LayerOffset, LightSweepParams};
+use super::{ChannelFields, Defines, Floats, Items, Launch, PerChannel, Rendering, VoxelKind, kernel, large_grid, tiles};
 use crate::device::{Buffer, LatticeSchedule, Tuning};
 use crate::layers::Kernel;
 
@@ -11,8 +11,11 @@ pub(crate) const WHOLE_SUM: f32 = 65000.0;
 
 kernel! {
     /// Computes the transmittance of a thickness for each table entry.
-    LightTable = "light/light_table.cl", light_table, "light";
-    LightTableArguments<'a> {
+    LightTable = "light/light_table.cl", light_table, "light", Items::Pixels;
+    defines |_, (): ()| Defines::none();
+    items |a, _| a.count as usize;
+    compared [()];
+    arguments LightTableArguments<'a> {
         /// (r, g, b, τ) per value, or α with linear extinction.
         table: &'a Buffer<Float4>,
         count: i32,
@@ -23,33 +26,22 @@ kernel! {
     }
 }
 
-impl Launch for LightTable {
-    type Variant = ();
-    const ITEMS: Items = Items::Pixels;
-
-    fn defines(_: &Tuning, (): ()) -> String {
-        String::new()
-    }
-
-    fn items(a: &LightTableArguments, _: &Tuning) -> usize {
-        a.count as usize
-    }
-}
-
 kernel! {
     /// Sweeps the transmittance of parallel rays from a light through the layers of an axis. The extinctions of all fields add.
-    LightSweep = "light/light_sweep.cl", light_sweep, "light";
-    LightSweepArguments<'a> {
-        voxels: PerChannel<&'a VoxelBuffer>,
-        /// The voxels that gradients are estimated from: `voxels`, unless [`Gradients::voxels`](super::Gradients) is set.
-        gradient_voxels: PerChannel<&'a VoxelBuffer>,
+    LightSweep = "light/light_sweep.cl", light_sweep, "light", Items::Tiles;
+    // The flag: voxels are coarse transmittances, of all fields. They know no gradients and are not clipped.
+    defines |tuning, variant: (VoxelKind, bool, Rendering, Channels)| {
+        let defines = Self::shared_defines(Self::lanes(tuning), variant);
+        defines.with("SWEEP_VECTORS", Self::VECTORS).with("SWEEP_ROWS", Self::ROWS)
+    };
+    items |a, _| tiles(a.p.tiles);
+    compared [(VOXELS, false, LIT, Channels::new(2))];
+    arguments LightSweepArguments<'a> {
+        fields: ChannelFields<'a>,
         /// One bit per block and slab.
         visible: PerChannel<&'a Buffer<u8>>,
         /// Tables of integrals, for compositing at full resolution.
         integrals: PerChannel<&'a Buffer<[i32; 4]>>,
-        /// `count` of them.
-        channel_params: &'a Buffer<ChannelParams>,
-        count: i32,
         /// Of layers -1 … n along u, then along v.
         offsets: &'a Buffer<LayerOffset>,
         p: LightSweepParams,
@@ -103,29 +95,16 @@ fn overlapping_tiles(size: [usize; 2], tile: [usize; 2]) -> [i32; 2] {
     [0, 1].map(|i| (size[i] - COMMON).div_ceil(tile[i] - COMMON) as i32)
 }
 
-impl Launch for LightSweep {
-    /// The flag: voxels are coarse transmittances, of all fields. They know no gradients and are not clipped.
-    type Variant = (VoxelKind, bool, Rendering, Channels);
-    const ITEMS: Items = Items::Tiles;
-
-    fn defines(tuning: &Tuning, variant: Self::Variant) -> String {
-        let defines = Self::shared_defines(Self::lanes(tuning), variant);
-        defines.with("SWEEP_VECTORS", Self::VECTORS).with("SWEEP_ROWS", Self::ROWS).0
-    }
-
-    fn items(a: &LightSweepArguments, _: &Tuning) -> usize {
-        tiles(a.p.tiles)
-    }
-}
-
-/// [`LightSweep`] with a work-item per ray, through all layers of one field.
-pub(crate) struct LightRays;
-
-impl Declared for LightRays {
-    const FILE: &'static str = "light/light_rays.cl";
-    const NAME: &'static str = "light_rays";
-    const STAGE: &'static str = LightSweep::STAGE;
-    type Arguments<'a> = LightSweepArguments<'a>;
+kernel! {
+    /// [`LightSweep`] with a work-item per ray, through all layers of one field.
+    LightRays = "light/light_rays.cl", light_rays, "light", Items::Rays(Self::TILE[0] * Self::TILE[1]);
+    defines |_, variant: <LightSweep as Launch>::Variant| {
+        let [columns, rows] = Self::TILE;
+        LightSweep::shared_defines(1, variant).with("SAMPLE_COLUMNS", columns).with("SAMPLE_ROWS", rows)
+    };
+    items |a, _| tiles(a.p.tiles) * Self::TILE[0] * Self::TILE[1];
+    compared [(VOXELS, false, LIT, Channels::new(1))];
+    arguments LightSweepArguments
 }
 
 impl LightRays {
@@ -138,24 +117,13 @@ impl LightRays {
     }
 }
 
-impl Launch for LightRays {
-    type Variant = <LightSweep as Launch>::Variant;
-    const ITEMS: Items = Items::Rays(Self::TILE[0] * Self::TILE[1]);
-
-    fn defines(_: &Tuning, variant: Self::Variant) -> String {
-        let [columns, rows] = Self::TILE;
-        LightSweep::shared_defines(1, variant).with("SAMPLE_COLUMNS", columns).with("SAMPLE_ROWS", rows).0
-    }
-
-    fn items(a: &LightSweepArguments, _: &Tuning) -> usize {
-        tiles(a.p.tiles) * Self::TILE[0] * Self::TILE[1]
-    }
-}
-
 kernel! {
     /// Converts sums of several sweeps to bytes.
-    FinishLight = "light/finish_light.cl", finish_light, "light";
-    FinishLightArguments<'a> {
+    FinishLight = "light/finish_light.cl", finish_light, "light", Items::Pixels;
+    defines |_, (): ()| Defines::none();
+    items |a, _| large_grid(a.values as usize);
+    compared [()];
+    arguments FinishLightArguments<'a> {
         sums: &'a Buffer<u16>,
         /// Number of values of a volume.
         values: i32,
@@ -168,31 +136,24 @@ kernel! {
     }
 }
 
-impl Launch for FinishLight {
-    type Variant = ();
-    const ITEMS: Items = Items::Pixels;
-
-    fn defines(_: &Tuning, (): ()) -> String {
-        String::new()
-    }
-
-    fn items(a: &FinishLightArguments, _: &Tuning) -> usize {
-        large_grid(a.values as usize)
-    }
-}
-
 kernel! {
     /// Computes the mean transmittance of blocks of voxels. The extinctions of all fields add.
-    CoarseTransmittance = "light/coarse_transmittance.cl", coarse_transmittance, "light";
-    CoarseTransmittanceArguments<'a> {
+    CoarseTransmittance = "light/coarse_transmittance.cl", coarse_transmittance, "light", Items::Tiles;
+    // With the number of voxels per block and axis.
+    defines |tuning, (voxels, rendering, coarse, channels): (VoxelKind, Rendering, usize, Channels)| {
+        let defines = Defines::new(block_lanes(tuning)).with_voxels(voxels).with_kernel(Kernel::Cubic).with_channels(channels);
+        defines.with_rendering(rendering).with("COARSE", coarse)
+    };
+    items |a, tuning| {
+        let rows = a.dims_y as usize * a.dims_z as usize;
+        if block_lanes(tuning) == 1 { a.dims_x as usize * rows } else { rows }
+    };
+    compared [(VOXELS, LIT, 2, Channels::new(8))];
+    arguments CoarseTransmittanceArguments<'a> {
         /// In the layout of layer axis z.
-        voxels: PerChannel<&'a VoxelBuffer>,
-        gradient_voxels: PerChannel<&'a VoxelBuffer>,
+        fields: ChannelFields<'a>,
         /// Of each voxel along the edge of a block: results of [`LightTable`].
         transmittance: PerChannel<&'a Buffer<f32>>,
-        /// `count` of them.
-        channel_params: &'a Buffer<ChannelParams>,
-        count: i32,
         clip: Clipping,
         /// First block and blocks along each axis.
         first_x: i32,
@@ -202,22 +163,6 @@ kernel! {
         dims_y: i32,
         dims_z: i32,
         coarse: Floats<'a>,
-    }
-}
-
-impl Launch for CoarseTransmittance {
-    /// With the number of voxels per block and axis.
-    type Variant = (VoxelKind, Rendering, usize, Channels);
-    const ITEMS: Items = Items::Tiles;
-
-    fn defines(tuning: &Tuning, (voxels, rendering, coarse, channels): Self::Variant) -> String {
-        let defines = Defines::new(block_lanes(tuning)).with_voxels(voxels).with_kernel(Kernel::Cubic).with_channels(channels);
-        defines.with_rendering(rendering).with("COARSE", coarse).0
-    }
-
-    fn items(a: &CoarseTransmittanceArguments, tuning: &Tuning) -> usize {
-        let rows = a.dims_y as usize * a.dims_z as usize;
-        if block_lanes(tuning) == 1 { a.dims_x as usize * rows } else { rows }
     }
 }
 

@@ -1,10 +1,12 @@
-//! One typed launcher per kernel. All `unsafe` kernel calls are here. `kernel!` declares the arguments of each kernel once; tests
+//! One typed launcher per kernel. All `unsafe` kernel calls are here. `kernel!` declares each kernel and its arguments once; tests
 //! compare these declarations with the kernels themselves (`signatures.rs`).
 
+mod arguments;
 mod blocks;
 pub(crate) mod colors;
 mod defines;
 mod fields;
+mod groups;
 pub(crate) mod layered;
 pub(crate) mod light;
 pub(crate) mod picture;
@@ -15,17 +17,19 @@ pub(crate) mod sheets;
 mod signatures;
 pub(crate) mod slice;
 pub(crate) mod structs;
-pub(crate) mod tinted;
 pub(crate) mod volume;
 mod voxel_buffer;
 
+pub(crate) use arguments::{Argument, MAX_CHANNELS, PerChannel};
+use arguments::{ClType, Parameter, arguments};
 use defines::Defines;
 pub(crate) use defines::{BlendMode, Gradients, Rendering};
+pub(crate) use groups::{ChannelFields, LightBuffers, Output, ShadedField, Tint};
 pub(crate) use request::KernelRequest;
 pub(crate) use voxel_buffer::{Floats, VoxelBuffer, VoxelKind};
 
 use super::bands::{self, BandSize};
-use super::{Buffer, Device, Tuning, build_log};
+use super::{Device, Tuning, build_log};
 use crate::error::Error;
 use opencl3::kernel::Kernel as ClKernel;
 use std::collections::hash_map::Entry;
@@ -33,26 +37,24 @@ use std::collections::{HashMap, HashSet};
 use std::hash::Hash;
 use std::time::Instant;
 
-/// A kernel as declared by `kernel!`.
-pub(crate) trait Declared {
+/// A kernel, and how it is built and launched: declared by `kernel!`.
+pub(crate) trait Launch {
     /// File in kernels/.
     const FILE: &'static str;
     /// Name of the kernel function.
     const NAME: &'static str;
     /// Stage of the frame in time measurements.
     const STAGE: &'static str;
-    /// Kernel arguments.
-    type Arguments<'a>: Arguments;
-}
-
-/// How a kernel is built and launched.
-pub(crate) trait Launch: Declared {
-    /// Key of the program permutation, besides the device's tuning.
-    type Variant: Copy + Eq + Hash;
     /// Work of one work-item.
     const ITEMS: Items;
-    /// `-D` options of a variant.
-    fn defines(tuning: &Tuning, variant: Self::Variant) -> String;
+    /// Kernel arguments. Every kernel has one more at the end, `ulong first_item`: the work-items of a launch count from it, so that a
+    /// launch can be divided into bands.
+    type Arguments<'a>: Argument;
+    /// Key of the program permutation, besides the device's tuning and the colours of labels.
+    type Variant: Copy + Eq + Hash;
+
+    /// `-D` options of a variant, without TINTED.
+    fn defines(tuning: &Tuning, variant: Self::Variant) -> Defines;
     /// Number of work-items of a launch.
     fn items(arguments: &Self::Arguments<'_>, tuning: &Tuning) -> usize;
     /// A more general variant, if any. With the same arguments, its results are equal up to rounding.
@@ -60,6 +62,9 @@ pub(crate) trait Launch: Declared {
         None
     }
 }
+
+/// A variant of a kernel, and whether it has the colours of labels.
+type Permutation<K> = (<K as Launch>::Variant, bool);
 
 /// Work of one work-item.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -76,21 +81,6 @@ pub(crate) enum Items {
     Runs,
 }
 
-impl<K: Launch> Launcher<K> {
-    /// The variant, or a more general one if only that is built and the frame may use it.
-    fn available(&mut self, device: &Device, variant: K::Variant, items: usize) -> K::Variant {
-        let general = K::general(variant).filter(|general| *general != variant && device.may_use_general_programs());
-        let Some(general) = general.filter(|_| !self.built.contains_key(&variant)) else { return variant };
-        let request = |variant| KernelRequest::new::<K>(device.tuning(), variant, items);
-        let best = request(variant);
-        if device.is_ready(&best) || !(self.built.contains_key(&general) || device.is_ready(&request(general))) {
-            return variant;
-        }
-        device.use_general_program(best, self.requested.insert(variant));
-        general
-    }
-}
-
 impl Items {
     /// Work-group size, unless the kernel allows less.
     fn group(self, tuning: &Tuning) -> usize {
@@ -104,42 +94,11 @@ impl Items {
     }
 }
 
-/// The arguments of a kernel, in order. Every kernel has one more at the end, `ulong first_item`: the work-items of a launch count from it, so
-/// that a launch can be divided into bands.
-pub(crate) trait Arguments {
-    /// Index of the last argument.
-    const FIRST_ITEM: u32;
-    /// Sets all arguments but the last.
-    fn set_own(&self, kernel: &ClKernel) -> opencl3::Result<()>;
-    /// Size of each argument but the last in bytes; 0 for buffers.
-    fn own_sizes() -> Vec<usize>;
-    /// Names and OpenCL types of all arguments but the last.
-    #[cfg(test)]
-    fn own_signature() -> Vec<(String, String)>;
-
-    /// Sets all arguments, the last one to 0.
-    fn set(&self, kernel: &ClKernel) -> opencl3::Result<()> {
-        self.set_own(kernel)?;
-        Argument::set(&0u64, kernel, Self::FIRST_ITEM)
-    }
-
-    /// Size of each argument in bytes; 0 for buffers.
-    fn sizes() -> Vec<usize> {
-        [Self::own_sizes(), vec![size_of::<u64>()]].concat()
-    }
-
-    /// Names and OpenCL types.
-    #[cfg(test)]
-    fn signature() -> Vec<(String, String)> {
-        Self::own_signature().into_iter().chain([("first_item".into(), "ulong".into())]).collect()
-    }
-}
-
 /// A kernel whose variants are built on first use.
 pub(crate) struct Launcher<K: Launch> {
-    built: HashMap<K::Variant, Built>,
+    built: HashMap<Permutation<K>, Built>,
     /// Variants requested in the background.
-    requested: HashSet<K::Variant>,
+    requested: HashSet<Permutation<K>>,
 }
 
 /// A built kernel.
@@ -161,19 +120,20 @@ impl<K: Launch> Launcher<K> {
     pub fn launch(&mut self, device: &Device, variant: K::Variant, arguments: &K::Arguments<'_>) -> Result<(), Error> {
         let tuning = device.tuning();
         let (group, items) = (K::ITEMS.group(tuning), K::items(arguments, tuning));
+        let best = (variant, arguments.is_tinted());
         if let Some(rehearsal) = device.rehearsal() {
-            let request = |variant| KernelRequest::new::<K>(tuning, variant, items);
-            let general = K::general(variant).filter(|_| device.may_use_general_programs());
-            rehearsal.add(request(variant), general.map(request));
+            let request = |permutation| KernelRequest::new::<K>(tuning, permutation, items);
+            let general = Self::general(best).filter(|_| device.may_use_general_programs());
+            rehearsal.add(request(best), general.map(request));
             return Ok(());
         }
-        let variant = self.available(device, variant, items);
+        let permutation = self.available(device, best, items);
         let begun = Instant::now();
-        let is_new = !self.built.contains_key(&variant);
-        let built = match self.built.entry(variant) {
+        let is_new = !self.built.contains_key(&permutation);
+        let built = match self.built.entry(permutation) {
             Entry::Occupied(built) => built.into_mut(),
             Entry::Vacant(entry) => {
-                let defines = K::defines(tuning, variant);
+                let defines = Self::defines(tuning, permutation);
                 let kernel = device.kernel(K::FILE, K::NAME, &defines)?;
                 #[cfg(test)]
                 device.record_started((K::FILE, K::NAME), &defines, group);
@@ -183,11 +143,12 @@ impl<K: Launch> Launcher<K> {
         };
         let Built { kernel, band, largest_group } = built;
         let group = group.min(*largest_group);
-        arguments.set(kernel).map_err(|e| device.error("clSetKernelArg", e))?;
+        let set = arguments.set(kernel, 0).and_then(|first_item| 0u64.set(kernel, first_item).map(|_| first_item));
+        let first_item = set.map_err(|e| device.error("clSetKernelArg", e))?;
         if !device.has_bands() || K::ITEMS == Items::Runs {
             device.start(K::STAGE, kernel, items, group)?;
             if is_new {
-                build_log::record(K::NAME, &K::defines(tuning, variant), group, begun.elapsed());
+                build_log::record(K::NAME, &Self::defines(tuning, permutation), group, begun.elapsed());
             }
             return Ok(());
         }
@@ -195,167 +156,107 @@ impl<K: Launch> Launcher<K> {
         let is_wide = K::ITEMS == Items::Pixels && items > KernelRequest::SMALL_GRID;
         let least = if is_wide { KernelRequest::SMALL_GRID + 1 } else { 1 };
         let items = bands::Items { all: items, group, least };
-        device.start_in_bands(K::STAGE, kernel, items, band, |first| first.set(kernel, K::Arguments::FIRST_ITEM))
+        device.start_in_bands(K::STAGE, kernel, items, band, |first| first.set(kernel, first_item).map(drop))
+    }
+
+    /// The permutation, or a more general one if only that is built and the frame may use it.
+    fn available(&mut self, device: &Device, best: Permutation<K>, items: usize) -> Permutation<K> {
+        let general = Self::general(best).filter(|general| *general != best && device.may_use_general_programs());
+        let Some(general) = general.filter(|_| !self.built.contains_key(&best)) else { return best };
+        let request = |permutation| KernelRequest::new::<K>(device.tuning(), permutation, items);
+        let best_request = request(best);
+        if device.is_ready(&best_request) || !(self.built.contains_key(&general) || device.is_ready(&request(general))) {
+            return best;
+        }
+        device.use_general_program(best_request, self.requested.insert(best));
+        general
+    }
+
+    fn general((variant, tinted): Permutation<K>) -> Option<Permutation<K>> {
+        K::general(variant).map(|general| (general, tinted))
+    }
+
+    /// `-D` options of a permutation.
+    fn defines(tuning: &Tuning, (variant, tinted): Permutation<K>) -> String {
+        K::defines(tuning, variant).with_if(tinted, "TINTED").0
     }
 }
 
-/// `kernel!`: declares a kernel with its file, name, stage and typed arguments in order.
+/// `kernel!`: declares a kernel with its file, name, stage and work-items, the `-D` options of its variants, the number of its work-items, and
+/// its typed arguments in order, or those of another kernel. `compared` lists variants whose signatures a test compares with the kernel, and
+/// `tinted` those that it compares with the colours of labels.
 macro_rules! kernel {
     (
         $(#[$doc:meta])*
-        $kernel:ident = $file:literal, $name:ident, $stage:literal;
-        $arguments:ident<$lifetime:lifetime> { $($(#[$field_doc:meta])* $field:ident: $type:ty),* $(,)? }
+        $kernel:ident = $file:literal, $name:ident, $stage:literal, $items:expr;
+        defines |$define_tuning:tt, $variant:tt: $variant_type:ty| $defines:expr;
+        items |$arguments_of:tt, $items_tuning:tt| $count:expr;
+        $(general |$special:tt| $general:expr;)?
+        compared $compared:expr;
+        $(tinted $tinted:expr;)?
+        arguments $arguments:ident<$lifetime:lifetime> { $($fields:tt)* }
+    ) => {
+        $crate::device::launch::kernel! {
+            $(#[$doc])*
+            $kernel = $file, $name, $stage, $items;
+            defines |$define_tuning, $variant: $variant_type| $defines;
+            items |$arguments_of, $items_tuning| $count;
+            $(general |$special| $general;)?
+            compared $compared;
+            $(tinted $tinted;)?
+            arguments $arguments
+        }
+        $crate::device::launch::arguments! {
+            #[doc = concat!("Arguments of [`", stringify!($kernel), "`].")]
+            $arguments<$lifetime> { $($fields)* }
+        }
+    };
+    (
+        $(#[$doc:meta])*
+        $kernel:ident = $file:literal, $name:ident, $stage:literal, $items:expr;
+        defines |$define_tuning:tt, $variant:tt: $variant_type:ty| $defines:expr;
+        items |$arguments_of:tt, $items_tuning:tt| $count:expr;
+        $(general |$special:tt| $general:expr;)?
+        compared $compared:expr;
+        $(tinted $tinted:expr;)?
+        arguments $arguments:ident
     ) => {
         $(#[$doc])*
-        pub(crate) struct $kernel;
+        pub(crate) enum $kernel {}
 
-        #[doc = concat!("Arguments of [`", stringify!($kernel), "`].")]
-        pub(crate) struct $arguments<$lifetime> { $($(#[$field_doc])* pub $field: $type),* }
-
-        impl $crate::device::launch::Declared for $kernel {
+        impl $crate::device::launch::Launch for $kernel {
             const FILE: &'static str = $file;
             const NAME: &'static str = stringify!($name);
             const STAGE: &'static str = $stage;
+            const ITEMS: $crate::device::launch::Items = $items;
             type Arguments<'a> = $arguments<'a>;
+            type Variant = $variant_type;
+
+            fn defines($define_tuning: &$crate::device::Tuning, $variant: $variant_type) -> $crate::device::launch::Defines {
+                $defines
+            }
+
+            fn items($arguments_of: &$arguments<'_>, $items_tuning: &$crate::device::Tuning) -> usize {
+                $count
+            }
+
+            $(fn general($special: $variant_type) -> Option<$variant_type> {
+                $general
+            })?
         }
 
-        impl<$lifetime> $crate::device::launch::Arguments for $arguments<$lifetime> {
-            const FIRST_ITEM: u32 = 0 $(+ <$type as $crate::device::launch::Typed>::COUNT)*;
-
-            fn set_own(&self, kernel: &opencl3::kernel::Kernel) -> opencl3::Result<()> {
-                let mut index = 0;
-                $(
-                    $crate::device::launch::Argument::set(&self.$field, kernel, index)?;
-                    index += <$type as $crate::device::launch::Typed>::COUNT;
-                )*
-                debug_assert_eq!(index, Self::FIRST_ITEM);
-                Ok(())
-            }
-
-            fn own_sizes() -> Vec<usize> {
-                let sizes = [$((<$type as $crate::device::launch::Typed>::BYTES, <$type as $crate::device::launch::Typed>::COUNT)),*];
-                sizes.into_iter().flat_map(|(bytes, count)| std::iter::repeat_n(bytes, count as usize)).collect()
-            }
-
-            #[cfg(test)]
-            fn own_signature() -> Vec<(String, String)> {
-                let mut signature = Vec::new();
-                $(
-                    let (name, kind) = (stringify!($field), <$type as $crate::device::launch::Typed>::name());
-                    match <$type as $crate::device::launch::Typed>::COUNT {
-                        1 => signature.push((name.into(), kind)),
-                        count => signature.extend((0..count).map(|i| (format!("{name}_{i}"), kind.clone()))),
-                    }
-                )*
-                signature
-            }
+        #[cfg(test)]
+        #[test]
+        #[expect(non_snake_case, reason = "the name of the launcher")]
+        fn $kernel() {
+            #[allow(unused_imports, reason = "most variants are combined from them")]
+            use $crate::device::launch::signatures::*;
+            let tinted: Vec<Vec<$variant_type>> = vec![$($tinted.to_vec())?];
+            compare::<$kernel>(&$compared, &tinted.concat());
         }
     };
 }
 use kernel;
-
-/// A type that can be passed as a kernel argument.
-pub(crate) trait Argument {
-    fn set(&self, kernel: &ClKernel, index: u32) -> opencl3::Result<()>;
-}
-
-/// The OpenCL type of a kernel argument.
-trait Typed {
-    /// Size in bytes; 0 for buffers, whose handles differ between devices.
-    const BYTES: usize;
-    /// Number of arguments of the kernel.
-    const COUNT: u32 = 1;
-
-    #[cfg_attr(not(test), allow(dead_code, reason = "signatures are compared in tests"))]
-    fn name() -> String;
-}
-
-/// A plain type that OpenCL C has, too.
-pub(crate) trait ClType: Copy {
-    /// Name in OpenCL C.
-    const NAME: &'static str;
-}
-
-macro_rules! cl_types {
-    ($($type:ty = $name:literal),*) => {$(
-        impl ClType for $type {
-            const NAME: &'static str = $name;
-        }
-    )*};
-}
-cl_types!(
-    i32 = "int",
-    u32 = "uint",
-    i64 = "long",
-    u64 = "ulong",
-    f32 = "float",
-    u8 = "uchar",
-    u16 = "ushort",
-    [f32; 2] = "float2",
-    structs::Float4 = "float4",
-    [i32; 4] = "int4",
-    [u8; 4] = "uchar4",
-    [u16; 4] = "ushort4"
-);
-
-impl<T: ClType> Argument for T {
-    fn set(&self, kernel: &ClKernel, index: u32) -> opencl3::Result<()> {
-        // SAFETY: a plain value of the type that the kernel declares at `index`.
-        unsafe { kernel.set_arg(index, self) }
-    }
-}
-
-impl<T: ClType> Typed for T {
-    const BYTES: usize = size_of::<T>();
-
-    fn name() -> String {
-        T::NAME.into()
-    }
-}
-
-impl<T: ClType> Argument for &Buffer<T> {
-    fn set(&self, kernel: &ClKernel, index: u32) -> opencl3::Result<()> {
-        // SAFETY: a live buffer of the type that the kernel declares at `index`.
-        unsafe { kernel.set_arg(index, &self.handle()) }
-    }
-}
-
-impl<T: ClType> Typed for &Buffer<T> {
-    const BYTES: usize = 0;
-
-    fn name() -> String {
-        format!("{}*", T::NAME)
-    }
-}
-
-/// One argument of each channel; the kernel numbers them `name_0`, `name_1` … Those beyond the channels of a scene are not read.
-#[derive(Clone, Copy)]
-pub(crate) struct PerChannel<T>(pub [T; MAX_CHANNELS]);
-
-/// Most fields that a scene draws together: MAX_CHANNELS of kernels/shared/channel.cl.
-pub(crate) const MAX_CHANNELS: usize = 8;
-
-impl<T: Copy> PerChannel<T> {
-    /// The arguments of 1 to [`MAX_CHANNELS`] channels.
-    pub fn new(channels: &[T]) -> Self {
-        Self(std::array::from_fn(|i| *channels.get(i).unwrap_or(&channels[0])))
-    }
-}
-
-impl<T: Argument> Argument for PerChannel<T> {
-    fn set(&self, kernel: &ClKernel, index: u32) -> opencl3::Result<()> {
-        (index..).zip(&self.0).try_for_each(|(index, argument)| argument.set(kernel, index))
-    }
-}
-
-impl<T: Typed> Typed for PerChannel<T> {
-    const BYTES: usize = T::BYTES;
-    const COUNT: u32 = MAX_CHANNELS as u32;
-
-    fn name() -> String {
-        T::name()
-    }
-}
 
 /// Rounds a number of work-items up to 65,536, since PoCL builds a separate kernel for smaller launches. The device check thus
 /// runs the same kernel as large volumes and pictures. Excess work-items return at once.

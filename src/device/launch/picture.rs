@@ -1,7 +1,7 @@
 //! Kernels that produce the final picture.
 
 use super::structs::{Float4, WarpParams};
-use super::{Argument, Defines, Items, Launch, Typed, kernel, large_grid};
+use super::{Argument, Defines, Items, Parameter, kernel, large_grid};
 use crate::device::{Buffer, Tuning};
 use opencl3::kernel::Kernel as ClKernel;
 
@@ -13,26 +13,28 @@ pub(crate) enum Warped<'a> {
 }
 
 impl Argument for Warped<'_> {
-    fn set(&self, kernel: &ClKernel, index: u32) -> opencl3::Result<()> {
+    fn set(&self, kernel: &ClKernel, index: u32) -> opencl3::Result<u32> {
         match self {
             Warped::Frame(frame) => frame.set(kernel, index),
             Warped::Displayed(picture) => picture.set(kernel, index),
         }
     }
-}
 
-impl Typed for Warped<'_> {
-    const BYTES: usize = 0;
-
-    fn name() -> String {
-        "uchar*".into()
+    fn parameters(name: &str, _: bool) -> Vec<Parameter> {
+        Parameter::buffer(name, "uchar")
     }
 }
 
 kernel! {
     /// Warps a composited lattice to the screen.
-    Warp = "picture/warp.cl", warp, "warp";
-    WarpArguments<'a> {
+    Warp = "picture/warp.cl", warp, "warp", Items::Tiles;
+    defines |tuning, (): ()| {
+        let [columns, rows] = tuning.block;
+        Defines::new(tuning.vector_width).with("BLOCK_COLUMNS", columns).with("BLOCK_ROWS", rows)
+    };
+    items |a, tuning| blocks(&a.p, tuning);
+    compared [()];
+    arguments WarpArguments<'a> {
         lattice: &'a Buffer<Float4>,
         /// One per tile.
         active_samples: &'a Buffer<u32>,
@@ -49,42 +51,18 @@ fn blocks(p: &WarpParams, tuning: &Tuning) -> usize {
     (p.frame[0] as u32).div_ceil(columns) as usize * (p.frame[1] as u32).div_ceil(rows) as usize
 }
 
-impl Launch for Warp {
-    type Variant = ();
-    const ITEMS: Items = Items::Tiles;
-
-    fn defines(tuning: &Tuning, (): ()) -> String {
-        let [columns, rows] = tuning.block;
-        Defines::new(tuning.vector_width).with("BLOCK_COLUMNS", columns).with("BLOCK_ROWS", rows).0
-    }
-
-    fn items(a: &WarpArguments, tuning: &Tuning) -> usize {
-        blocks(&a.p, tuning)
-    }
-}
-
 kernel! {
     /// Converts a float frame to an 8-bit picture.
-    Present = "picture/present.cl", present, "present";
-    PresentArguments<'a> {
+    Present = "picture/present.cl", present, "present", Items::Pixels;
+    defines |tuning, (): ()| Defines::new(tuning.vector_width);
+    items |a, _| large_grid(a.pixels as usize);
+    compared [()];
+    arguments PresentArguments<'a> {
         frame: &'a Buffer<Float4>,
         /// See [`WarpArguments`].
         background: Float4,
         pixels: i32,
         rgba: &'a Buffer<[u8; 4]>,
-    }
-}
-
-impl Launch for Present {
-    type Variant = ();
-    const ITEMS: Items = Items::Pixels;
-
-    fn defines(tuning: &Tuning, (): ()) -> String {
-        Defines::new(tuning.vector_width).0
-    }
-
-    fn items(a: &PresentArguments, _: &Tuning) -> usize {
-        large_grid(a.pixels as usize)
     }
 }
 

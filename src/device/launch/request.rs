@@ -1,6 +1,6 @@
 //! Everything that determines what a driver compiles for a kernel.
 
-use super::{Arguments, Launch};
+use super::{Argument, Launch, Launcher, Permutation};
 use crate::device::Tuning;
 use std::borrow::Cow;
 
@@ -26,15 +26,16 @@ impl KernelRequest {
     pub const SMALL_GRID: usize = u16::MAX as usize - 1;
 
     /// For a launch with `items` work-items.
-    pub(super) fn new<K: Launch>(tuning: &Tuning, variant: K::Variant, items: usize) -> Self {
+    pub(super) fn new<K: Launch>(tuning: &Tuning, permutation: Permutation<K>, items: usize) -> Self {
         let group = K::ITEMS.group(tuning);
+        let declared = K::Arguments::parameters("", permutation.1).into_iter();
         Self {
             file: K::FILE,
             kernel: K::NAME.into(),
-            defines: K::defines(tuning, variant),
+            defines: Launcher::<K>::defines(tuning, permutation),
             group,
             wide: items.next_multiple_of(group) > Self::SMALL_GRID,
-            arguments: K::Arguments::sizes(),
+            arguments: declared.map(|parameter| parameter.bytes).chain([size_of::<u64>()]).collect(),
         }
     }
 

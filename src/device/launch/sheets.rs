@@ -1,7 +1,7 @@
 //! Kernels of the sheet methods: they list the splatted voxels, sort the splats, and splat them onto sheets.
 
 use super::structs::{Clipping, Float4, SampleParams, ScreenParams, Splat, SplatParams, VolumeView};
-use super::{Defines, Items, Launch, Rendering, VoxelBuffer, VoxelKind, kernel, tiles};
+use super::{Defines, Items, Output, Rendering, VoxelBuffer, VoxelKind, kernel, tiles};
 use crate::device::{Buffer, Tuning};
 
 /// Indices of a splatted voxel along u, v, a, and one further number.
@@ -23,8 +23,11 @@ impl Pass {
 
 kernel! {
     /// Lists the splatted voxels.
-    Splats = "sheets/splats.cl", splats, "splats";
-    SplatsArguments<'a> {
+    Splats = "sheets/splats.cl", splats, "splats", Items::Tiles;
+    defines |tuning, voxels: VoxelKind| Defines::new(tuning.vector_width).with_values(voxels);
+    items |a, _| a.view.dims[1] as usize * a.view.dims[2] as usize;
+    compared [VOXELS];
+    arguments SplatsArguments<'a> {
         voxels: &'a VoxelBuffer,
         view: VolumeView,
         /// Neighbourhood radius in voxels within which visible values make a voxel count; 0: only the voxel itself.
@@ -50,23 +53,13 @@ impl Splats {
     pub const REACH: i32 = 3;
 }
 
-impl Launch for Splats {
-    type Variant = VoxelKind;
-    const ITEMS: Items = Items::Tiles;
-
-    fn defines(tuning: &Tuning, voxels: VoxelKind) -> String {
-        Defines::new(tuning.vector_width).with_values(voxels).0
-    }
-
-    fn items(a: &SplatsArguments, _: &Tuning) -> usize {
-        a.view.dims[1] as usize * a.view.dims[2] as usize
-    }
-}
-
 kernel! {
     /// Turns counts into offsets by a prefix sum.
-    Scan = "sheets/scan.cl", scan, "sort";
-    ScanArguments<'a> {
+    Scan = "sheets/scan.cl", scan, "sort", Items::Runs;
+    defines |tuning, (): ()| Defines::new(1).with("SCAN_GROUP", tuning.scan_group);
+    items |_, tuning| tuning.scan_group;
+    compared [()];
+    arguments ScanArguments<'a> {
         /// `buckets` counts per chunk.
         counts: &'a Buffer<u32>,
         chunks: i32,
@@ -76,23 +69,14 @@ kernel! {
     }
 }
 
-impl Launch for Scan {
-    type Variant = ();
-    const ITEMS: Items = Items::Runs;
-
-    fn defines(tuning: &Tuning, (): ()) -> String {
-        Defines::new(1).with("SCAN_GROUP", tuning.scan_group).0
-    }
-
-    fn items(_: &ScanArguments, tuning: &Tuning) -> usize {
-        tuning.scan_group
-    }
-}
-
 kernel! {
     /// Projects splats and sorts them by their first sheet.
-    SortedSplats = "sheets/sorted_splats.cl", sorted_splats, "sort";
-    SortedSplatsArguments<'a> {
+    SortedSplats = "sheets/sorted_splats.cl", sorted_splats, "sort", Items::Tiles;
+    // Whether voxels are pre-classified, as for axis-aligned sheets: splats then carry colours and share one bucket.
+    defines |_, preclassified: bool| Defines::new(1).with_if(preclassified, "PRECLASSIFIED").with_lighting(Rendering::EVERYTHING);
+    items |a, _| a.chunks as usize;
+    compared [true];
+    arguments SortedSplatsArguments<'a> {
         places: &'a Buffer<Place>,
         contents: &'a Buffer<Float4>,
         count: i32,
@@ -112,24 +96,16 @@ kernel! {
     }
 }
 
-impl Launch for SortedSplats {
-    /// Whether voxels are pre-classified, as for axis-aligned sheets: splats then carry colours and share one bucket.
-    type Variant = bool;
-    const ITEMS: Items = Items::Tiles;
-
-    fn defines(_: &Tuning, preclassified: bool) -> String {
-        Defines::new(1).with_if(preclassified, "PRECLASSIFIED").with_lighting(Rendering::EVERYTHING).0
-    }
-
-    fn items(a: &SortedSplatsArguments, _: &Tuning) -> usize {
-        a.chunks as usize
-    }
-}
-
 kernel! {
     /// Lists the splats of each screen tile.
-    TiledSplats = "sheets/tiled_splats.cl", tiled_splats, "sort";
-    TiledSplatsArguments<'a> {
+    TiledSplats = "sheets/tiled_splats.cl", tiled_splats, "sort", Items::Tiles;
+    defines |tuning, (): ()| {
+        let [columns, rows] = tuning.list_tile();
+        Defines::new(1).with("TILE_COLUMNS", columns).with("TILE_ROWS", rows)
+    };
+    items |a, _| a.chunks as usize;
+    compared [()];
+    arguments TiledSplatsArguments<'a> {
         sorted: &'a Buffer<Splat>,
         count: i32,
         p: SplatParams,
@@ -146,20 +122,6 @@ kernel! {
     }
 }
 
-impl Launch for TiledSplats {
-    type Variant = ();
-    const ITEMS: Items = Items::Tiles;
-
-    fn defines(tuning: &Tuning, (): ()) -> String {
-        let [columns, rows] = tuning.list_tile();
-        Defines::new(1).with("TILE_COLUMNS", columns).with("TILE_ROWS", rows).0
-    }
-
-    fn items(a: &TiledSplatsArguments, _: &Tuning) -> usize {
-        a.chunks as usize
-    }
-}
-
 fn sheet_defines(tuning: &Tuning, channels: u32, rendering: Rendering) -> Defines {
     let defines = Defines::new(tuning.vector_width).with_rendering(rendering);
     defines.with("TILE_ROWS", tuning.screen_tile_rows).with("LIST_TILES", tuning.list_tiles).with("CHANNELS", channels)
@@ -167,8 +129,11 @@ fn sheet_defines(tuning: &Tuning, channels: u32, rendering: Rendering) -> Define
 
 kernel! {
     /// Splats onto axis-aligned sheets.
-    AxisSheets = "sheets/axis_sheets.cl", axis_sheets, "sheets";
-    AxisSheetsArguments<'a> {
+    AxisSheets = "sheets/axis_sheets.cl", axis_sheets, "sheets", Items::Tiles;
+    defines |tuning, rendering: Rendering| sheet_defines(tuning, 4, rendering);
+    items |a, _| tiles(a.s.tiles);
+    compared [LIT];
+    arguments AxisSheetsArguments<'a> {
         sorted: &'a Buffer<Splat>,
         /// End of each tile's list, per chunk.
         ends: &'a Buffer<u32>,
@@ -178,29 +143,21 @@ kernel! {
         p: SplatParams,
         sample: SampleParams,
         clip: Clipping,
-        frame: &'a Buffer<Float4>,
-        /// One count per tile.
-        active_samples: &'a Buffer<u32>,
-    }
-}
-
-impl Launch for AxisSheets {
-    type Variant = Rendering;
-    const ITEMS: Items = Items::Tiles;
-
-    fn defines(tuning: &Tuning, rendering: Rendering) -> String {
-        sheet_defines(tuning, 4, rendering).0
-    }
-
-    fn items(a: &AxisSheetsArguments, _: &Tuning) -> usize {
-        tiles(a.s.tiles)
+        output: Output<'a>,
     }
 }
 
 kernel! {
     /// Splats onto image-aligned sheets.
-    ViewSheets = "sheets/view_sheets.cl", view_sheets, "sheets";
-    ViewSheetsArguments<'a> {
+    ViewSheets = "sheets/view_sheets.cl", view_sheets, "sheets", Items::Tiles;
+    // Maximum number of sheets that a splat reaches, and whether the sheets have gradients.
+    defines |tuning, (sheets, shading, rendering): (usize, bool, Rendering)| sheet_defines(tuning, if shading { 4 } else { 1 }, rendering)
+        .with("SHEETS", sheets)
+        .with("SLAB_STEPS", Self::SLAB_STEPS)
+        .with_if(true, "PER_RAY_STEP");
+    items |a, _| tiles(a.s.tiles);
+    compared [(5, true, LIT)];
+    arguments ViewSheetsArguments<'a> {
         sorted: &'a Buffer<Splat>,
         /// End of each tile's list, per chunk.
         ends: &'a Buffer<u32>,
@@ -214,31 +171,11 @@ kernel! {
         p: SplatParams,
         sample: SampleParams,
         clip: Clipping,
-        frame: &'a Buffer<Float4>,
-        /// One count per tile.
-        active_samples: &'a Buffer<u32>,
+        output: Output<'a>,
     }
 }
 
 impl ViewSheets {
     /// Intervals between the fractions with slab weights.
     pub const SLAB_STEPS: usize = 256;
-}
-
-impl Launch for ViewSheets {
-    /// Maximum number of sheets that a splat reaches, and whether the sheets have gradients.
-    type Variant = (usize, bool, Rendering);
-    const ITEMS: Items = Items::Tiles;
-
-    fn defines(tuning: &Tuning, (sheets, shading, rendering): Self::Variant) -> String {
-        sheet_defines(tuning, if shading { 4 } else { 1 }, rendering)
-            .with("SHEETS", sheets)
-            .with("SLAB_STEPS", Self::SLAB_STEPS)
-            .with_if(true, "PER_RAY_STEP")
-            .0
-    }
-
-    fn items(a: &ViewSheetsArguments, _: &Tuning) -> usize {
-        tiles(a.s.tiles)
-    }
 }

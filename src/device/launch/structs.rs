@@ -347,7 +347,8 @@ kernel_struct! {
         depth_steps as [depth_per_column, depth_per_row]: f32,
         /// Factor of the offsets at k_c, and its change per layer.
         spread as [spread_at_centre, spread_per_layer]: f32,
-        /// The next column of a tile begins (a + b j) / (c + d i) rows farther down, i and j from the middle of the lattice.
+        /// (a, b, c, d): each column of a tile begins (a + b j) / (c + d i) rows below the column before it. The column i and the row j of
+        /// the tile are counted from the middle of the lattice.
         drift: [f32; 4],
         /// Rows from where the first tiles begin, without drift, to the first of the lattice.
         lead: i32,
@@ -359,22 +360,17 @@ kernel_struct! {
 kernel_struct! {
     /// The rays of screen pixels where each may have its own layer axis. Axes are x, y, z.
     DirectParams {
-        /// Of the voxels, and where the first of them lies.
-        stride: [i64; 4],
         /// A point of a ray: origin\[0\] + x origin\[1\] + y origin\[2\], in voxels.
         origin: [[f32; 4]; 3],
         direction: [[f32; 4]; 3],
         /// Rays start at origin + start * direction; -INFINITY in a parallel view.
         start: f32,
-        dims: [i32; 3],
         /// Of `visible_*`, along u and v.
         blocks: [[i32; 2]; 3],
         /// Layer axis of all rays, or -1: each ray's own.
         axis: i32,
         culling: i32,
-        /// See `VolumeView`.
-        background: f32,
-        offset: f32,
+        size as [width, height]: i32,
     }
 }
 
@@ -481,9 +477,9 @@ kernel_struct! {
         half_size as [half_width, half_height]: f32,
         /// Splats of less depth are left out.
         nearest: f32,
-        /// And splats of less w.
+        /// Splats of less w are left out, too.
         least_w: f32,
-        /// And sheets.
+        /// Sheets of less depth are left out.
         nearest_sheet: f32,
         /// In voxels.
         sheet_distance: f32,

@@ -2,20 +2,23 @@
 
 pub(crate) use super::blocks::{BlockNumbers, MinMaxBlocks};
 use super::structs::{ResampleParams, VolumeView};
-use super::{Defines, Floats, Items, Launch, Rendering, VoxelBuffer, VoxelKind, kernel, large_grid};
+use super::{Defines, Floats, Items, Rendering, VoxelBuffer, VoxelKind, kernel, large_grid};
 use crate::device::{Buffer, Tuning};
 use crate::layers::{Kernel, PREFILTER_RADIUS};
 use crate::volume::VoxelType;
 
 /// Options of the program that prepares volumes.
-fn prepare_defines(tuning: &Tuning, voxels: VoxelKind) -> String {
-    Defines::new(tuning.vector_width).with_values(voxels).with("TRANSPOSED_ROWS", tuning.transposed_rows(voxels.voxel_type)).0
+fn prepare_defines(tuning: &Tuning, voxels: VoxelKind) -> Defines {
+    Defines::new(tuning.vector_width).with_values(voxels).with("TRANSPOSED_ROWS", tuning.transposed_rows(voxels.voxel_type))
 }
 
 kernel! {
     /// Creates the layout of layer axis x.
-    Transpose = "volume/prepare.cl", transpose, "transpose";
-    TransposeArguments<'a> {
+    Transpose = "volume/prepare.cl", transpose, "transpose", Items::Pixels;
+    defines |tuning, voxels: VoxelKind| prepare_defines(tuning, voxels);
+    items |a, tuning| (a.dims_x as usize).div_ceil(tuning.transposed_rows(a.voxels.voxel_type())) * a.dims_y as usize;
+    compared [VOXELS];
+    arguments TransposeArguments<'a> {
         voxels: &'a VoxelBuffer,
         /// Offset of the first voxel, and pitches of rows and layers, in voxels.
         first: i64,
@@ -29,23 +32,13 @@ kernel! {
     }
 }
 
-impl Launch for Transpose {
-    type Variant = VoxelKind;
-    const ITEMS: Items = Items::Pixels;
-
-    fn defines(tuning: &Tuning, voxels: VoxelKind) -> String {
-        prepare_defines(tuning, voxels)
-    }
-
-    fn items(a: &TransposeArguments, tuning: &Tuning) -> usize {
-        (a.dims_x as usize).div_ceil(tuning.transposed_rows(a.voxels.voxel_type())) * a.dims_y as usize
-    }
-}
-
 kernel! {
     /// Filters voxels along x: computes B-spline coefficients, or smooths.
-    PrefilterRows = "volume/prefilter_rows.cl", prefilter_rows, "prefilter";
-    PrefilterRowsArguments<'a> {
+    PrefilterRows = "volume/prefilter_rows.cl", prefilter_rows, "prefilter", Items::Tiles;
+    defines |tuning, (voxels, outside): (VoxelKind, Outside)| prefilter_defines(tuning, voxels, outside);
+    items |a, _| a.rows as usize;
+    compared [(VOXELS, Outside::Mirrored)];
+    arguments PrefilterRowsArguments<'a> {
         voxels: &'a VoxelBuffer,
         /// View of layer axis z.
         view: VolumeView,
@@ -64,23 +57,9 @@ kernel! {
 
 kernel! {
     /// Samples a field at the voxels of another grid.
-    Resample = "volume/resample.cl", resample, "resample";
-    ResampleArguments<'a> {
-        voxels: &'a VoxelBuffer,
-        /// View of layer axis z.
-        view: VolumeView,
-        p: ResampleParams,
-        /// One per voxel of the other grid.
-        resampled: Floats<'a>,
-    }
-}
-
-impl Launch for Resample {
-    /// The kernel that reconstructs the field, too.
-    type Variant = (VoxelKind, Kernel);
-    const ITEMS: Items = Items::Tiles;
-
-    fn defines(tuning: &Tuning, (voxels, kernel): Self::Variant) -> String {
+    Resample = "volume/resample.cl", resample, "resample", Items::Tiles;
+    // The kernel that reconstructs the field, too.
+    defines |tuning, (voxels, kernel): (VoxelKind, Kernel)| {
         let defines = Defines::new(tuning.vector_width).with_voxels(voxels).with_kernel(kernel);
         defines
             .with_rendering(Rendering {
@@ -90,11 +69,16 @@ impl Launch for Resample {
                 depth_cue: false,
                 ..Rendering::EVERYTHING
             })
-            .0
-    }
-
-    fn items(a: &ResampleArguments, _: &Tuning) -> usize {
-        a.p.dims[1] as usize * a.p.dims[2] as usize
+    };
+    items |a, _| a.p.dims[1] as usize * a.p.dims[2] as usize;
+    compared [(VOXELS, Kernel::CatmullRom)];
+    arguments ResampleArguments<'a> {
+        voxels: &'a VoxelBuffer,
+        /// View of layer axis z.
+        view: VolumeView,
+        p: ResampleParams,
+        /// One per voxel of the other grid.
+        resampled: Floats<'a>,
     }
 }
 
@@ -105,28 +89,21 @@ pub(crate) enum Outside {
     Background,
 }
 
-fn prefilter_defines(tuning: &Tuning, voxels: VoxelKind, outside: Outside) -> String {
+/// Filtered voxels.
+const FLOATS: VoxelKind = VoxelKind { voxel_type: VoxelType::Float32, far: false, unchecked: false };
+
+fn prefilter_defines(tuning: &Tuning, voxels: VoxelKind, outside: Outside) -> Defines {
     let defines = Defines::new(tuning.vector_width).with_values(voxels).with("PREFILTER_RADIUS", PREFILTER_RADIUS);
-    defines.with("GROUP", tuning.tile_group).with_if(outside == Outside::Background, "BACKGROUND_OUTSIDE").0
-}
-
-impl Launch for PrefilterRows {
-    type Variant = (VoxelKind, Outside);
-    const ITEMS: Items = Items::Tiles;
-
-    fn defines(tuning: &Tuning, (voxels, outside): Self::Variant) -> String {
-        prefilter_defines(tuning, voxels, outside)
-    }
-
-    fn items(a: &PrefilterRowsArguments, _: &Tuning) -> usize {
-        a.rows as usize
-    }
+    defines.with("GROUP", tuning.tile_group).with_if(outside == Outside::Background, "BACKGROUND_OUTSIDE")
 }
 
 kernel! {
     /// Filters along y or z, in place.
-    PrefilterColumns = "volume/prefilter_columns.cl", prefilter_columns, "prefilter";
-    PrefilterColumnsArguments<'a> {
+    PrefilterColumns = "volume/prefilter_columns.cl", prefilter_columns, "prefilter", Items::Tiles;
+    defines |tuning, outside: Outside| prefilter_defines(tuning, FLOATS, outside);
+    items |a, _| a.chunks as usize * a.lines as usize;
+    compared [Outside::Background];
+    arguments PrefilterColumnsArguments<'a> {
         filtered: Floats<'a>,
         taps: &'a Buffer<f32>,
         first: i32,
@@ -145,23 +122,16 @@ kernel! {
     }
 }
 
-impl Launch for PrefilterColumns {
-    type Variant = Outside;
-    const ITEMS: Items = Items::Tiles;
-
-    fn defines(tuning: &Tuning, outside: Outside) -> String {
-        prefilter_defines(tuning, VoxelKind { voxel_type: VoxelType::Float32, far: false, unchecked: false }, outside)
-    }
-
-    fn items(a: &PrefilterColumnsArguments, _: &Tuning) -> usize {
-        a.chunks as usize * a.lines as usize
-    }
-}
-
 kernel! {
     /// Fills [`MinMaxBlocks`].
-    FillMinMaxBlocks = "volume/prepare.cl", min_max_blocks, "min-max blocks";
-    MinMaxArguments<'a> {
+    FillMinMaxBlocks = "volume/prepare.cl", min_max_blocks, "min-max blocks", Items::Pixels;
+    defines |tuning, voxels: VoxelKind| prepare_defines(tuning, voxels);
+    items |a, tuning| {
+        let rows = a.blocks_v as usize * a.view.dims[2] as usize;
+        large_grid(if tuning.vector_width == 1 { a.blocks_u as usize * rows } else { rows })
+    };
+    compared [VOXELS];
+    arguments MinMaxArguments<'a> {
         voxels: &'a VoxelBuffer,
         view: VolumeView,
         blocks_u: i32,
@@ -179,24 +149,20 @@ impl<'a> MinMaxArguments<'a> {
     }
 }
 
-impl Launch for FillMinMaxBlocks {
-    type Variant = VoxelKind;
-    const ITEMS: Items = Items::Pixels;
-
-    fn defines(tuning: &Tuning, voxels: VoxelKind) -> String {
-        prepare_defines(tuning, voxels)
-    }
-
-    fn items(a: &MinMaxArguments, tuning: &Tuning) -> usize {
-        let rows = a.blocks_v as usize * a.view.dims[2] as usize;
-        large_grid(if tuning.vector_width == 1 { a.blocks_u as usize * rows } else { rows })
-    }
-}
-
 kernel! {
     /// Finds the blocks of each slab that may be visible.
-    SlabVisibility = "volume/prepare.cl", slab_visibility, "visibility";
-    SlabVisibilityArguments<'a> {
+    SlabVisibility = "volume/prepare.cl", slab_visibility, "visibility", Items::Pixels;
+    defines |tuning, voxels: VoxelKind| prepare_defines(tuning, voxels);
+    items |a, tuning| {
+        let width = tuning.vector_width as usize;
+        if width == 1 {
+            return large_grid(a.visible.len());
+        }
+        let (per_layer, slabs) = (a.blocks_u as usize * a.blocks_v as usize, (a.layers + 2 * a.radius - 1) as usize);
+        large_grid(per_layer.div_ceil(width) * slabs.div_ceil(8))
+    };
+    compared [VOXELS];
+    arguments SlabVisibilityArguments<'a> {
         limits: &'a VoxelBuffer,
         blocks_u: i32,
         blocks_v: i32,
@@ -225,28 +191,14 @@ kernel! {
     }
 }
 
-impl Launch for SlabVisibility {
-    type Variant = VoxelKind;
-    const ITEMS: Items = Items::Pixels;
-
-    fn defines(tuning: &Tuning, voxels: VoxelKind) -> String {
-        prepare_defines(tuning, voxels)
-    }
-
-    fn items(a: &SlabVisibilityArguments, tuning: &Tuning) -> usize {
-        let width = tuning.vector_width as usize;
-        if width == 1 {
-            return large_grid(a.visible.len());
-        }
-        let (per_layer, slabs) = (a.blocks_u as usize * a.blocks_v as usize, (a.layers + 2 * a.radius - 1) as usize);
-        large_grid(per_layer.div_ceil(width) * slabs.div_ceil(8))
-    }
-}
-
 kernel! {
     /// Finds the groups of eight slabs with any visible block.
-    ShownChunks = "volume/prepare.cl", shown_chunks, "visibility";
-    ShownChunksArguments<'a> {
+    ShownChunks = "volume/prepare.cl", shown_chunks, "visibility", Items::Pixels;
+    // The voxels of the volume, which the same program prepares.
+    defines |tuning, voxels: VoxelKind| prepare_defines(tuning, voxels);
+    items |a, _| a.chunks as usize;
+    compared [VOXELS];
+    arguments ShownChunksArguments<'a> {
         /// Output of [`SlabVisibility`].
         visible: &'a Buffer<u8>,
         /// Blocks per layer.
@@ -257,24 +209,13 @@ kernel! {
     }
 }
 
-impl Launch for ShownChunks {
-    /// The voxels of the volume, which the same program prepares.
-    type Variant = VoxelKind;
-    const ITEMS: Items = Items::Pixels;
-
-    fn defines(tuning: &Tuning, voxels: VoxelKind) -> String {
-        prepare_defines(tuning, voxels)
-    }
-
-    fn items(a: &ShownChunksArguments, _: &Tuning) -> usize {
-        a.chunks as usize
-    }
-}
-
 kernel! {
     /// Finds the first and the last visible slab.
-    ShownSlabs = "volume/prepare.cl", shown_slabs, "visibility";
-    ShownSlabsArguments<'a> {
+    ShownSlabs = "volume/prepare.cl", shown_slabs, "visibility", Items::Tiles;
+    defines |tuning, voxels: VoxelKind| prepare_defines(tuning, voxels);
+    items |_, _| 1;
+    compared [VOXELS];
+    arguments ShownSlabsArguments<'a> {
         shows: &'a Buffer<u8>,
         chunks: i32,
         slabs: i32,
@@ -283,23 +224,13 @@ kernel! {
     }
 }
 
-impl Launch for ShownSlabs {
-    type Variant = VoxelKind;
-    const ITEMS: Items = Items::Tiles;
-
-    fn defines(tuning: &Tuning, voxels: VoxelKind) -> String {
-        prepare_defines(tuning, voxels)
-    }
-
-    fn items(_: &ShownSlabsArguments, _: &Tuning) -> usize {
-        1
-    }
-}
-
 kernel! {
     /// Computes the value range of voxels that were not validated.
-    ValueRange = "volume/value_range.cl", value_range, "range";
-    ValueRangeArguments<'a> {
+    ValueRange = "volume/value_range.cl", value_range, "range", Items::Tiles;
+    defines |_, voxel_type: VoxelType| Defines::new(1).with_voxel_type(voxel_type);
+    items |a, _| a.parts as usize;
+    compared [VOXELS.voxel_type];
+    arguments ValueRangeArguments<'a> {
         voxels: &'a VoxelBuffer,
         /// View of layer axis z.
         view: VolumeView,
@@ -309,18 +240,5 @@ kernel! {
         least: &'a Buffer<f32>,
         largest: &'a Buffer<f32>,
         invalid: &'a Buffer<u32>,
-    }
-}
-
-impl Launch for ValueRange {
-    type Variant = VoxelType;
-    const ITEMS: Items = Items::Tiles;
-
-    fn defines(_: &Tuning, voxel_type: VoxelType) -> String {
-        Defines::new(1).with_voxel_type(voxel_type).0
-    }
-
-    fn items(a: &ValueRangeArguments, _: &Tuning) -> usize {
-        a.parts as usize
     }
 }

@@ -1,6 +1,6 @@
 //! Voxel buffers.
 
-use super::{Argument, Typed};
+use super::{Argument, Parameter};
 use crate::device::{Buffer, Device, DeviceMemory};
 use crate::error::Error;
 use crate::volume::{Held, VoxelType};
@@ -79,20 +79,17 @@ impl VoxelBuffer {
 }
 
 /// Float voxels, for kernels that support no other type.
+#[derive(Clone, Copy)]
 pub(crate) struct Floats<'a>(pub &'a VoxelBuffer);
 
 impl Argument for Floats<'_> {
-    fn set(&self, kernel: &ClKernel, index: u32) -> opencl3::Result<()> {
+    fn set(&self, kernel: &ClKernel, index: u32) -> opencl3::Result<u32> {
         debug_assert_eq!(self.0.voxel_type(), VoxelType::Float32);
         self.0.set(kernel, index)
     }
-}
 
-impl Typed for Floats<'_> {
-    const BYTES: usize = 0;
-
-    fn name() -> String {
-        "float*".into()
+    fn parameters(name: &str, _: bool) -> Vec<Parameter> {
+        Parameter::buffer(name, "float")
     }
 }
 
@@ -112,15 +109,11 @@ fn is_far(bytes: usize) -> bool {
 }
 
 impl Argument for &VoxelBuffer {
-    fn set(&self, kernel: &ClKernel, index: u32) -> opencl3::Result<()> {
+    fn set(&self, kernel: &ClKernel, index: u32) -> opencl3::Result<u32> {
         (&self.bytes).set(kernel, index)
     }
-}
 
-impl Typed for &VoxelBuffer {
-    const BYTES: usize = 0;
-
-    fn name() -> String {
-        "VOXEL*".into()
+    fn parameters(name: &str, _: bool) -> Vec<Parameter> {
+        Parameter::buffer(name, "VOXEL")
     }
 }

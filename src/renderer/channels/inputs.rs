@@ -4,9 +4,9 @@ use super::super::classification::VisibleBlocks;
 use super::super::field::Layout;
 use super::super::region::Region;
 use super::super::scene::GradientVoxels;
-use crate::device::launch::layered::Channels;
-use crate::device::launch::structs::{ChannelParams, SampleParams};
-use crate::device::launch::{PerChannel, Rendering, VoxelBuffer, VoxelKind};
+use crate::device::launch::layered::{Channels, ShadedChannels};
+use crate::device::launch::structs::{ChannelParams, Clipping, Float4, SampleParams};
+use crate::device::launch::{ChannelFields, LightBuffers, Output, PerChannel, Rendering, ShadedField, VoxelKind};
 use crate::device::{Buffer, Device};
 use crate::error::Error;
 use std::sync::Arc;
@@ -20,6 +20,20 @@ pub(in crate::renderer) struct FieldInputs {
     pub region: Region,
     /// A length of all fields, in unit distances of this one.
     pub length: f64,
+}
+
+impl FieldInputs {
+    /// Kernel arguments.
+    pub fn shaded<'a>(&'a self, light: LightBuffers<'a>) -> ShadedField<'a> {
+        let Self { layout, gradients: GradientVoxels { layout: gradients, .. }, .. } = self;
+        let (view, gradient_view) = (layout.view, gradients.view);
+        ShadedField { voxels: &layout.voxels, view, gradient_voxels: &gradients.voxels, gradient_view, light }
+    }
+
+    /// Kernel permutation flags.
+    pub fn rendering(&self) -> Rendering {
+        self.region.rendering_from(&self.gradients)
+    }
 }
 
 /// The arguments of fields that are drawn together.
@@ -37,7 +51,7 @@ impl<'a> Together<'a> {
     /// If no program serves all of them.
     pub fn new(fields: Vec<&'a FieldInputs>) -> Result<Self, Error> {
         let region = Region::intersection(fields.iter().map(|field| &field.region));
-        let all: Vec<Rendering> = fields.iter().map(|field| field.region.rendering_from(&field.gradients)).collect();
+        let all: Vec<Rendering> = fields.iter().map(|field| field.rendering()).collect();
         if all.iter().any(|rendering| rendering.blend != all[0].blend) {
             let problem =
                 "the values of one channel fall where its stored numbers rise, and those of another do not: convert one";
@@ -54,17 +68,38 @@ impl<'a> Together<'a> {
         Ok(Self { kind: fields[0].layout.voxels.kind(), fields, rendering, region })
     }
 
-    /// Number of fields.
-    pub fn count(&self) -> usize {
-        self.fields.len()
+    /// Kernel arguments. `channel_params`: [`params`](Self::params).
+    pub fn arguments(&self, channel_params: &'a Buffer<ChannelParams>) -> ChannelFields<'a> {
+        ChannelFields {
+            voxels: self.each(|field| &*field.layout.voxels),
+            gradient_voxels: self.each(|field| &*field.gradients.layout.voxels),
+            channel_params,
+            count: self.fields.len() as i32,
+        }
     }
 
-    pub fn voxels(&self) -> PerChannel<&'a VoxelBuffer> {
-        self.each(|field| &*field.layout.voxels)
+    /// Stands for volumes that programs do not read.
+    pub fn unused(&self) -> &'a Buffer<u8> {
+        &self.fields[0].visible.flags
     }
 
-    pub fn gradient_voxels(&self) -> PerChannel<&'a VoxelBuffer> {
-        self.each(|field| &*field.gradients.layout.voxels)
+    /// Kernel arguments of fields that are drawn along the axes of `clip`.
+    pub fn shaded(
+        &self,
+        channel_params: &'a Buffer<ChannelParams>,
+        tables: &[&'a Buffer<Float4>],
+        light: LightBuffers<'a>,
+        clip: Clipping,
+        output: Output<'a>,
+    ) -> ShadedChannels<'a> {
+        ShadedChannels {
+            fields: self.arguments(channel_params),
+            light,
+            visible: self.visible(),
+            tables: PerChannel::new(tables),
+            clip,
+            output,
+        }
     }
 
     pub fn visible(&self) -> PerChannel<&'a Buffer<u8>> {
@@ -82,12 +117,7 @@ impl<'a> Together<'a> {
 
     /// Room in programs.
     pub fn channels(&self) -> Channels {
-        Channels::new(self.count())
-    }
-
-    /// Stands for volumes that programs do not read.
-    pub fn unused(&self) -> &'a Buffer<u8> {
-        &self.fields[0].visible.flags
+        Channels::new(self.fields.len())
     }
 
     /// Parameters, with lengths in unit distances of the first field.

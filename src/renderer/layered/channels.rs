@@ -4,10 +4,8 @@ use super::super::channels::{CHANNELS, Together};
 use super::super::classification::{DIMMING, Table};
 use super::super::scene::Scene;
 use super::points::{LatticeView, PointInputs};
-use crate::device::Buffer;
 use crate::device::launch::layered::{ChannelLattice, ChannelLatticeArguments, Segments};
-use crate::device::launch::structs::Float4;
-use crate::device::launch::{BlendMode, Launcher, PerChannel};
+use crate::device::launch::{BlendMode, Launcher, Output, PerChannel};
 use crate::error::Error;
 use crate::transfer::Extinction;
 use std::sync::Arc;
@@ -45,36 +43,20 @@ impl MutualDimming {
 }
 
 impl ChannelLayers {
-    pub fn draw(
-        &mut self,
-        scene: &mut Scene,
-        view: &LatticeView,
-        samples: &Buffer<Float4>,
-        active_samples: &Buffer<u32>,
-    ) -> Result<(), Error> {
+    pub fn draw(&mut self, scene: &mut Scene, view: &LatticeView, output: Output) -> Result<(), Error> {
         let device = scene.device;
         let inputs = scene.for_each_channel(|scene| PointInputs::new(scene, view))?;
         let together = Together::new(inputs.iter().map(|inputs| &inputs.field).collect())?;
         let segments = self.merged(&inputs, together.rendering.blend, scene.settings.extinction);
         let integrals: Vec<_> = inputs.iter().map(|inputs| &inputs.integrals.nodes).collect();
         let tables: Vec<_> = inputs.iter().map(|inputs| &inputs.table.entries).collect();
-        let illumination = scene.illumination()?;
-        let [light, sky] = illumination.arguments(together.unused());
+        let (illumination, fields) = (scene.illumination()?, together.params(device, CHANNELS.name)?);
+        let light = illumination.arguments(together.unused());
         let arguments = ChannelLatticeArguments {
-            voxels: together.voxels(),
-            gradient_voxels: together.gradient_voxels(),
-            visible: together.visible(),
-            shown_slabs: together.shown_slabs(),
+            channels: together.shaded(&fields, &tables, light, together.region.for_layers(view.frame()), output),
             integrals: PerChannel::new(&integrals),
-            tables: PerChannel::new(&tables),
-            channel_params: &together.params(device, CHANNELS.name)?,
-            count: together.count() as i32,
-            light,
-            sky,
+            shown_slabs: together.shown_slabs(),
             p: view.params(together.blocks(), scene.settings.culling),
-            clip: together.region.for_layers(view.frame()),
-            lattice: samples,
-            active_samples,
         };
         let variant = (together.kind, view.kernel, segments, view.rendering(together.rendering), together.channels());
         self.lattice.launch(device, variant, &arguments)

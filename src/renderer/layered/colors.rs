@@ -1,13 +1,10 @@
 //! Point-sampled layers of colours.
 
-use super::super::channels::FieldInputs;
 use super::super::scene::Scene;
 use super::points::{LatticeView, PointInputs};
-use crate::device::Buffer;
-use crate::device::launch::Launcher;
-use crate::device::launch::colors::{ColorLattice, ColorLatticeArguments};
+use crate::device::launch::colors::{ColorFields, ColorLattice, ColorLatticeArguments};
 use crate::device::launch::layered::Segments;
-use crate::device::launch::structs::Float4;
+use crate::device::launch::{Launcher, Output};
 use crate::error::Error;
 
 /// Renders point-sampled layers of colours.
@@ -17,39 +14,27 @@ pub(super) struct ColorLayers {
 }
 
 impl ColorLayers {
-    pub fn draw(
-        &mut self,
-        scene: &mut Scene,
-        view: &LatticeView,
-        samples: &Buffer<Float4>,
-        active_samples: &Buffer<u32>,
-    ) -> Result<(), Error> {
+    pub fn draw(&mut self, scene: &mut Scene, view: &LatticeView, output: Output) -> Result<(), Error> {
         let colors = scene.color_layouts(view.axis, view.kernel)?;
-        let PointInputs { field: inputs, segments, .. } = PointInputs::new(scene, view)?;
-        let FieldInputs { layout, gradients, visible, sample, region, .. } = &inputs;
+        let PointInputs { field, segments, .. } = PointInputs::new(scene, view)?;
         let illumination = scene.illumination()?;
-        let [light, sky] = illumination.arguments(&visible.flags);
         let arguments = ColorLatticeArguments {
-            red: &colors[0].voxels,
-            green: &colors[1].voxels,
-            blue: &colors[2].voxels,
-            extinction: &layout.voxels,
-            view: layout.view,
-            gradient_voxels: &gradients.layout.voxels,
-            gradient_view: gradients.layout.view,
-            light,
-            sky,
-            visible: &visible.flags,
-            shown_slabs: &visible.shown,
-            p: view.params(visible.blocks, scene.settings.culling),
-            sample: *sample,
-            clip: region.for_layers(view.frame()),
-            lattice: samples,
-            active_samples,
+            colors: ColorFields {
+                red: &colors[0].voxels,
+                green: &colors[1].voxels,
+                blue: &colors[2].voxels,
+                extinction: field.shaded(illumination.arguments(&field.visible.flags)),
+                visible: &field.visible.flags,
+                sample: field.sample,
+                clip: field.region.for_layers(view.frame()),
+                output,
+            },
+            shown_slabs: &field.visible.shown,
+            p: view.params(field.visible.blocks, scene.settings.culling),
         };
         // Deep segments are always composited in parts: their colours may differ.
         let segments = Segments { dimmed: true, ..segments };
-        let variant = (layout.voxels.kind(), view.kernel, segments, view.rendering(region.rendering_from(gradients)));
+        let variant = (field.layout.voxels.kind(), view.kernel, segments, view.rendering(field.rendering()));
         self.lattice.launch(scene.device, variant, &arguments)
     }
 }

@@ -1,6 +1,5 @@
 //! Layered rendering: on a lattice, or per screen pixel.
 
-mod channel_splats;
 mod channels;
 mod colors;
 mod footprint_set;

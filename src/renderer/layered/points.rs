@@ -7,15 +7,14 @@ use super::super::range::LayerRange;
 use super::super::region::Region;
 use super::super::sampling::Steps;
 use super::super::scene::Scene;
-use super::super::tiles::{Drawn, Target, Tiles, declare_target};
+use super::super::tiles::{Target, Tiles, declare_target};
 use super::channels::ChannelLayers;
 use super::colors::ColorLayers;
-use super::pixels::{direct_params, layer_axes};
+use super::pixels::{PixelInputs, layer_axes};
 use crate::device::launch::layered::{
     PointDirect, PointDirectArguments, PointLattice, PointLatticeArguments, PointSamples, Segments,
 };
 use crate::device::launch::structs::{ClassificationParams, RayLatticeParams, SampleParams, SegmentParams};
-use crate::device::launch::tinted::TintLauncher;
 use crate::device::launch::{Launcher, Rendering};
 use crate::device::{LatticeSchedule, Tuning};
 use crate::error::Error;
@@ -27,8 +26,8 @@ use std::sync::Arc;
 /// Renders point-sampled layers.
 #[derive(Default)]
 pub(in crate::renderer) struct PointLayers {
-    lattice: TintLauncher<PointLattice>,
-    samples: TintLauncher<PointSamples>,
+    lattice: Launcher<PointLattice>,
+    samples: Launcher<PointSamples>,
     direct: Launcher<PointDirect>,
     channels: ChannelLayers,
     colors: ColorLayers,
@@ -109,43 +108,36 @@ impl PointLayers {
         let thickness = scene.field.shape().thickness(axis);
         let per_layer = adapted(samples_per_layer, evaluation, scene.rays.pixels_along(frame.a), thickness);
         let tiles = tiles(scene.is_tiled(), lattice, device.tuning());
-        let Drawn { samples, active_samples, .. } = &target.prepare(tiles);
+        let drawn = target.prepare(tiles);
+        let output = drawn.output();
         if lattice.samples() == 0 {
             return Ok(());
         }
         let view = LatticeView { lattice, range, tiles, axis, kernel, per_layer };
         if scene.has_colors() {
-            return self.colors.draw(scene, &view, samples, active_samples);
+            return self.colors.draw(scene, &view, output);
         }
         if scene.channels() > 1 {
-            return self.channels.draw(scene, &view, samples, active_samples);
+            return self.channels.draw(scene, &view, output);
         }
-        let PointInputs { field: inputs, integrals, table, segments } = PointInputs::new(scene, &view)?;
-        let FieldInputs { layout, gradients, visible, sample, region, .. } = &inputs;
+        let PointInputs { field, integrals, table, segments } = PointInputs::new(scene, &view)?;
         let illumination = scene.illumination()?;
-        let [light, sky] = illumination.arguments(&visible.flags);
-        let variant = (layout.voxels.kind(), kernel, segments, view.rendering(region.rendering_from(gradients)));
-        let tint = scene.tint(frame)?;
+        let variant = (field.layout.voxels.kind(), kernel, segments, view.rendering(field.rendering()));
         let arguments = PointLatticeArguments {
-            voxels: &layout.voxels,
-            view: layout.view,
-            gradient_voxels: &gradients.layout.voxels,
-            gradient_view: gradients.layout.view,
-            light,
-            sky,
-            visible: &visible.flags,
-            shown_slabs: &visible.shown,
+            field: field.shaded(illumination.arguments(&field.visible.flags)),
+            visible: &field.visible.flags,
+            shown_slabs: &field.visible.shown,
             integrals: &integrals.nodes,
             table: &table.entries,
-            p: view.params(visible.blocks, settings.culling),
-            sample: *sample,
-            clip: region.for_layers(frame),
-            lattice: samples,
-            active_samples,
+            p: view.params(field.visible.blocks, settings.culling),
+            sample: field.sample,
+            clip: field.region.for_layers(frame),
+            output,
+            tint: scene.tint(frame)?,
         };
         match device.tuning().lattice_schedule {
-            LatticeSchedule::Tiles => self.lattice.launch(device, variant, arguments, tint),
-            LatticeSchedule::Samples => self.samples.launch(device, variant, arguments, tint),
+            LatticeSchedule::Tiles => self.lattice.launch(device, variant, &arguments),
+            LatticeSchedule::Samples => self.samples.launch(device, variant, &arguments),
         }
     }
 
@@ -157,46 +149,22 @@ impl PointLayers {
         (kernel, samples_per_layer): (Kernel, u32),
         target: &mut Target,
     ) -> Result<(), Error> {
-        let Scene { device, viewport, .. } = *scene;
+        let device = scene.device;
         let steps = scene.steps(samples_per_layer);
-        let known = layer_axes(axis);
-        let mut visible = Vec::new();
-        for axis in known {
-            visible.push(scene.visible_blocks(axis, kernel)?);
-        }
         let integrals = scene.integrals(kernel, steps.shortest(), samples_per_layer)?;
-        let region = Region::new(scene, kernel, samples_per_layer);
         let segments = segments(scene, &integrals, samples_per_layer);
         let table = scene.table(kernel)?;
         let sample = point_params(scene, (&integrals, &table), steps, Axis::Z.frame(), (kernel, samples_per_layer));
         let layout = scene.weighted(Axis::Z, kernel)?;
-        let gradients = scene.gradient_voxels(Axis::Z, kernel, &layout)?;
-        let illumination = scene.illumination()?;
-        let [light, sky] = illumination.arguments(&visible[0].flags);
-        let Drawn { samples: frame, active_samples, .. } = &target.prepare(Tiles::for_pixels(viewport));
-        self.direct.launch(
-            device,
-            (layout.voxels.kind(), kernel, segments, region.rendering_from(&gradients)),
-            &PointDirectArguments {
-                voxels: &layout.voxels,
-                gradient_voxels: &gradients.layout.voxels,
-                gradient_view_of_z: gradients.layout.view,
-                light,
-                sky,
-                visible_x: &visible[0].flags,
-                visible_y: &visible[1].flags,
-                visible_z: &visible[2].flags,
-                integrals: &integrals.nodes,
-                table: &table.entries,
-                p: direct_params(scene, axis, &layout.view, [0, 1, 2].map(|i| visible[i].blocks)),
-                sample_of_z: sample,
-                clip: region.for_pixels(),
-                width: viewport.width as i32,
-                height: viewport.height as i32,
-                frame,
-                active_samples,
-            },
-        )
+        let region = Region::new(scene, kernel, samples_per_layer);
+        let field = PixelInputs::new(scene, (axis, kernel), layout, sample, region)?;
+        let drawn = target.prepare(Tiles::for_pixels(scene.viewport));
+        let arguments = PointDirectArguments {
+            pixels: field.arguments(scene, drawn.output()),
+            integrals: &integrals.nodes,
+            table: &table.entries,
+        };
+        self.direct.launch(device, (field.kind(), kernel, segments, field.rendering()), &arguments)
     }
 }
 

@@ -1,6 +1,6 @@
 //! Splatted layers, post-classified: the algorithm of the paper.
 
-use super::super::channels::{FieldInputs, declare_channels};
+use super::super::channels::{CHANNELS, FieldInputs, Together};
 use super::super::classification::Table;
 use super::super::frame::{Declaring, Resources, Slot};
 use super::super::range::LayerRange;
@@ -8,9 +8,8 @@ use super::super::region::Region;
 use super::super::sampling::Steps;
 use super::super::scene::Scene;
 use super::super::tiles::{Drawn, Target, Tiles, declare_target};
-use super::channel_splats::ChannelSplats;
 use super::footprint_set::FootprintSet;
-use super::pixels::{direct_params, layer_axes};
+use super::pixels::{PixelInputs, layer_axes};
 use super::points::lattice_params;
 use crate::device::launch::Launcher;
 use crate::device::launch::layered::{
@@ -18,7 +17,7 @@ use crate::device::launch::layered::{
     SplatLatticeArguments, SplatPerspective, SplatPerspectiveArguments, SplatSamples, SplatSamplesArguments,
 };
 use crate::device::launch::structs::{
-    ClassificationParams, Float4, LayerOffset, RayLatticeParams, SampleParams, SegmentParams, SplatLatticeParams,
+    ClassificationParams, Clipping, Float4, LayerOffset, RayLatticeParams, SampleParams, SegmentParams, SplatLatticeParams,
 };
 use crate::device::{Buffer, Device, LatticeSchedule, Tuning};
 use crate::error::Error;
@@ -37,7 +36,6 @@ pub(in crate::renderer) struct SplatLayers {
     footprints: Launcher<kernels::Footprints>,
     opacity_table: Launcher<OpacityTable>,
     footprint_set: FootprintSet,
-    channels: ChannelSplats,
 }
 
 const OFFSETS: [Slot<LayerOffset>; 2] = [Slot::new("the lattice offsets along u"), Slot::new("the lattice offsets along v")];
@@ -55,7 +53,7 @@ pub(in crate::renderer) fn declare_lattice(
 ) {
     let schedule = schedule(declaring.is_tiled, declaring.tuning);
     declare_target(lattice.samples(), tiles(declaring.is_tiled, lattice, declaring.tuning), resources);
-    declare_channels(declaring, resources);
+    resources.host(&CHANNELS, 1 + declaring.others.len());
     let axis = lattice.frame.layer_axis();
     declaring.for_each_channel(|declaring| {
         declaring.visibility(axis, Kernel::Cubic, resources);
@@ -135,13 +133,11 @@ impl SplatLayers {
         let slabs = target.arena.fill(scene.device, &SUB_SLABS, &slabs)?;
         let layers = SplattedLayers { lattice, correction, range, tiles, slabs, drawn };
         match phases {
-            Some(phases) if scene.channels() > 1 => self.channels.draw_phases(scene, &layers, &phases),
             Some(phases) => self.draw_phases(scene, &layers, &phases, target),
-            None if scene.channels() > 1 => {
-                let nodes = nodes(scene.device, target)?;
-                self.channels.draw_rays(scene, &layers, &nodes)
-            }
-            None => self.draw_rays(scene, &layers, target),
+            None => match schedule(scene.is_tiled(), tuning) {
+                LatticeSchedule::Tiles => self.draw_rays(scene, &layers, target),
+                LatticeSchedule::Samples => self.draw_samples(scene, &layers),
+            },
         }
     }
 
@@ -184,107 +180,67 @@ impl SplatLayers {
         target: &mut Target,
     ) -> Result<(), Error> {
         let Scene { device, settings, .. } = *scene;
-        let lattice = layers.lattice;
-        let SplatInputs { field: inputs, table: base, steps } = SplatInputs::new(scene, layers)?;
-        let FieldInputs { layout, gradients, visible, sample, region, .. } = &inputs;
+        let inputs = scene.for_each_channel(|scene| SplatInputs::new(scene, layers))?;
+        let together = Together::new(inputs.iter().map(|inputs| &inputs.field).collect())?;
+        let mut tables: Vec<_> = inputs.iter().map(|inputs| &inputs.table.entries).collect();
         let opacity_table = target.arena.get(&OPACITY_TABLE);
-        let table = if region.rendering.clipped {
-            &base.entries
-        } else {
-            let table = &opacity_table;
+        if tables.len() == 1 && !together.rendering.clipped {
             let arguments = OpacityTableArguments {
-                base: &base.entries,
-                dt: steps.sample_length(lattice.frame, lattice.shear()) as f32,
+                base: tables[0],
+                dt: inputs[0].steps.sample_length(layers.lattice.frame, layers.lattice.shear()) as f32,
                 linear: i32::from(settings.extinction == Extinction::Linear),
-                count: base.entries.len() as i32,
-                entries: table,
+                count: tables[0].len() as i32,
+                entries: &opacity_table,
             };
             self.opacity_table.launch(device, (), &arguments)?;
-            table
+            tables = vec![&opacity_table];
+        }
+        let (illumination, fields) = (scene.illumination()?, together.params(device, CHANNELS.name)?);
+        let light = illumination.arguments(together.unused());
+        let arguments = SplatLatticeArguments {
+            channels: together.shaded(&fields, &tables, light, layers.clip(&together), layers.drawn.output()),
+            offsets_u: &phases.offsets[0],
+            offsets_v: &phases.offsets[1],
+            weights: &phases.weights,
+            slabs: &layers.slabs,
+            p: layers.phase_params(phases.phases, together.blocks(), settings.culling),
         };
-        let illumination = scene.illumination()?;
-        let [light, sky] = illumination.arguments(&visible.flags);
-        let [offsets_u, offsets_v] = &phases.offsets;
-        self.lattice.launch(
-            device,
-            (layout.voxels.kind(), region.rendering_from(gradients)),
-            &SplatLatticeArguments {
-                voxels: &layout.voxels,
-                view: layout.view,
-                gradient_voxels: &gradients.layout.voxels,
-                gradient_view: gradients.layout.view,
-                light,
-                sky,
-                offsets_u,
-                offsets_v,
-                weights: &phases.weights,
-                visible: &visible.flags,
-                table,
-                slabs: &layers.slabs,
-                p: layers.phase_params(phases.phases, visible.blocks, settings.culling),
-                sample: *sample,
-                clip: region.for_kernels(lattice.frame),
-                lattice: &layers.drawn.samples,
-                active_samples: &layers.drawn.active_samples,
-            },
-        )
+        self.lattice.launch(device, (together.kind, together.rendering, together.channels()), &arguments)
     }
 
     fn draw_rays(&mut self, scene: &mut Scene, layers: &SplattedLayers, target: &mut Target) -> Result<(), Error> {
         let Scene { device, settings, .. } = *scene;
-        let SplatInputs { field: inputs, table, .. } = SplatInputs::new(scene, layers)?;
-        let FieldInputs { layout, gradients, visible, sample, region, .. } = &inputs;
-        let (voxels, view) = (&layout.voxels, layout.view);
-        let (gradient_voxels, gradient_view) = (&gradients.layout.voxels, gradients.layout.view);
+        let nodes = quadrature_nodes().map(|n| [n.z as f32, n.weight as f32]);
+        let nodes = target.arena.fill(device, &NODES, &nodes)?;
+        let inputs = scene.for_each_channel(|scene| SplatInputs::new(scene, layers))?;
+        let together = Together::new(inputs.iter().map(|inputs| &inputs.field).collect())?;
+        let tables: Vec<_> = inputs.iter().map(|inputs| &inputs.table.entries).collect();
+        let (illumination, fields) = (scene.illumination()?, together.params(device, CHANNELS.name)?);
+        let light = illumination.arguments(together.unused());
+        let arguments = SplatPerspectiveArguments {
+            channels: together.shaded(&fields, &tables, light, layers.clip(&together), layers.drawn.output()),
+            nodes: &nodes,
+            slabs: &layers.slabs,
+            p: layers.ray_params(together.blocks(), settings.culling),
+        };
+        self.perspective.launch(device, (together.kind, together.rendering, together.channels()), &arguments)
+    }
+
+    fn draw_samples(&mut self, scene: &mut Scene, layers: &SplattedLayers) -> Result<(), Error> {
+        let Scene { device, settings, .. } = *scene;
+        let SplatInputs { field, table, .. } = SplatInputs::new(scene, layers)?;
         let illumination = scene.illumination()?;
-        let [light, sky] = illumination.arguments(&visible.flags);
-        let p = layers.ray_params(visible.blocks, settings.culling);
-        let variant = (voxels.kind(), region.rendering_from(gradients));
-        let (visible, table, clip) = (&visible.flags, &table.entries, region.for_kernels(layers.lattice.frame));
-        let (slabs, sample) = (&*layers.slabs, *sample);
-        let (lattice, active_samples) = (&*layers.drawn.samples, &*layers.drawn.active_samples);
-        match device.tuning().lattice_schedule {
-            LatticeSchedule::Tiles => {
-                let nodes = &nodes(device, target)?;
-                let arguments = SplatPerspectiveArguments {
-                    voxels,
-                    view,
-                    gradient_voxels,
-                    gradient_view,
-                    light,
-                    sky,
-                    nodes,
-                    visible,
-                    table,
-                    slabs,
-                    p,
-                    sample,
-                    clip,
-                    lattice,
-                    active_samples,
-                };
-                self.perspective.launch(device, variant, &arguments)
-            }
-            LatticeSchedule::Samples => {
-                let arguments = SplatSamplesArguments {
-                    voxels,
-                    view,
-                    gradient_voxels,
-                    gradient_view,
-                    light,
-                    sky,
-                    visible,
-                    table,
-                    slabs,
-                    p,
-                    sample,
-                    clip,
-                    lattice,
-                    active_samples,
-                };
-                self.samples.launch(device, variant, &arguments)
-            }
-        }
+        let arguments = SplatSamplesArguments {
+            field: field.shaded(illumination.arguments(&field.visible.flags)),
+            visible: &field.visible.flags,
+            table: &table.entries,
+            slabs: &layers.slabs,
+            p: layers.ray_params(field.visible.blocks, settings.culling),
+            sample: field.sample,
+            clip: field.region.for_kernels(layers.lattice.frame),
+            output: layers.drawn.output(),
+        };
+        self.samples.launch(device, (field.layout.voxels.kind(), field.rendering()), &arguments)
     }
 
     /// Renders per screen pixel, with one layer axis for all rays or one per ray.
@@ -296,76 +252,47 @@ impl SplatLayers {
         footprints: Footprints,
         target: &mut Target,
     ) -> Result<(), Error> {
-        let Scene { device, viewport, .. } = *scene;
-        let known = layer_axes(axis);
-        let mut visible = Vec::new();
-        for axis in known {
-            visible.push(scene.visible_blocks(axis, Kernel::Cubic)?);
-        }
-        let set = footprints == Footprints::Set;
-        let images = if set { Some(self.footprint_set.images(device)?) } else { None };
-        // A kernel with exact footprints reads neither; pass any valid buffers.
-        let no_shears = target.arena.get(&NODES);
-        let (images, shears) = images.as_ref().map_or((&visible[0].flags, &*no_shears), |set| (&set.images, &set.shears));
+        let device = scene.device;
         let table = scene.table(Kernel::Cubic)?;
         let slabs = LayerSlabs::new(correction);
         let steps = scene.steps(correction.samples_per_layer());
         let sample = splat_params(scene, &table, steps, Axis::Z.frame(), &slabs);
-        let region = Region::new(scene, Kernel::Cubic, 1);
-        let slabs = &target.arena.fill(device, &SUB_SLABS, &slab_table(&slabs))?;
         let layout = scene.layout(Axis::Z)?;
-        let gradients = scene.gradient_voxels(Axis::Z, Kernel::Cubic, &layout)?;
-        let illumination = scene.illumination()?;
-        let [light, sky] = illumination.arguments(&visible[0].flags);
-        let Drawn { samples: frame, active_samples, .. } = &target.prepare(Tiles::for_pixels(viewport));
-        self.direct.launch(
-            device,
-            (layout.voxels.kind(), set, region.rendering_from(&gradients)),
-            &SplatDirectArguments {
-                voxels: &layout.voxels,
-                gradient_voxels: &gradients.layout.voxels,
-                gradient_view_of_z: gradients.layout.view,
-                light,
-                sky,
-                visible_x: &visible[0].flags,
-                visible_y: &visible[1].flags,
-                visible_z: &visible[2].flags,
-                table: &table.entries,
-                slabs,
-                images,
-                shears,
-                p: direct_params(scene, axis, &layout.view, [0, 1, 2].map(|i| visible[i].blocks)),
-                sample_of_z: sample,
-                clip: region.for_pixels(),
-                width: viewport.width as i32,
-                height: viewport.height as i32,
-                frame,
-                active_samples,
-            },
-        )
+        let region = Region::new(scene, Kernel::Cubic, 1);
+        let field = PixelInputs::new(scene, (axis, Kernel::Cubic), layout, sample, region)?;
+        let set = footprints == Footprints::Set;
+        let images = if set { Some(self.footprint_set.images(device)?) } else { None };
+        // A kernel with exact footprints reads neither; pass any valid buffers.
+        let no_shears = target.arena.get(&NODES);
+        let (images, shears) = images.as_ref().map_or((&field.visible[0].flags, &*no_shears), |set| (&set.images, &set.shears));
+        let slabs = &target.arena.fill(device, &SUB_SLABS, &slab_table(&slabs))?;
+        let drawn = target.prepare(Tiles::for_pixels(scene.viewport));
+        let pixels = field.arguments(scene, drawn.output());
+        let arguments = SplatDirectArguments { pixels, table: &table.entries, slabs, images, shears };
+        self.direct.launch(device, (field.kind(), set, field.rendering()), &arguments)
     }
 }
 
 /// A lattice of splatted layers, and the buffers that all of its kernels use.
-pub(super) struct SplattedLayers<'a> {
-    pub lattice: &'a Lattice,
-    pub correction: Correction,
+struct SplattedLayers<'a> {
+    lattice: &'a Lattice,
+    correction: Correction,
     range: &'a LayerRange,
     tiles: Tiles,
-    pub slabs: Arc<Buffer<Float4>>,
-    pub drawn: Drawn,
+    slabs: Arc<Buffer<Float4>>,
+    drawn: Drawn,
 }
 
 /// The footprint weights of a lattice in phases.
-pub(super) struct PhaseWeights {
-    pub phases: Phases,
-    pub offsets: [Arc<Buffer<LayerOffset>>; 2],
-    pub weights: Arc<Buffer<f32>>,
+struct PhaseWeights {
+    phases: Phases,
+    offsets: [Arc<Buffer<LayerOffset>>; 2],
+    weights: Arc<Buffer<f32>>,
 }
 
 impl SplattedLayers<'_> {
     /// Kernel argument of a lattice in phases, for min-max blocks in these numbers.
-    pub fn phase_params(&self, phases: Phases, blocks: [i32; 2], culling: bool) -> SplatLatticeParams {
+    fn phase_params(&self, phases: Phases, blocks: [i32; 2], culling: bool) -> SplatLatticeParams {
         let Self { lattice, range, .. } = *self;
         SplatLatticeParams {
             per_voxel: phases.samples_per_voxel.map(|m| m as i32),
@@ -381,22 +308,27 @@ impl SplattedLayers<'_> {
         }
     }
 
+    /// Kernel argument.
+    fn clip(&self, fields: &Together) -> Clipping {
+        fields.region.for_kernels(self.lattice.frame)
+    }
+
     /// Kernel argument of a lattice of rays.
-    pub fn ray_params(&self, blocks: [i32; 2], culling: bool) -> RayLatticeParams {
+    fn ray_params(&self, blocks: [i32; 2], culling: bool) -> RayLatticeParams {
         lattice_params(self.lattice, self.range, self.tiles, blocks, culling)
     }
 }
 
 /// What layers of a field are splatted from and classified by.
-pub(super) struct SplatInputs {
-    pub field: FieldInputs,
+struct SplatInputs {
+    field: FieldInputs,
     /// (r, g, b, τ) per value.
-    pub table: Arc<Table>,
+    table: Arc<Table>,
     steps: Steps,
 }
 
 impl SplatInputs {
-    pub fn new(scene: &mut Scene, layers: &SplattedLayers) -> Result<Self, Error> {
+    fn new(scene: &mut Scene, layers: &SplattedLayers) -> Result<Self, Error> {
         let (frame, samples) = (layers.lattice.frame, layers.correction.samples_per_layer());
         let axis = frame.layer_axis();
         let table = scene.table(Kernel::Cubic)?;
@@ -409,12 +341,6 @@ impl SplatInputs {
         let length = steps.shortest() * f64::from(samples);
         Ok(Self { field: FieldInputs { layout, gradients, visible, sample, region, length }, table, steps })
     }
-}
-
-/// The quadrature nodes of footprints along rays.
-fn nodes(device: &Device, target: &mut Target) -> Result<Arc<Buffer<[f32; 2]>>, Error> {
-    let nodes = quadrature_nodes().map(|n| [n.z as f32, n.weight as f32]);
-    target.arena.fill(device, &NODES, &nodes)
 }
 
 /// Offsets of the first columns (`i` = 0) or rows (1) of a lattice in phases, `count` for each layer.

@@ -86,12 +86,10 @@ impl Scene<'_> {
         let count = held.count();
         let float = VoxelType::Float32;
         let upright = VoxelBuffer::new(self.device, count, float, COARSE)?;
+        let fields = together.params(self.device, ABSORBERS.name)?;
         let arguments = CoarseTransmittanceArguments {
-            voxels: together.voxels(),
-            gradient_voxels: together.gradient_voxels(),
+            fields: together.arguments(&fields),
             transmittance: PerChannel::new(&transmittance),
-            channel_params: &together.params(self.device, ABSORBERS.name)?,
-            count: together.count() as i32,
             clip: together.region.for_kernels(Axis::Z.frame()),
             first_x,
             first_y,

@@ -27,10 +27,10 @@ use super::frame::{Declaring, Resources, Slot};
 use super::scene::Scene;
 use super::store::{Key, Store, Version};
 use crate::device::Buffer;
-use crate::device::launch::Launcher;
 use crate::device::launch::light::{CoarseTransmittance, FinishLight, LightRays, LightSweep, LightTable};
 use crate::device::launch::structs::ChannelParams;
 use crate::device::launch::volume::Transpose;
+use crate::device::launch::{Launcher, LightBuffers};
 use crate::error::Error;
 use crate::layers::{Axis, GradientEstimator, Kernel};
 use crate::settings::{Blend, Clipping, GradientOpacity, LightGrid, Settings};
@@ -95,8 +95,9 @@ pub(super) struct Illumination {
 
 impl Illumination {
     /// Kernel arguments. `unused` stands for volumes that programs do not read.
-    pub fn arguments<'a>(&'a self, unused: &'a Buffer<u8>) -> [&'a Buffer<u8>; 2] {
-        [&self.lights, &self.sky].map(|volume| volume.as_deref().unwrap_or(unused))
+    pub fn arguments<'a>(&'a self, unused: &'a Buffer<u8>) -> LightBuffers<'a> {
+        let [light, sky] = [&self.lights, &self.sky].map(|volume| volume.as_deref().unwrap_or(unused));
+        LightBuffers { light, sky }
     }
 }
 

@@ -179,13 +179,11 @@ impl Scene<'_> {
             layer_length: step as f32,
             half_layer: coarse.map_or(0.0, |coarse| (0.5 * step / coarse.length) as f32),
         };
+        let fields = together.params(self.device, ABSORBERS.name)?;
         let arguments = LightSweepArguments {
-            voxels: together.voxels(),
-            gradient_voxels: together.gradient_voxels(),
+            fields: together.arguments(&fields),
             visible: together.visible(),
             integrals: PerChannel::new(&integrals),
-            channel_params: &together.params(self.device, ABSORBERS.name)?,
-            count: together.count() as i32,
             offsets: &offsets,
             p,
             clip: together.region.for_kernels(frame),

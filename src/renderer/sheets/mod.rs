@@ -7,7 +7,7 @@ use super::frame::{Declaring, Resources, Slot};
 use super::region::Region;
 use super::scene::Scene;
 use super::screen::screen_params;
-use super::tiles::{Drawn, Target, Tiles, declare_target};
+use super::tiles::{Target, Tiles, declare_target};
 use crate::device::launch::Launcher;
 use crate::device::launch::sheets::{AxisSheets, AxisSheetsArguments, ViewSheets, ViewSheetsArguments};
 use crate::device::launch::structs::SplatParams;
@@ -70,7 +70,7 @@ impl AxisAlignedSheets {
             &Unsorted { splats: &splats, splatted, table: &table, params, sample, viewport },
         )?;
         let region = Region::for_splats(scene);
-        let Drawn { samples: picture, active_samples, .. } = &target.prepare(tiles);
+        let drawn = target.prepare(tiles);
         let arguments = AxisSheetsArguments {
             sorted: &order.sorted,
             ends: &order.ends,
@@ -80,8 +80,7 @@ impl AxisAlignedSheets {
             p: params,
             sample,
             clip: region.for_kernels(frame),
-            frame: picture,
-            active_samples,
+            output: drawn.output(),
         };
         self.kernel.launch(device, region.rendering, &arguments)
     }
@@ -112,7 +111,7 @@ impl ImageAlignedSheets {
             &Unsorted { splats: &splats, splatted, table: &table, params, sample, viewport },
         )?;
         let region = Region::new(scene, Kernel::Gaussian, 1);
-        let Drawn { samples: picture, active_samples, .. } = &target.prepare(tiles);
+        let drawn = target.prepare(tiles);
         let arguments = ViewSheetsArguments {
             sorted: &order.sorted,
             ends: &order.ends,
@@ -124,8 +123,7 @@ impl ImageAlignedSheets {
             p: params,
             sample,
             clip: region.for_kernels(AXIS.frame()),
-            frame: picture,
-            active_samples,
+            output: drawn.output(),
         };
         self.kernel.launch(device, (slabs.count(), settings.looks_at_gradients(), region.rendering), &arguments)
     }

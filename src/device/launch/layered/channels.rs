@@ -1,37 +1,12 @@
 //! Kernels that draw several fields together.
 
-use super::super::structs::{ChannelParams, Clipping, Float4, RayLatticeParams};
-use super::super::{Defines, Items, Launch, PerChannel, Rendering, VoxelBuffer, VoxelKind, kernel, tiles};
+use super::super::structs::{Clipping, Float4, RayLatticeParams};
+use super::super::{
+    ChannelFields, Defines, Items, LightBuffers, Output, PerChannel, Rendering, VoxelKind, arguments, kernel, tiles,
+};
 use super::{PointLattice, Segments};
-use crate::device::{Buffer, Tuning};
+use crate::device::Buffer;
 use crate::layers::Kernel;
-
-kernel! {
-    /// [`PointLattice`] for several fields on one grid, whose voxels have one type.
-    ChannelLattice = "layered/channel_lattice.cl", channel_lattice, "lattice";
-    ChannelLatticeArguments<'a> {
-        voxels: PerChannel<&'a VoxelBuffer>,
-        /// As for [`PointLattice`].
-        gradient_voxels: PerChannel<&'a VoxelBuffer>,
-        visible: PerChannel<&'a Buffer<u8>>,
-        shown_slabs: PerChannel<&'a Buffer<i32>>,
-        /// Tables of integrals, for compositing.
-        integrals: PerChannel<&'a Buffer<[i32; 4]>>,
-        /// (r, g, b, τ) per value, for gathered values.
-        tables: PerChannel<&'a Buffer<Float4>>,
-        /// `count` of them.
-        channel_params: &'a Buffer<ChannelParams>,
-        count: i32,
-        light: &'a Buffer<u8>,
-        sky: &'a Buffer<u8>,
-        p: RayLatticeParams,
-        clip: Clipping,
-        /// Width x height RGBA samples.
-        lattice: &'a Buffer<Float4>,
-        /// One count per tile.
-        active_samples: &'a Buffer<u32>,
-    }
-}
 
 /// Fields for which a program has room.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -42,6 +17,11 @@ impl Channels {
     pub fn new(count: usize) -> Self {
         Self(count.next_power_of_two() as u8)
     }
+
+    /// Whether there is room for more than one. Extinctions of several add before they become opacities.
+    pub(in super::super) fn are_several(self) -> bool {
+        self.0 > 1
+    }
 }
 
 impl Defines {
@@ -51,16 +31,39 @@ impl Defines {
     }
 }
 
-impl Launch for ChannelLattice {
-    type Variant = (VoxelKind, Kernel, Segments, Rendering, Channels);
-    const ITEMS: Items = Items::Tiles;
-
-    fn defines(tuning: &Tuning, (voxels, kernel, segments, rendering, channels): Self::Variant) -> String {
-        let defines = PointLattice::defines(tuning, (voxels, kernel, segments, rendering));
-        Defines(defines).with_channels(channels).0
+arguments! {
+    /// Several fields, and what their samples are classified and shaded by.
+    ShadedChannels<'a> {
+        fields: ChannelFields<'a>,
+        light: LightBuffers<'a>,
+        visible: PerChannel<&'a Buffer<u8>>,
+        /// (r, g, b, τ) per value.
+        tables: PerChannel<&'a Buffer<Float4>>,
+        clip: Clipping,
+        output: Output<'a>,
     }
+}
 
-    fn items(a: &ChannelLatticeArguments, _: &Tuning) -> usize {
-        tiles(a.p.tiles)
+kernel! {
+    /// [`PointLattice`] for several fields.
+    ChannelLattice = "layered/channel_lattice.cl", channel_lattice, "lattice", Items::Tiles;
+    defines |tuning, (voxels, kernel, segments, rendering, channels): (VoxelKind, Kernel, Segments, Rendering, Channels)| {
+        PointLattice::defines(tuning, (voxels, kernel, segments, rendering)).with_channels(channels)
+    };
+    items |a, _| tiles(a.p.tiles);
+    compared [
+        [
+            (VOXELS, Kernel::CatmullRom, SEGMENTS, LIT, Channels::new(2)),
+            (VOXELS, Kernel::BSpline, SEGMENTS, SEPARATE, Channels::new(3)),
+        ].as_slice(),
+        &OTHER_BLENDS.map(|rendering| (VOXELS, Kernel::BSpline, SEGMENTS, rendering, Channels::new(8))),
+    ].concat();
+    arguments ChannelLatticeArguments<'a> {
+        /// Tables are for gathered values.
+        channels: ShadedChannels<'a>,
+        /// Tables of integrals, for compositing.
+        integrals: PerChannel<&'a Buffer<[i32; 4]>>,
+        shown_slabs: PerChannel<&'a Buffer<i32>>,
+        p: RayLatticeParams,
     }
 }

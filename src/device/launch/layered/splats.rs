@@ -1,9 +1,8 @@
 //! Kernels of splatted layers, and their footprints and tables.
 
-use super::super::structs::{
-    Clipping, DirectParams, Float4, LayerOffset, RayLatticeParams, SampleParams, SplatLatticeParams, VolumeView,
-};
-use super::super::{Defines, Items, Launch, Rendering, VoxelBuffer, VoxelKind, kernel, large_grid, tiles};
+use super::super::structs::{Clipping, Float4, LayerOffset, RayLatticeParams, SampleParams, SplatLatticeParams};
+use super::super::{Defines, Items, Output, Rendering, ShadedField, VoxelKind, kernel, tiles};
+use super::{Channels, PixelField, ShadedChannels};
 use crate::device::{Buffer, Tuning};
 use crate::layers::Kernel;
 
@@ -12,106 +11,58 @@ fn splats(defines: Defines, voxels: VoxelKind, rendering: Rendering) -> Defines 
     defines.with_voxels(voxels).with_kernel(Kernel::Cubic).with_rendering(rendering)
 }
 
-pub(super) fn splat_defines(tuning: &Tuning, voxels: VoxelKind, rendering: Rendering) -> Defines {
-    splats(Defines::new(tuning.vector_width), voxels, rendering).with("TILE_ROWS", tuning.tile_rows)
+fn splat_defines(tuning: &Tuning, voxels: VoxelKind, rendering: Rendering, channels: Channels) -> Defines {
+    splats(Defines::new(tuning.vector_width), voxels, rendering).with("TILE_ROWS", tuning.tile_rows).with_channels(channels)
 }
 
 kernel! {
-    /// Composites the lattice of a parallel view with splatted layers.
-    SplatLattice = "layered/splat_lattice.cl", splat_lattice, "lattice";
-    SplatLatticeArguments<'a> {
-        voxels: &'a VoxelBuffer,
-        view: VolumeView,
-        /// As for [`PointLattice`](super::PointLattice).
-        gradient_voxels: &'a VoxelBuffer,
-        gradient_view: VolumeView,
-        /// Light volumes of the lights and of the sky: [`Rendering::light_volume`].
-        light: &'a Buffer<u8>,
-        sky: &'a Buffer<u8>,
+    /// Composites the lattice of a parallel view with splatted layers of one or several fields.
+    SplatLattice = "layered/splat_lattice.cl", splat_lattice, "lattice", Items::Tiles;
+    defines |tuning, (voxels, rendering, channels): (VoxelKind, Rendering, Channels)| {
+        // Clipped step lengths differ between rays, and those of several fields are not in their tables.
+        let per_ray = rendering.clipped || channels.are_several();
+        splat_defines(tuning, voxels, rendering, channels).with_if(per_ray, "PER_RAY_STEP")
+    };
+    items |a, _| tiles(a.p.tiles);
+    compared [(VOXELS, LIT, Channels::new(1)), (VOXELS, LIT, Channels::new(2))];
+    arguments SplatLatticeArguments<'a> {
+        /// Tables of one field have (r, g, b, opacity of a sample), unless rays are clipped or values are gathered.
+        channels: ShadedChannels<'a>,
         offsets_u: &'a Buffer<LayerOffset>,
         offsets_v: &'a Buffer<LayerOffset>,
         weights: &'a Buffer<f32>,
-        visible: &'a Buffer<u8>,
-        /// (r, g, b, opacity of a sample) per value; (r, g, b, τ) if rays are clipped or values are gathered.
-        table: &'a Buffer<Float4>,
         slabs: &'a Buffer<Float4>,
         p: SplatLatticeParams,
-        sample: SampleParams,
-        clip: Clipping,
-        /// RGBA samples of the whole lattice, row by row.
-        lattice: &'a Buffer<Float4>,
-        /// One count per tile.
-        active_samples: &'a Buffer<u32>,
-    }
-}
-
-impl Launch for SplatLattice {
-    type Variant = (VoxelKind, Rendering);
-    const ITEMS: Items = Items::Tiles;
-
-    fn defines(tuning: &Tuning, (voxels, rendering): Self::Variant) -> String {
-        // Clipped step lengths differ between rays.
-        splat_defines(tuning, voxels, rendering).with_if(rendering.clipped, "PER_RAY_STEP").0
-    }
-
-    fn items(a: &SplatLatticeArguments, _: &Tuning) -> usize {
-        tiles(a.p.tiles)
     }
 }
 
 kernel! {
-    /// Composites the lattice of a perspective view with splatted layers.
-    SplatPerspective = "layered/splat_perspective.cl", splat_perspective, "lattice";
-    SplatPerspectiveArguments<'a> {
-        voxels: &'a VoxelBuffer,
-        view: VolumeView,
-        /// As for [`PointLattice`](super::PointLattice).
-        gradient_voxels: &'a VoxelBuffer,
-        gradient_view: VolumeView,
-        /// Light volumes of the lights and of the sky: [`Rendering::light_volume`].
-        light: &'a Buffer<u8>,
-        sky: &'a Buffer<u8>,
+    /// Composites the lattice of a perspective view with splatted layers of one or several fields.
+    SplatPerspective = "layered/splat_perspective.cl", splat_perspective, "lattice", Items::Tiles;
+    defines |tuning, (voxels, rendering, channels): (VoxelKind, Rendering, Channels)| {
+        splat_defines(tuning, voxels, rendering, channels).with_if(true, "PER_RAY_STEP")
+    };
+    items |a, _| tiles(a.p.tiles);
+    compared [(VOXELS, LIT, Channels::new(1)), (VOXELS, LIT, Channels::new(2))];
+    arguments SplatPerspectiveArguments<'a> {
+        channels: ShadedChannels<'a>,
         /// (z, weight) of the eight quadrature nodes.
         nodes: &'a Buffer<[f32; 2]>,
-        visible: &'a Buffer<u8>,
-        /// (r, g, b, τ) per value.
-        table: &'a Buffer<Float4>,
         slabs: &'a Buffer<Float4>,
         p: RayLatticeParams,
-        sample: SampleParams,
-        clip: Clipping,
-        /// Width x height RGBA samples.
-        lattice: &'a Buffer<Float4>,
-        /// One count per tile.
-        active_samples: &'a Buffer<u32>,
-    }
-}
-
-impl Launch for SplatPerspective {
-    type Variant = (VoxelKind, Rendering);
-    const ITEMS: Items = Items::Tiles;
-
-    fn defines(tuning: &Tuning, (voxels, rendering): Self::Variant) -> String {
-        splat_defines(tuning, voxels, rendering).with_if(true, "PER_RAY_STEP").0
-    }
-
-    fn items(a: &SplatPerspectiveArguments, _: &Tuning) -> usize {
-        tiles(a.p.tiles)
     }
 }
 
 kernel! {
     /// Composites any lattice of splatted layers, with a work-item per sample.
-    SplatSamples = "layered/splat_samples.cl", splat_samples, "lattice";
-    SplatSamplesArguments<'a> {
-        voxels: &'a VoxelBuffer,
-        view: VolumeView,
-        /// As for [`PointLattice`](super::PointLattice).
-        gradient_voxels: &'a VoxelBuffer,
-        gradient_view: VolumeView,
-        /// Light volumes of the lights and of the sky: [`Rendering::light_volume`].
-        light: &'a Buffer<u8>,
-        sky: &'a Buffer<u8>,
+    SplatSamples = "layered/splat_samples.cl", splat_samples, "lattice", Items::Samples;
+    defines |tuning, (voxels, rendering): (VoxelKind, Rendering)| {
+        splats(Defines::new(1), voxels, rendering).with_if(true, "PER_RAY_STEP").with_sample_tile(tuning)
+    };
+    items |a, tuning| tiles(a.p.tiles) * tuning.sample_group();
+    compared [(VOXELS, LIT)];
+    arguments SplatSamplesArguments<'a> {
+        field: ShadedField<'a>,
         visible: &'a Buffer<u8>,
         /// (r, g, b, τ) per value.
         table: &'a Buffer<Float4>,
@@ -119,77 +70,37 @@ kernel! {
         p: RayLatticeParams,
         sample: SampleParams,
         clip: Clipping,
-        /// Width x height RGBA samples.
-        lattice: &'a Buffer<Float4>,
-        /// One count per tile.
-        active_samples: &'a Buffer<u32>,
-    }
-}
-
-impl Launch for SplatSamples {
-    type Variant = (VoxelKind, Rendering);
-    const ITEMS: Items = Items::Samples;
-
-    fn defines(tuning: &Tuning, (voxels, rendering): Self::Variant) -> String {
-        splats(Defines::new(1), voxels, rendering).with_if(true, "PER_RAY_STEP").with_sample_tile(tuning).0
-    }
-
-    fn items(a: &SplatSamplesArguments, tuning: &Tuning) -> usize {
-        tiles(a.p.tiles) * tuning.sample_group()
+        output: Output<'a>,
     }
 }
 
 kernel! {
     /// Composites splatted layers per screen pixel, in either projection.
-    SplatDirect = "layered/splat_direct.cl", splat_direct, "direct";
-    SplatDirectArguments<'a> {
-        voxels: &'a VoxelBuffer,
-        /// As for [`PointDirect`](super::PointDirect).
-        gradient_voxels: &'a VoxelBuffer,
-        gradient_view_of_z: VolumeView,
-        /// Light volumes of the lights and of the sky: [`Rendering::light_volume`].
-        light: &'a Buffer<u8>,
-        sky: &'a Buffer<u8>,
-        /// For layer axes x, y, z. Only the buffers that `p.axis` needs are read.
-        visible_x: &'a Buffer<u8>,
-        visible_y: &'a Buffer<u8>,
-        visible_z: &'a Buffer<u8>,
+    SplatDirect = "layered/splat_direct.cl", splat_direct, "direct", Items::Pixels;
+    // The flag: footprints come from the set of oriented footprint images.
+    defines |_, (voxels, set, rendering): (VoxelKind, bool, Rendering)| {
+        splats(Defines::new(1), voxels, rendering).with_if(true, "PER_RAY_STEP").with_if(set, "FOOTPRINT_SET")
+    };
+    items |a, _| a.pixels.pixels();
+    compared [(VOXELS, true, LIT)];
+    arguments SplatDirectArguments<'a> {
+        pixels: PixelField<'a>,
         /// (r, g, b, τ) per value.
         table: &'a Buffer<Float4>,
         slabs: &'a Buffer<Float4>,
         /// Footprint images and their shears; read only by kernels with `FOOTPRINT_SET`.
         images: &'a Buffer<u8>,
         shears: &'a Buffer<[f32; 2]>,
-        p: DirectParams,
-        /// For layer axis z, whose u, v and a are x, y and z.
-        sample_of_z: SampleParams,
-        clip: Clipping,
-        width: i32,
-        height: i32,
-        frame: &'a Buffer<Float4>,
-        /// One count per pixel.
-        active_samples: &'a Buffer<u32>,
-    }
-}
-
-impl Launch for SplatDirect {
-    /// The flag: footprints come from the set of oriented footprint images.
-    type Variant = (VoxelKind, bool, Rendering);
-    const ITEMS: Items = Items::Pixels;
-
-    fn defines(_: &Tuning, (voxels, set, rendering): Self::Variant) -> String {
-        splats(Defines::new(1), voxels, rendering).with_if(true, "PER_RAY_STEP").with_if(set, "FOOTPRINT_SET").0
-    }
-
-    fn items(a: &SplatDirectArguments, _: &Tuning) -> usize {
-        large_grid(a.width as usize * a.height as usize)
     }
 }
 
 kernel! {
     /// Computes the footprint weights of a lattice in phases.
-    Footprints = "layered/footprints.cl", footprints, "footprints";
-    FootprintsArguments<'a> {
+    Footprints = "layered/footprints.cl", footprints, "footprints", Items::Pixels;
+    defines |_, (): ()| Defines::new(1);
+    items |a, _| a.per_voxel_u as usize * a.per_voxel_v as usize * a.layers as usize;
+    compared [()];
+    arguments FootprintsArguments<'a> {
         /// Per layer, including the two outer ones, and column: see [`Footprints::columns`].
         offsets_u: &'a Buffer<LayerOffset>,
         /// Per layer, including the two outer ones, and phase.
@@ -216,23 +127,13 @@ impl Footprints {
     }
 }
 
-impl Launch for Footprints {
-    type Variant = ();
-    const ITEMS: Items = Items::Pixels;
-
-    fn defines(_: &Tuning, (): ()) -> String {
-        Defines::new(1).0
-    }
-
-    fn items(a: &FootprintsArguments, _: &Tuning) -> usize {
-        a.per_voxel_u as usize * a.per_voxel_v as usize * a.layers as usize
-    }
-}
-
 kernel! {
     /// Computes the set of oriented footprint images.
-    FootprintSet = "layered/footprint_set.cl", footprint_set, "footprint set";
-    FootprintSetArguments<'a> {
+    FootprintSet = "layered/footprint_set.cl", footprint_set, "footprint set", Items::Pixels;
+    defines |_, (): ()| Defines::new(1);
+    items |a, _| a.count as usize;
+    compared [()];
+    arguments FootprintSetArguments<'a> {
         shears: &'a Buffer<[f32; 2]>,
         /// Number of texels of all images.
         count: i32,
@@ -241,41 +142,18 @@ kernel! {
     }
 }
 
-impl Launch for FootprintSet {
-    type Variant = ();
-    const ITEMS: Items = Items::Pixels;
-
-    fn defines(_: &Tuning, (): ()) -> String {
-        Defines::new(1).0
-    }
-
-    fn items(a: &FootprintSetArguments, _: &Tuning) -> usize {
-        a.count as usize
-    }
-}
-
 kernel! {
     /// Converts extinction to opacity for one step length.
-    OpacityTable = "layered/table.cl", table, "table";
-    OpacityTableArguments<'a> {
+    OpacityTable = "layered/table.cl", table, "table", Items::Pixels;
+    defines |_, (): ()| Defines::new(1);
+    items |a, _| a.count as usize;
+    compared [()];
+    arguments OpacityTableArguments<'a> {
         base: &'a Buffer<Float4>,
         /// Step length of a sample in unit distances.
         dt: f32,
         linear: i32,
         count: i32,
         entries: &'a Buffer<Float4>,
-    }
-}
-
-impl Launch for OpacityTable {
-    type Variant = ();
-    const ITEMS: Items = Items::Pixels;
-
-    fn defines(_: &Tuning, (): ()) -> String {
-        Defines::new(1).0
-    }
-
-    fn items(a: &OpacityTableArguments, _: &Tuning) -> usize {
-        a.count as usize
     }
 }

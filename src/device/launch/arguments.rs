@@ -1,0 +1,147 @@
+//! Arguments of kernels: values, buffers, and groups of them.
+
+use super::structs;
+use crate::device::Buffer;
+use opencl3::kernel::Kernel as ClKernel;
+
+/// One or several arguments of a kernel.
+pub(crate) trait Argument {
+    /// Sets them, from this index on. Returns the next index.
+    fn set(&self, kernel: &ClKernel, index: u32) -> opencl3::Result<u32>;
+
+    /// Describes each. `name`: of a single one. `tinted`: with the colours of labels.
+    fn parameters(name: &str, tinted: bool) -> Vec<Parameter>;
+
+    /// Whether the colours of labels are among them.
+    fn is_tinted(&self) -> bool {
+        false
+    }
+}
+
+/// An argument as a kernel declares it.
+pub(crate) struct Parameter {
+    #[cfg_attr(not(test), expect(dead_code, reason = "signatures are compared in tests"))]
+    pub name: String,
+    /// OpenCL type; `VOXEL` is that of the voxels.
+    #[cfg_attr(not(test), expect(dead_code, reason = "signatures are compared in tests"))]
+    pub kind: String,
+    /// Size in bytes; 0 for buffers, whose handles differ between devices.
+    pub bytes: usize,
+}
+
+impl Parameter {
+    fn value<T: ClType>(name: &str) -> Vec<Self> {
+        vec![Self { name: name.into(), kind: T::NAME.into(), bytes: size_of::<T>() }]
+    }
+
+    /// A buffer of elements of an OpenCL type.
+    pub fn buffer(name: &str, element: &str) -> Vec<Self> {
+        vec![Self { name: name.into(), kind: format!("{element}*"), bytes: 0 }]
+    }
+}
+
+/// `arguments!`: declares arguments that follow each other in kernels, in their order. Groups can be fields of others.
+macro_rules! arguments {
+    (
+        $(#[$doc:meta])*
+        $group:ident<$lifetime:lifetime> { $($(#[$field_doc:meta])* $field:ident: $type:ty),* $(,)? }
+    ) => {
+        $(#[$doc])*
+        #[derive(Clone, Copy)]
+        pub(crate) struct $group<$lifetime> { $($(#[$field_doc])* pub $field: $type),* }
+
+        impl<$lifetime> $crate::device::launch::Argument for $group<$lifetime> {
+            fn set(&self, kernel: &opencl3::kernel::Kernel, index: u32) -> opencl3::Result<u32> {
+                $(let index = $crate::device::launch::Argument::set(&self.$field, kernel, index)?;)*
+                Ok(index)
+            }
+
+            fn parameters(_: &str, tinted: bool) -> Vec<$crate::device::launch::Parameter> {
+                let mut all = Vec::new();
+                $(all.extend(<$type as $crate::device::launch::Argument>::parameters(stringify!($field), tinted));)*
+                all
+            }
+
+            fn is_tinted(&self) -> bool {
+                false $(|| $crate::device::launch::Argument::is_tinted(&self.$field))*
+            }
+        }
+    };
+}
+pub(super) use arguments;
+
+/// A plain type that OpenCL C has, too.
+pub(crate) trait ClType: Copy {
+    /// Name in OpenCL C.
+    const NAME: &'static str;
+}
+
+macro_rules! cl_types {
+    ($($type:ty = $name:literal),*) => {$(
+        impl ClType for $type {
+            const NAME: &'static str = $name;
+        }
+    )*};
+}
+cl_types!(
+    i32 = "int",
+    u32 = "uint",
+    i64 = "long",
+    u64 = "ulong",
+    f32 = "float",
+    u8 = "uchar",
+    u16 = "ushort",
+    [f32; 2] = "float2",
+    structs::Float4 = "float4",
+    [i32; 4] = "int4",
+    [u8; 4] = "uchar4",
+    [u16; 4] = "ushort4"
+);
+
+impl<T: ClType> Argument for T {
+    fn set(&self, kernel: &ClKernel, index: u32) -> opencl3::Result<u32> {
+        // SAFETY: a plain value of the type that the kernel declares at `index`.
+        unsafe { kernel.set_arg(index, self)? };
+        Ok(index + 1)
+    }
+
+    fn parameters(name: &str, _: bool) -> Vec<Parameter> {
+        Parameter::value::<T>(name)
+    }
+}
+
+impl<T: ClType> Argument for &Buffer<T> {
+    fn set(&self, kernel: &ClKernel, index: u32) -> opencl3::Result<u32> {
+        // SAFETY: a live buffer of the type that the kernel declares at `index`.
+        unsafe { kernel.set_arg(index, &self.handle())? };
+        Ok(index + 1)
+    }
+
+    fn parameters(name: &str, _: bool) -> Vec<Parameter> {
+        Parameter::buffer(name, T::NAME)
+    }
+}
+
+/// One argument of each channel; the kernel numbers them `name_0`, `name_1` … Those beyond the channels of a scene are not read.
+#[derive(Clone, Copy)]
+pub(crate) struct PerChannel<T>(pub [T; MAX_CHANNELS]);
+
+/// Most fields that a scene draws together: MAX_CHANNELS of kernels/shared/channel.cl.
+pub(crate) const MAX_CHANNELS: usize = 8;
+
+impl<T: Copy> PerChannel<T> {
+    /// The arguments of 1 to [`MAX_CHANNELS`] channels.
+    pub fn new(channels: &[T]) -> Self {
+        Self(std::array::from_fn(|i| *channels.get(i).unwrap_or(&channels[0])))
+    }
+}
+
+impl<T: Argument> Argument for PerChannel<T> {
+    fn set(&self, kernel: &ClKernel, index: u32) -> opencl3::Result<u32> {
+        self.0.iter().try_fold(index, |index, argument| argument.set(kernel, index))
+    }
+
+    fn parameters(name: &str, tinted: bool) -> Vec<Parameter> {
+        (0..MAX_CHANNELS).flat_map(|i| T::parameters(&format!("{name}_{i}"), tinted)).collect()
+    }
+}
