@@ -35,6 +35,7 @@ mod screen;
 mod shaded_places;
 mod sheets;
 mod slice;
+mod slice_pass;
 mod store;
 mod streamed;
 #[cfg(feature = "gl-interop")]

@@ -232,7 +232,7 @@ impl MarchedRays {
         let integrals = scene.integrals(kernel, thinnest, per_layer)?;
         let layout = scene.weighted(AXIS, kernel)?;
         let classification = ClassificationParams::from_integrals(scene, &integrals);
-        let segment_params = SegmentParams::between_points(scene, steps, AXIS.frame(), Kernel::Linear, 1);
+        let segment_params = SegmentParams::between_points(scene.settings, steps, AXIS.frame(), Kernel::Linear, 1);
         let sample = scene.sample(AXIS.frame(), classification, segment_params);
         let field = inputs(scene, kernel, layout, sample, longest_slab(scene, step))?;
         let illumination = scene.illumination()?;

@@ -1,6 +1,5 @@
 //! Sampling along rays: steps, samples per layer, and the segments between samples.
 
-use super::scene::Scene;
 use crate::device::launch::structs::SegmentParams;
 use crate::layers::{AxisFrame, Kernel, LayerSlabs, lighting_curve, segment_ends};
 use crate::settings::{Classification, Settings};
@@ -24,18 +23,18 @@ impl Steps {
 
 impl SegmentParams {
     /// One sample per layer, or steps independent of layers.
-    pub(super) fn single(scene: &Scene, steps: Steps, frame: AxisFrame) -> Self {
+    pub(super) fn single(settings: &Settings, steps: Steps, frame: AxisFrame) -> Self {
         Self {
             samples_per_layer: [1, 0, 0],
             step: frame.local(steps.0).as_vec3().to_array(),
             ends: [[0.0; 2]; Classification::MAX_POINTS as usize],
             curve: 0.0,
-            opaque: if scene.settings.early_termination { Settings::OPAQUE as f32 } else { 0.0 },
+            opaque: if settings.early_termination { Settings::OPAQUE as f32 } else { 0.0 },
         }
     }
 
     /// Segments between point samples of a kernel's field, `per_layer` per layer.
-    pub(super) fn between_points(scene: &Scene, steps: Steps, frame: AxisFrame, kernel: Kernel, per_layer: u32) -> Self {
+    pub(super) fn between_points(settings: &Settings, steps: Steps, frame: AxisFrame, kernel: Kernel, per_layer: u32) -> Self {
         let mut ends = [[0.0; 2]; Classification::MAX_POINTS as usize];
         for (n, ends) in (0..per_layer).zip(&mut ends) {
             *ends = segment_ends(kernel, per_layer, n).map(|w| w as f32);
@@ -44,13 +43,13 @@ impl SegmentParams {
             samples_per_layer: [per_layer as i32, 0, 0],
             ends,
             curve: lighting_curve(kernel, per_layer) as f32,
-            ..Self::single(scene, steps, frame)
+            ..Self::single(settings, steps, frame)
         }
     }
 
     /// Sub-slabs of splatted layers.
-    pub(super) fn sub_slabs(scene: &Scene, steps: Steps, frame: AxisFrame, slabs: &LayerSlabs) -> Self {
+    pub(super) fn sub_slabs(settings: &Settings, steps: Steps, frame: AxisFrame, slabs: &LayerSlabs) -> Self {
         let LayerSlabs { inner, front, back } = slabs;
-        Self { samples_per_layer: [inner, front, back].map(|slabs| slabs.len() as i32), ..Self::single(scene, steps, frame) }
+        Self { samples_per_layer: [inner, front, back].map(|slabs| slabs.len() as i32), ..Self::single(settings, steps, frame) }
     }
 }

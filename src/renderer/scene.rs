@@ -121,7 +121,7 @@ impl<'a> Scene<'a> {
         if self.label_colors.is_none() {
             return Ok(());
         }
-        let problem = format!("{what} are drawn without: omit them, or choose pre-integrated layers or ray casting");
+        let problem = format!("{what} do not show them: omit them, or choose pre-integrated layers or ray casting");
         Err(Error::Settings { field: "label_colors", problem })
     }
 
@@ -255,6 +255,6 @@ impl Scene<'_> {
 
     /// The parameters of single samples that are looked up in a table.
     pub fn table_samples(&self, table: &Table, steps: Steps, frame: AxisFrame) -> SampleParams {
-        self.sample(frame, ClassificationParams::from_table(self, table), SegmentParams::single(self, steps, frame))
+        self.sample(frame, ClassificationParams::from_table(self, table), SegmentParams::single(self.settings, steps, frame))
     }
 }

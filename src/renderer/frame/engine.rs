@@ -16,7 +16,7 @@ use super::super::rays::{MarchedRays, RayOutput};
 use super::super::report::{Measured, Statistics};
 use super::super::scene::{Scene, View};
 use super::super::sheets::{AxisAlignedSheets, ImageAlignedSheets};
-use super::super::slice::Slices;
+use super::super::slice_pass::Slices;
 use super::super::tiles::Target;
 use super::declaring::{DeclaredLight, Declaring};
 use super::resources::Resources;

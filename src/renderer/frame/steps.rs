@@ -7,7 +7,7 @@ use super::super::plan::Plan;
 use super::super::range::LayerRange;
 use super::super::rays::{self, RayOutput};
 use super::super::sheets;
-use super::super::slice::{SlicePlan, declare_slice};
+use super::super::slice_pass::{SlicePlan, declare_slice};
 use super::declaring::Declaring;
 use super::resources::Resources;
 use crate::image::Background;

@@ -3,7 +3,7 @@
 use super::super::channels::{CHANNELS, Together};
 use super::super::classification::{DIMMING, Table};
 use super::super::scene::Scene;
-use super::points::{LatticeView, PointInputs};
+use super::point_inputs::{LatticeView, PointInputs};
 use crate::device::launch::layered::{ChannelLattice, ChannelLatticeArguments, Segments};
 use crate::device::launch::{BlendMode, Launcher, Output, PerChannel};
 use crate::error::Error;

@@ -1,7 +1,7 @@
 //! Point-sampled layers of colours.
 
 use super::super::scene::Scene;
-use super::points::{LatticeView, PointInputs};
+use super::point_inputs::{LatticeView, PointInputs};
 use crate::device::launch::colors::{ColorFields, ColorLattice, ColorLatticeArguments};
 use crate::device::launch::layered::Segments;
 use crate::device::launch::{Launcher, Output};

@@ -4,6 +4,7 @@ mod channels;
 mod colors;
 mod footprint_set;
 mod pixels;
+mod point_inputs;
 pub(super) mod points;
 pub(super) mod splats;
 

@@ -10,7 +10,7 @@ use super::super::scene::Scene;
 use super::super::tiles::{Drawn, Target, Tiles, declare_target};
 use super::footprint_set::FootprintSet;
 use super::pixels::{PixelInputs, layer_axes};
-use super::points::lattice_params;
+use super::point_inputs::lattice_params;
 use crate::device::launch::Launcher;
 use crate::device::launch::layered::{
     self as kernels, FootprintsArguments, OpacityTable, OpacityTableArguments, SplatDirect, SplatDirectArguments, SplatLattice,
@@ -367,6 +367,6 @@ fn slab_table(slabs: &LayerSlabs) -> Vec<Float4> {
 
 /// Parameters of samples in the sub-slabs of splatted layers.
 fn splat_params(scene: &Scene, table: &Table, steps: Steps, frame: AxisFrame, slabs: &LayerSlabs) -> SampleParams {
-    let segments = SegmentParams::sub_slabs(scene, steps, frame, slabs);
+    let segments = SegmentParams::sub_slabs(scene.settings, steps, frame, slabs);
     scene.sample(frame, ClassificationParams::from_table(scene, table), segments)
 }

@@ -46,9 +46,9 @@ impl Sweep {
 /// Where the light of a sweep goes.
 #[derive(Clone, Copy)]
 pub(super) enum Sum {
-    /// To the bytes.
+    /// Light is written to the bytes.
     None = 0,
-    /// To the sums.
+    /// Light is written to the sums.
     Store = 1,
     /// It is added to the sums.
     Add = 2,
@@ -236,7 +236,7 @@ impl Scene<'_> {
 
     /// Sample parameters of rays from a light.
     pub(super) fn light_samples(&self, frame: AxisFrame, classification: ClassificationParams) -> SampleParams {
-        let segments = SegmentParams::single(self, self.steps(1), frame);
+        let segments = SegmentParams::single(self.settings, self.steps(1), frame);
         let sample = self.sample(frame, classification, segments);
         SampleParams { field: self.field.params(extinction_estimator(self.settings), frame), ..sample }
     }
