@@ -15,12 +15,14 @@ fn main() {
     list_kernels();
 }
 
-/// Writes an array of the names and texts of all files in kernels/, as Rust code.
+/// Writes an array of the names and texts of all files in kernels/, as Rust code. Those of the paper's systems have a feature.
 fn list_kernels() {
     println!("cargo::rerun-if-changed=kernels");
     let root = Path::new(&std::env::var("CARGO_MANIFEST_DIR").expect("set by cargo")).join("kernels");
     let mut entries = Vec::new();
-    for file in sorted(&root).iter().flat_map(|folder| sorted(folder)) {
+    let has_paper = std::env::var_os("CARGO_FEATURE_PAPER").is_some();
+    let folders = sorted(&root).into_iter().filter(|folder| has_paper || !folder.ends_with("paper"));
+    for file in folders.flat_map(|folder| sorted(&folder)) {
         let name = file.strip_prefix(&root).expect("a file in it").to_str().expect("names are ASCII").replace('\\', "/");
         entries.push(format!("({name:?}, include_str!({file:?}))"));
     }

@@ -1,6 +1,8 @@
 //! Kernel families: the units of a device check.
 
 use crate::layers::Kernel;
+#[cfg(feature = "paper")]
+use crate::renderer::PaperPlan;
 use crate::renderer::Plan;
 use crate::settings::{Blend, Classification, Layered, Settings};
 use serde::{Deserialize, Serialize};
@@ -59,8 +61,8 @@ pub enum Family {
 }
 
 impl Family {
-    /// All families.
-    pub const ALL: [Family; 17] = [
+    /// All families that are built.
+    pub const ALL: [Family; if cfg!(feature = "paper") { 17 } else { 14 }] = [
         Family::PointLattice,
         Family::Spline,
         Family::PointValues,
@@ -74,8 +76,11 @@ impl Family {
         Family::CastSegments,
         Family::CastValues,
         Family::CastSurface,
+        #[cfg(feature = "paper")]
         Family::Slicing,
+        #[cfg(feature = "paper")]
         Family::AxisSheets,
+        #[cfg(feature = "paper")]
         Family::ViewSheets,
         Family::Light,
     ];
@@ -113,9 +118,12 @@ impl Family {
             Plan::Direct(_, Layered { classification: Classification::Preintegrated { .. }, .. }) => Family::PointPixels,
             Plan::Direct(_, Layered { footprints: crate::settings::Footprints::Set, .. }) => Family::FootprintSet,
             Plan::Direct(..) => Family::SplatPixels,
-            Plan::AxisSheets(_) => Family::AxisSheets,
-            Plan::ViewSheets(_) => Family::ViewSheets,
-            Plan::Slicing(_) => Family::Slicing,
+            #[cfg(feature = "paper")]
+            Plan::Paper(plan) => match plan {
+                PaperPlan::AxisSheets(_) => Family::AxisSheets,
+                PaperPlan::ViewSheets(_) => Family::ViewSheets,
+                PaperPlan::Slicing(_) => Family::Slicing,
+            },
             Plan::Raycast(..) => Family::Raycast,
             Plan::CastValues(..) if matches!(settings.blend, Blend::Iso(_)) => Family::CastSurface,
             Plan::CastValues(..) => Family::CastValues,

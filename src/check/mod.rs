@@ -71,7 +71,7 @@ impl Verdict {
 /// use layersplat::{Device, DeviceChoice};
 ///
 /// let device = Device::open(&DeviceChoice::Default)?;
-/// let report = CheckReport::new(&device, vec![Verdict::failed(Family::Slicing, "does not compile")]);
+/// let report = CheckReport::new(&device, vec![Verdict::failed(Family::Raycast, "does not compile")]);
 /// assert!(!report.passed());
 /// println!("{}", report.require().expect_err("it failed"));
 /// # Ok::<(), layersplat::Error>(())

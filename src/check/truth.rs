@@ -5,7 +5,7 @@ use super::pictures::{Picture, SIZE, transfer, volume};
 use crate::image::Frame;
 use crate::layers::{Axis, Kernel, Lattice, Lines, Rays};
 use crate::reference::{Integral, Layered, Marched, Sheets};
-use crate::renderer::Plan;
+use crate::renderer::{PaperPlan, Plan};
 use glam::{DVec3, DVec4};
 
 /// Computes the reference picture.
@@ -28,8 +28,10 @@ pub(super) fn drawn(family: Family, Picture { settings, camera }: &Picture) -> F
             integral.shading = settings.shading;
             integral.render(camera, SIZE)
         }
-        Plan::AxisSheets(_) | Plan::ViewSheets(_) => Sheets::new(volume, transfer, settings).render(camera, SIZE),
-        Plan::Raycast(..) | Plan::CastValues(..) | Plan::Slicing(_) => {
+        Plan::Paper(PaperPlan::AxisSheets(_) | PaperPlan::ViewSheets(_)) => {
+            Sheets::new(volume, transfer, settings).render(camera, SIZE)
+        }
+        Plan::Raycast(..) | Plan::CastValues(..) | Plan::Paper(PaperPlan::Slicing(_)) => {
             Marched::new(volume, transfer, settings).render(camera, SIZE)
         }
         plan @ Plan::Shared(..) => panic!("{family}: {plan}"),

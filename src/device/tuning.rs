@@ -142,6 +142,7 @@ impl Tuning {
     }
 
     /// Columns and rows of pixels that share one splat list.
+    #[cfg(feature = "paper")]
     pub(crate) fn list_tile(&self) -> [u32; 2] {
         [self.vector_width, self.screen_tile_rows].map(|pixels| pixels * self.list_tiles)
     }

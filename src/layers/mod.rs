@@ -16,6 +16,7 @@ mod prefilter;
 mod quadrature;
 mod rays;
 mod segment;
+#[cfg(feature = "paper")]
 mod splats;
 mod sub_slabs;
 
@@ -38,5 +39,6 @@ pub use prefilter::{PREFILTER_RADIUS, prefilter};
 pub use quadrature::{GaussNode, quadrature_nodes};
 pub use rays::{Ray, Rays};
 pub use segment::{lighting_curve, segment_ends};
+#[cfg(feature = "paper")]
 pub use splats::{SplatProjection, SplatSlabs};
 pub use sub_slabs::{Correction, LayerSlabs, SubSlab};

@@ -97,6 +97,7 @@ impl Field {
     }
 
     /// Value of voxels outside the grid.
+    #[cfg(feature = "paper")]
     pub fn background(&self) -> f64 {
         self.background
     }

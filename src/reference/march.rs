@@ -1,7 +1,10 @@
 //! Ray casting and pre-integrated slicing, evaluated from their definitions.
 
+#[cfg(feature = "paper")]
+mod slicing;
+
 use super::blending::{Values, crossing, opaque};
-use super::compositing::{Gathered, opacity_of_depth, opacity_over, picture};
+use super::compositing::{Gathered, opacity_over, picture};
 use super::depth_cue::{Fade, faded};
 use super::field::Field;
 use super::interval::{Part, Region};
@@ -17,9 +20,6 @@ use crate::transfer::{Extinction, TransferFunction};
 use crate::viewport::Viewport;
 use crate::volume::Volume;
 use glam::DVec3;
-
-/// Integration steps per slab of slicing.
-const PARTS: usize = 512;
 
 /// Ray casting and slicing in `f64`, without table, culling and early ray termination.
 pub struct Marched<'a> {
@@ -57,11 +57,11 @@ impl<'a> Marched<'a> {
     /// Renders the picture of a camera.
     pub fn render(&self, camera: &Camera, viewport: Viewport) -> Result<Frame, Error> {
         let rays = Rays::new(camera, viewport, self.volume.grid())?.with_pixel_aspect(self.settings.pixel_aspect, viewport);
-        let slicing = matches!(self.settings.algorithm, Algorithm::Slicing { .. });
         Ok(picture(viewport, |x, y| {
             let ray = &rays.at(x, y);
             match self.settings.blend {
-                Blend::Composite if slicing => self.slice(ray, rays.to_eye),
+                #[cfg(feature = "paper")]
+                Blend::Composite if matches!(self.settings.algorithm, Algorithm::Slicing { .. }) => self.slice(ray, rays.to_eye),
                 Blend::Composite => self.cast(ray, rays.to_eye),
                 Blend::Iso(iso) => self.surface(ray, iso, rays.to_eye),
                 _ => self.values(ray, rays.to_eye),
@@ -108,26 +108,6 @@ impl<'a> Marched<'a> {
                 let (color, opacity) = self.look(p).at(self.volume, gradient, to_eye, color, opacity);
                 gathered.add(faded(fade, p, color), opacity);
             }
-        }
-        gathered.rgba()
-    }
-
-    /// Pre-integrated slicing.
-    fn slice(&self, ray: &Ray, to_eye: DVec3) -> [f64; 4] {
-        let fade = Fade::new(self.volume, self.settings, ray, to_eye);
-        let mut gathered = Gathered::new();
-        let (per_parameter, smallest) = self.lengths(ray.direction);
-        for slab in self.slabs(ray, self.between_planes(ray, to_eye)) {
-            let points = slab.points(ray);
-            let values = slab.part.ends_of(points.map(|p| self.field.reconstructed(p)));
-            let Some((mean, color)) = slab_between(self.transfer, values, self.step * smallest, self.settings.extinction) else {
-                continue;
-            };
-            let length = slab.part.length() * (slab.back - slab.front) * per_parameter;
-            let opacity = opacity_of_depth(mean * length, self.settings.extinction);
-            let gradient = || points.map(|p| self.field.gradient(p)).into_iter().sum::<DVec3>() / 2.0;
-            let (color, opacity) = Look::from_settings(self.settings).at(self.volume, gradient, to_eye, color, opacity);
-            gathered.add(faded(fade, (points[0] + points[1]) / 2.0, color), opacity);
         }
         gathered.rgba()
     }
@@ -197,33 +177,4 @@ impl Slab {
     fn points(&self, ray: &Ray) -> [DVec3; 2] {
         [self.front, self.back].map(|t| ray.origin + ray.direction * t)
     }
-}
-
-/// Mean extinction and colour of a slab over which the value changes linearly; the colour is for a slab of `thickness`.
-fn slab_between(
-    transfer: &TransferFunction,
-    [from, to]: [f64; 2],
-    thickness: f64,
-    extinction: Extinction,
-) -> Option<(f64, [f64; 3])> {
-    let parts = if from == to { 1 } else { PARTS };
-    let share = thickness / parts as f64;
-    let mut gathered = Gathered::new();
-    let (mut sum, mut weighted) = (0.0, [0.0; 3]);
-    for i in 0..parts {
-        let value = from + (to - from) * (i as f64 + 0.5) / parts as f64;
-        let color = transfer.color(value);
-        let part = match extinction {
-            Extinction::Exponential => transfer.extinction(value).min(1e6),
-            Extinction::Linear => transfer.opacity(value),
-        };
-        sum += part;
-        gathered.add(color, -(-part * share).exp_m1());
-        weighted = std::array::from_fn(|c| weighted[c] + part * color[c]);
-    }
-    let [r, g, b, a] = gathered.rgba();
-    (sum > 0.0).then(|| match extinction {
-        Extinction::Exponential => (sum / parts as f64, [r / a, g / a, b / a]),
-        Extinction::Linear => (sum / parts as f64, weighted.map(|c| c / sum)),
-    })
 }

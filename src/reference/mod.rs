@@ -22,6 +22,7 @@ mod march;
 mod points;
 mod shading;
 mod shadow_rays;
+#[cfg(feature = "paper")]
 mod sheets;
 mod slices;
 mod smoothing;
@@ -32,5 +33,6 @@ pub use colors::Colors;
 pub use integral::Integral;
 pub use layered::Layered;
 pub use march::Marched;
+#[cfg(feature = "paper")]
 pub use sheets::Sheets;
 pub use slices::Slices;

@@ -137,6 +137,7 @@ impl Lighting {
     }
 
     /// Factor of the extinction, or of the opacity per unit distance.
+    #[cfg(feature = "paper")]
     pub fn left(self) -> f64 {
         self.left
     }

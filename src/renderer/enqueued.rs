@@ -144,7 +144,9 @@ impl Renderer {
 
 /// Rejects plans that need host readback.
 fn check_no_readback(plan: &Plan) -> Result<(), Error> {
-    let (Plan::AxisSheets(_) | Plan::ViewSheets(_)) = plan else { return Ok(()) };
+    if !plan.counts_splats() {
+        return Ok(());
+    }
     let problem =
         "sheets read back their number of splats, so they cannot be enqueued without waiting: use `render`, or another algorithm";
     Err(Error::Settings { field: "algorithm", problem: problem.into() })

@@ -20,6 +20,8 @@ mod lattice_picture;
 mod layered;
 mod light;
 mod lighting;
+#[cfg(feature = "paper")]
+mod paper;
 mod parts;
 mod picture;
 mod picture_memory;
@@ -33,7 +35,6 @@ mod scene;
 mod screen;
 #[cfg(test)]
 mod shaded_places;
-mod sheets;
 mod slice;
 mod slice_pass;
 mod store;
@@ -61,6 +62,9 @@ pub use label_colors::LabelColors;
 pub use lattice_picture::LatticePicture;
 #[cfg(feature = "mpi")]
 pub(crate) use light::{LightOfParts, SweepGroup, Target, Wanted, behind};
+#[doc(hidden)] // Of this crate's own tests: it shows `layers`.
+#[cfg(feature = "paper")]
+pub use paper::PaperPlan;
 #[cfg(any(feature = "cli", feature = "mpi"))]
 pub(crate) use parts::SeenVolume;
 pub use parts::{CompositedLayers, PartRenderer};

@@ -1,5 +1,7 @@
 //! Render-path selection.
 
+#[cfg(feature = "paper")]
+use super::paper::PaperPlan;
 use crate::error::Error;
 use crate::layers::{Axis, Density, Kernel, Lattice, Rays, Sampling};
 use crate::settings::{Algorithm, Blend, Classification, Evaluation, Footprints, LayerAxis, Layered, Settings};
@@ -8,7 +10,7 @@ use crate::volume::Grid;
 use std::fmt;
 
 /// Largest |s| of a forced layer axis; kernels/layered/splat_direct.cl supports culling up to this shear.
-const MAX_FORCED_SHEAR: f64 = 3.0;
+pub(super) const MAX_FORCED_SHEAR: f64 = 3.0;
 
 /// [Steepness](crate::TransferFunction::steepness) of a transfer function from which `high` has more samples along rays, and from which
 /// lattices follow the screen. Below the first, `high` has 48 dB and more without; below the second, `standard` has 39 dB and more
@@ -29,12 +31,9 @@ pub enum Plan {
     Shared(Vec<(Lattice, f64)>, Layered),
     /// Layers per pixel, with one layer axis for all rays or, with `None`, one per ray.
     Direct(Option<Axis>, Layered),
-    /// Axis-aligned sheets.
-    AxisSheets(Axis),
-    /// Image-aligned sheets, with their distance in voxels.
-    ViewSheets(f64),
-    /// Slicing, with the slice distance in smallest spacings.
-    Slicing(f64),
+    /// One of the systems that the paper compares with.
+    #[cfg(feature = "paper")]
+    Paper(PaperPlan),
     /// Ray casting, with the step in smallest spacings.
     Raycast(Kernel, f64),
     /// Ray casting that reduces values or finds an iso-surface, with the distance of planes in smallest spacings.
@@ -65,16 +64,14 @@ impl Plan {
     ) -> Result<Self, Error> {
         match settings.algorithm {
             Algorithm::Layered(layered) => Self::layered(rays, viewport, grid, layered, settings.blend, steepness),
-            Algorithm::AxisSheets { layer_axis } => {
-                let axis = choose_axis(layer_axis, rays);
-                let shear = axis.frame().shear(rays.central_direction());
-                let reached = shear.iter().all(|s| s.abs() <= MAX_FORCED_SHEAR);
-                if reached { Ok(Plan::AxisSheets(axis)) } else { Err(axis_error(axis)) }
-            }
-            Algorithm::ViewSheets { sheet_distance } => Ok(Plan::ViewSheets(sheet_distance)),
-            Algorithm::Slicing { step } if settings.blend == Blend::Composite => Ok(Plan::Slicing(step)),
-            Algorithm::Slicing { step } => Ok(Plan::CastValues(Kernel::Linear, step)),
             Algorithm::Raycast { kernel, step } => Ok(Self::raycast(kernel, step, settings.blend)),
+            #[cfg(feature = "paper")]
+            algorithm => PaperPlan::of(algorithm, rays, settings.blend),
+            #[cfg(not(feature = "paper"))]
+            algorithm => {
+                let problem = format!("this build has no {}: choose another, or enable the feature `paper`", algorithm.name());
+                Err(Error::Settings { field: "algorithm", problem })
+            }
         }
     }
 
@@ -144,6 +141,14 @@ impl Plan {
         }
     }
 
+    /// Whether the device counts splats, so that the size of their lists is not known before.
+    pub(super) fn counts_splats(&self) -> bool {
+        #[cfg(feature = "paper")]
+        return matches!(self, Plan::Paper(PaperPlan::AxisSheets(_) | PaperPlan::ViewSheets(_)));
+        #[cfg(not(feature = "paper"))]
+        false
+    }
+
     fn direct(rays: &Rays, grid: &Grid, axis: Axis, layered: Layered) -> Result<Self, Error> {
         // The footprint set ends at 45°, where the axis rule does.
         let set = layered.footprints == Footprints::Set;
@@ -177,14 +182,14 @@ fn adapted(layered: Layered, blend: Blend, steepness: f64) -> Vec<Layered> {
 }
 
 /// The forced layer axis, or the most parallel one.
-fn choose_axis(layer_axis: LayerAxis, rays: &Rays) -> Axis {
+pub(super) fn choose_axis(layer_axis: LayerAxis, rays: &Rays) -> Axis {
     match layer_axis {
         LayerAxis::Auto => Axis::most_parallel(rays.central_direction()),
         LayerAxis::Forced(axis) => axis,
     }
 }
 
-fn axis_error(axis: Axis) -> Error {
+pub(super) fn axis_error(axis: Axis) -> Error {
     let problem = format!("some rays lean too far from layer axis {axis:?}: choose another axis, or automatic selection");
     Error::Settings { field: "layer_axis", problem }
 }
@@ -213,9 +218,8 @@ impl fmt::Display for Plan {
             }),
             Plan::Direct(Some(axis), _) => write!(f, "layers per pixel along axis {axis:?}"),
             Plan::Direct(None, _) => write!(f, "layers per pixel, each ray with its own axis"),
-            Plan::AxisSheets(axis) => write!(f, "sheets along axis {axis:?}"),
-            Plan::ViewSheets(distance) => write!(f, "sheets across the view, {distance} voxels apart"),
-            Plan::Slicing(step) => write!(f, "slices {step} spacings apart"),
+            #[cfg(feature = "paper")]
+            Plan::Paper(plan) => plan.fmt(f),
             Plan::CastSegments(kernel, step) => write!(f, "rays, {kernel:?}, pre-integrated in steps of {step} spacings"),
             Plan::CastValues(kernel, step) => {
                 write!(f, "rays through values, {kernel:?}, in steps of {step} spacings")

@@ -1,7 +1,7 @@
-//! Ray casting, with and without pre-integrated segments, and slicing.
+//! Ray casting, with and without pre-integrated segments.
 
 use super::channels::{CHANNELS, FieldInputs, Together, declare_channels};
-use super::classification::{SLAB_VALUES, Table, TableSizes};
+use super::classification::Table;
 use super::field::Layout;
 use super::frame::{Declaring, Resources};
 use super::light::Illumination;
@@ -11,7 +11,7 @@ use super::screen::screen_params;
 use super::tiles::{Drawn, Target, Tiles, declare_target};
 use crate::device::launch::colors::{ColorFields, ColorRaycast, ColorRaycastArguments};
 use crate::device::launch::rays::{
-    CastSegments, CastSegmentsArguments, CastValues, ChannelRaycast, ChannelRaycastArguments, MarchedField, Raycast, Slicing,
+    CastSegments, CastSegmentsArguments, CastValues, ChannelRaycast, ChannelRaycastArguments, MarchedField, Raycast,
     TableMarchArguments,
 };
 use crate::device::launch::structs::{ClassificationParams, MarchParams, SampleParams, SegmentParams};
@@ -21,7 +21,7 @@ use crate::layers::{Axis, Kernel};
 use std::sync::Arc;
 
 /// Layer axis of the uploaded layout, in which rays are marched.
-const AXIS: Axis = Axis::Z;
+pub(super) const AXIS: Axis = Axis::Z;
 /// Largest number of steps across a volume.
 const MAX_STEPS: f64 = (1 << 22) as f64;
 
@@ -38,7 +38,6 @@ pub(super) enum RayOutput {
 #[derive(Default)]
 pub(super) struct MarchedRays {
     raycast: Launcher<Raycast>,
-    slicing: Launcher<Slicing>,
     segments: Launcher<CastSegments>,
     values: Launcher<CastValues>,
     channels: Launcher<ChannelRaycast>,
@@ -55,12 +54,6 @@ pub(super) fn declare_casting(declaring: &Declaring, kernel: Kernel, resources: 
     });
 }
 
-/// Declares the resources of [`MarchedRays::slice`].
-pub(super) fn declare_slicing(declaring: &Declaring, resources: &mut Resources) {
-    declare_segments(declaring, Kernel::Linear, resources);
-    resources.kept(("the table of slicing", None, None, 0), [TableSizes::slicing()]);
-}
-
 /// Declares the resources of [`MarchedRays::cast_segments`].
 pub(super) fn declare_segments(declaring: &Declaring, kernel: Kernel, resources: &mut Resources) {
     declare_casting(declaring, kernel, resources);
@@ -72,7 +65,13 @@ fn declare_rays(declaring: &Declaring, resources: &mut Resources) {
 }
 
 /// What rays that are marched through a field read, for steps of at most `step` voxels along any axis.
-fn inputs(scene: &mut Scene, kernel: Kernel, layout: Layout, sample: SampleParams, step: f64) -> Result<FieldInputs, Error> {
+pub(super) fn inputs(
+    scene: &mut Scene,
+    kernel: Kernel,
+    layout: Layout,
+    sample: SampleParams,
+    step: f64,
+) -> Result<FieldInputs, Error> {
     let visible = scene.visible_blocks(AXIS, kernel)?;
     let gradients = scene.gradient_voxels(AXIS, kernel, &layout)?;
     let (region, length) = (Region::marched(scene, kernel, step), scene.steps(1).shortest());
@@ -91,7 +90,7 @@ fn cast_inputs(scene: &mut Scene, kernel: Kernel, step: f64) -> Result<(FieldInp
 }
 
 /// Kernel arguments of a field through which rays are marched.
-fn marched<'a>(
+pub(super) fn marched<'a>(
     scene: &Scene,
     field: &'a FieldInputs,
     illumination: &'a Illumination,
@@ -197,30 +196,6 @@ impl MarchedRays {
         self.values.launch(device, variant, &TableMarchArguments { march, table: &table.entries, tint })
     }
 
-    /// Renders pre-integrated slices.
-    pub fn slice(&mut self, scene: &mut Scene, step: f64, target: &mut Target) -> Result<(), Error> {
-        check_steps(scene, step)?;
-        let device = scene.device;
-        let steps = scene.steps(1);
-        let (integrals, slabs) = scene.slicing_table(step * steps.shortest())?;
-        let table = scene.table(Kernel::Linear)?;
-        let layout = scene.layout(AXIS)?;
-        let sample = scene.table_samples(&table, steps, AXIS.frame());
-        let field = inputs(scene, Kernel::Linear, layout, sample, longest_slab(scene, step))?;
-        let illumination = scene.illumination()?;
-        let drawn = prepare(scene, target);
-        let p = MarchParams {
-            table_first: integrals.scale.first,
-            table_per_value: integrals.scale.per_value * (SLAB_VALUES - 1) as f32 / integrals.scale.last as f32,
-            table_size: SLAB_VALUES as i32,
-            cut: i32::from(integrals.cut),
-            ..slab_params(scene, step, integrals.visible_values, field.visible.blocks)
-        };
-        let march = marched(scene, &field, &illumination, p, &drawn);
-        let arguments = TableMarchArguments { march, table: &slabs, tint: None };
-        self.slicing.launch(device, (field.layout.voxels.kind(), field.rendering()), &arguments)
-    }
-
     /// Casts rays with pre-integrated segments.
     pub fn cast_segments(&mut self, scene: &mut Scene, kernel: Kernel, step: f64, target: &mut Target) -> Result<(), Error> {
         check_steps(scene, step)?;
@@ -246,12 +221,12 @@ impl MarchedRays {
 }
 
 /// The render target in tiles of the screen.
-fn prepare(scene: &Scene, target: &mut Target) -> Drawn {
+pub(super) fn prepare(scene: &Scene, target: &mut Target) -> Drawn {
     target.prepare(Tiles::for_screen(scene.viewport, scene.device.tuning()))
 }
 
 /// Rejects steps so short that a frame would take unreasonably long, or that floats could not count them.
-fn check_steps(scene: &Scene, step: f64) -> Result<(), Error> {
+pub(super) fn check_steps(scene: &Scene, step: f64) -> Result<(), Error> {
     let grid = scene.field.grid();
     let steps = grid.diagonal() / (step * grid.spacing().min_element());
     if steps <= MAX_STEPS {
@@ -282,7 +257,7 @@ fn march_params(blocks: [i32; 2], culling: bool) -> MarchParams {
 
 /// Parameters for marching between planes `step` smallest spacings apart along the central ray. Other rays of a perspective
 /// projection cross the planes at an angle. Only values in the range `useful` matter.
-fn slab_params(scene: &Scene, step: f64, useful: [f32; 2], blocks: [i32; 2]) -> MarchParams {
+pub(super) fn slab_params(scene: &Scene, step: f64, useful: [f32; 2], blocks: [i32; 2]) -> MarchParams {
     MarchParams {
         slice_step: slab_parameter(scene, step) as f32,
         thin: i32::from(longest_slab(scene, step) <= 1.0),
@@ -301,7 +276,7 @@ fn slab_parameter(scene: &Scene, step: f64) -> f64 {
 }
 
 /// Longest path of any ray through a slab along any axis, in voxels. Directions are affine in pixels, so a corner ray has it.
-fn longest_slab(scene: &Scene, step: f64) -> f64 {
+pub(super) fn longest_slab(scene: &Scene, step: f64) -> f64 {
     let longest = scene.rays.corners(scene.viewport).iter().map(|ray| ray.direction.abs().max_element()).fold(0.0, f64::max);
     longest * slab_parameter(scene, step)
 }

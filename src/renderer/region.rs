@@ -40,6 +40,7 @@ impl Region {
     }
 
     /// The region for splats. Only clipping limits it, not the end of the field or the eye.
+    #[cfg(feature = "paper")]
     pub fn for_splats(scene: &Scene) -> Self {
         let clipped = !scene.settings.clipping.is_empty();
         let everything = DVec3::splat(f64::INFINITY);

@@ -1,15 +1,15 @@
 //! Inputs shared by all passes: a view of a field through a transfer function.
 
-use super::classification::{Classification, Integrals, PreparationKernels, SplatList, Splatted, Table, VisibleBlocks};
+use super::classification::{Classification, Integrals, PreparationKernels, Table, VisibleBlocks};
 use super::field::{Field, Layout};
 use super::label_colors::LabelColors;
 use super::light::{LightSources, LightVolumes};
 use super::lighting::Lighting;
 use super::sampling::Steps;
 use super::store::Inputs;
+use crate::device::Device;
 use crate::device::launch::Tint;
-use crate::device::launch::structs::{ClassificationParams, Float4, SampleParams, SegmentParams};
-use crate::device::{Buffer, Device};
+use crate::device::launch::structs::{ClassificationParams, SampleParams, SegmentParams};
 use crate::error::Error;
 use crate::layers::{Axis, AxisFrame, GradientEstimator, Kernel, Rays};
 use crate::settings::Settings;
@@ -208,21 +208,6 @@ impl Scene<'_> {
     /// layer.
     pub fn integrals(&mut self, kernel: Kernel, thinnest: f64, per_layer: u32) -> Result<Arc<Integrals>, Error> {
         self.classification.integrals(self.device, self.field, self.settings.extinction, kernel, (thinnest, per_layer))
-    }
-
-    /// The integrals and the slicing table for slabs of this thickness in unit distances.
-    pub fn slicing_table(&mut self, thickness: f64) -> Result<(Arc<Integrals>, Arc<Buffer<Float4>>), Error> {
-        self.classification.slicing_table(self.kernels, self.device, self.field, self.settings.extinction, thickness)
-    }
-
-    /// The splats of axis-aligned sheets.
-    pub fn axis_splats(&mut self, axis: Axis) -> Result<Arc<SplatList>, Error> {
-        self.classification.axis_splats(self.kernels, self.device, self.field, axis, self.settings.extinction)
-    }
-
-    /// The splats of image-aligned sheets, and the layout that they refer to.
-    pub fn view_splats(&mut self, splatted: Splatted) -> Result<(Arc<SplatList>, Layout), Error> {
-        self.classification.view_splats(self.kernels, self.device, self.field, self.settings.extinction, splatted)
     }
 
     /// Whether the background has opacity.

@@ -73,6 +73,7 @@ impl Tiles {
     }
 
     /// Screen tiles with one list of splats each.
+    #[cfg(feature = "paper")]
     pub fn for_lists(viewport: Viewport, tuning: &Tuning) -> Self {
         Self::new([viewport.width, viewport.height], tuning.list_tile())
     }

@@ -7,7 +7,7 @@ use crate::error::Error;
 use crate::layers::Kernel;
 
 /// Rendering algorithm. Layered splatting casts rays by itself where no lattice applies. Ray casting approaches the converged integral. Sheets
-/// and slicing are the systems that the paper compares with.
+/// and slicing are the systems that the paper compares with; they need the feature `paper`.
 ///
 /// ```
 /// use layersplat::Kernel;

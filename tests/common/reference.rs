@@ -3,7 +3,7 @@
 use super::*;
 use layersplat::layers::{Ray, Rays};
 use layersplat::reference::{Layered as LayeredReference, Marched, Sheets};
-use layersplat::renderer::LatticePicture;
+use layersplat::renderer::{LatticePicture, PaperPlan};
 use layersplat::settings::Blend;
 
 /// Position error of a sample in f32, in voxels: coordinates of up to 100 voxels have 17 fractional bits, and tens of operations round.
@@ -196,8 +196,10 @@ impl Truth<'_> {
         };
         let frame = match self.plan {
             Plan::Direct(axis, _) => layered.render(camera, *size, axis),
-            Plan::AxisSheets(_) | Plan::ViewSheets(_) => Sheets::new(volume, transfer, settings).render(camera, *size),
-            Plan::Slicing(_) => Marched::new(volume, transfer, settings).render(camera, *size),
+            Plan::Paper(PaperPlan::AxisSheets(_) | PaperPlan::ViewSheets(_)) => {
+                Sheets::new(volume, transfer, settings).render(camera, *size)
+            }
+            Plan::Paper(PaperPlan::Slicing(_)) => Marched::new(volume, transfer, settings).render(camera, *size),
             // Ray casting replaces layers and slices where these cannot be rendered.
             Plan::Raycast(kernel, step) | Plan::CastValues(kernel, step) => {
                 let gradient = Some(settings.gradient_estimator());

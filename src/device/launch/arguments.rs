@@ -1,6 +1,6 @@
 //! Arguments of kernels: values, buffers, and groups of them.
 
-use super::structs;
+use super::cl_type::ClType;
 use crate::device::Buffer;
 use opencl3::kernel::Kernel as ClKernel;
 
@@ -69,34 +69,6 @@ macro_rules! arguments {
     };
 }
 pub(super) use arguments;
-
-/// A plain type that OpenCL C has, too.
-pub(crate) trait ClType: Copy {
-    /// Name in OpenCL C.
-    const NAME: &'static str;
-}
-
-macro_rules! cl_types {
-    ($($type:ty = $name:literal),*) => {$(
-        impl ClType for $type {
-            const NAME: &'static str = $name;
-        }
-    )*};
-}
-cl_types!(
-    i32 = "int",
-    u32 = "uint",
-    i64 = "long",
-    u64 = "ulong",
-    f32 = "float",
-    u8 = "uchar",
-    u16 = "ushort",
-    [f32; 2] = "float2",
-    structs::Float4 = "float4",
-    [i32; 4] = "int4",
-    [u8; 4] = "uchar4",
-    [u16; 4] = "ushort4"
-);
 
 impl<T: ClType> Argument for T {
     fn set(&self, kernel: &ClKernel, index: u32) -> opencl3::Result<u32> {

@@ -3,16 +3,18 @@
 
 mod arguments;
 mod blocks;
+mod cl_type;
 pub(crate) mod colors;
 mod defines;
-mod fields;
 mod groups;
+mod kernel_struct;
 pub(crate) mod layered;
 pub(crate) mod light;
+#[cfg(feature = "paper")]
+pub(crate) mod paper;
 pub(crate) mod picture;
 pub(crate) mod rays;
 mod request;
-pub(crate) mod sheets;
 #[cfg(test)]
 mod signatures;
 pub(crate) mod slice;
@@ -21,7 +23,7 @@ pub(crate) mod volume;
 mod voxel_buffer;
 
 pub(crate) use arguments::{Argument, MAX_CHANNELS, PerChannel};
-use arguments::{ClType, Parameter, arguments};
+use arguments::{Parameter, arguments};
 use defines::Defines;
 pub(crate) use defines::{BlendMode, Gradients, Rendering};
 pub(crate) use groups::{ChannelFields, LightBuffers, Output, ShadedField, Tint};

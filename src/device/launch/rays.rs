@@ -1,4 +1,4 @@
-//! Kernels that march along pixel rays: ray casting, slicing and pre-integrated segments.
+//! Kernels that march along pixel rays: ray casting and pre-integrated segments.
 
 use super::layered::{Channels, Segments, ShadedChannels};
 use super::structs::{Clipping, Float4, MarchParams, SampleParams, ScreenParams};
@@ -36,21 +36,10 @@ kernel! {
     tinted [(VOXELS, Kernel::Cubic, SEPARATE)];
     arguments TableMarchArguments<'a> {
         march: MarchedField<'a>,
-        /// (r, g, b, τ) per value; of [`Slicing`], see [`PreintegratedTable`].
+        /// (r, g, b, τ) per value.
         table: &'a Buffer<Float4>,
         tint: Option<Tint<'a>>,
     }
-}
-
-kernel! {
-    /// Slices the trilinear field, with pre-integrated slabs.
-    Slicing = "rays/slicing.cl", march, "slicing", Items::Tiles;
-    defines |tuning, (voxels, rendering): (VoxelKind, Rendering)| {
-        march_defines(tuning, voxels, rendering).with_kernel(Kernel::Linear)
-    };
-    items |a, _| tiles(a.march.s.tiles);
-    compared [(VoxelKind { far: true, ..VOXELS }, LIT)];
-    arguments TableMarchArguments
 }
 
 kernel! {
@@ -107,30 +96,4 @@ kernel! {
 pub(super) fn march_defines(tuning: &Tuning, voxels: VoxelKind, rendering: Rendering) -> Defines {
     let defines = Defines::new(tuning.vector_width).with_voxels(voxels);
     defines.with_rendering(rendering).with("TILE_ROWS", tuning.screen_tile_rows)
-}
-
-kernel! {
-    /// Computes the pre-integrated table of slicing.
-    PreintegratedTable = "rays/preintegrated_table.cl", preintegrated_table, "table", Items::Pixels;
-    defines |_, (): ()| Defines::new(1);
-    items |a, _| a.size as usize * a.size as usize;
-    compared [()];
-    arguments PreintegratedTableArguments<'a> {
-        integrals: &'a Buffer<[i32; 4]>,
-        /// Index of the first node in `integrals`.
-        first: i32,
-        /// Number of nodes in `integrals`.
-        nodes: i32,
-        /// Nodes per table entry.
-        nodes_per_entry: f32,
-        /// Extinction of one unit of `integrals`.
-        unit: f32,
-        /// Slab thickness in unit distances.
-        thickness: f32,
-        linear: i32,
-        /// Number of front values, and of back values.
-        size: i32,
-        /// `size`² entries.
-        out: &'a Buffer<Float4>,
-    }
 }

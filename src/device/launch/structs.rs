@@ -1,26 +1,21 @@
 //! Structures that kernels take, each written once: here. Their OpenCL definitions come from these and precede every program.
 
-use super::ClType;
-use super::fields::{Field, kernel_struct};
-use bytemuck::{Pod, Zeroable};
-
-/// `float4`.
-#[repr(C, align(16))]
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub(crate) struct Float4(pub [f32; 4]);
+use super::cl_type::ClType;
+pub(crate) use super::cl_type::Float4;
+use super::kernel_struct::{Field, kernel_struct};
 
 kernel_struct! {
     /// Where the voxels of a layer axis lie, and what lies around them. Axes are u, v, a.
     VolumeView {
-        /// In voxels; that of u is 1 but for kernels that take any layout.
+        /// Distances in voxels. Along u it is 1, except for kernels that take any layout.
         stride as [stride_u, stride_v, stride_a]: i64,
-        /// Of the first voxel that is held, in voxels from the beginning of the buffer.
+        /// Place of the first voxel that is held, in voxels from the beginning of the buffer.
         first: i64,
         /// Voxels along u, v, a.
         dims as [dims_u, dims_v, dims_a]: i32,
         /// Value of the voxels missing around the volume, less `offset`.
         background: f32,
-        /// Taken from every voxel, so that float sums are as fine as the data's own range.
+        /// Subtracted from every voxel, so that float sums are as fine as the data's own range.
         offset: f32,
         /// Number of the first layer that the voxels hold; all that is read is among those that they hold.
         first_a: i32,
@@ -87,7 +82,7 @@ kernel_struct! {
         volume_bytes: i32,
         /// First layers of values that the volumes hold: 0, but for parts of a volume.
         first_layers as [shadow_first, sky_first]: f32,
-        /// Share of the shadows.
+        /// Strength of the shadows.
         strength: f32,
         /// 1: the ambient light is dimmed by a volume.
         sky: i32,
@@ -132,7 +127,7 @@ kernel_struct! {
     /// A sweep of rays from a light through the layers of an axis.
     LightSweepParams {
         tiles as [tiles_u, tiles_v]: i32,
-        /// Of `visible`.
+        /// Blocks of `visible`.
         blocks as [blocks_u, blocks_v]: i32,
         /// Voxels along u and v, and layers.
         dims as [dims_u, dims_v, layers]: i32,
@@ -147,7 +142,7 @@ kernel_struct! {
         order as [from, to]: i32,
         /// 1: rays continue from their state, else they are not dimmed.
         continues: i32,
-        /// Of the voxels written, from voxel -1 on, and number of the first layer written.
+        /// Strides of the voxels written, from voxel -1 on, and number of the first layer written.
         stride as [stride_u, stride_v, stride_a]: i32,
         first_stored: i32,
         /// Number of the volume among those of the buffer, and the bytes of one.
@@ -162,7 +157,7 @@ kernel_struct! {
         recovered: f32,
         /// Length of a step from layer to layer, in unit distances of the first field.
         layer_length: f32,
-        /// Of coarse transmittances: half a layer, in the lengths that they are for.
+        /// Half a layer, in the length that coarse transmittances are for.
         half_layer: f32,
     }
 }
@@ -174,10 +169,10 @@ kernel_struct! {
         shading: i32,
         /// Direction to the first light, unit length.
         direction as [direction_u, direction_v, direction_a]: f32,
-        /// Between the first light and the eye, unit length.
+        /// Direction half-way between the first light and the eye, unit length.
         half_way as [half_u, half_v, half_a]: f32,
         ambient: f32,
-        /// Of the first light.
+        /// Coefficients of the first light.
         diffuse: f32,
         specular: f32,
         power: f32,
@@ -295,9 +290,9 @@ kernel_struct! {
         per_voxel as [per_voxel_u, per_voxel_v]: i32,
         /// Lattice extent in voxels.
         columns as [columns_u, columns_v]: i32,
-        /// Per phase.
+        /// Tiles per phase.
         tiles as [tiles_u, tiles_v]: i32,
-        /// Of `visible`.
+        /// Blocks of `visible`.
         blocks as [blocks_u, blocks_v]: i32,
         /// +1 or -1.
         layer_step: i32,
@@ -305,9 +300,9 @@ kernel_struct! {
         culling: i32,
         /// First and last layer, of -1 ... n, that are composited here.
         layers as [first_layer, last_layer]: i32,
-        /// 1: what the lattice holds, in its raw state, goes on.
+        /// 1: composites onto what the lattice holds, in its raw state.
         continues: i32,
-        /// 1: what is gathered stays in its raw state.
+        /// 1: the result stays in its raw state.
         raw: i32,
         shear as [shear_u, shear_v]: f32,
     }
@@ -319,7 +314,7 @@ kernel_struct! {
     RayLatticeParams {
         size as [width, height]: i32,
         tiles as [tiles_u, tiles_v]: i32,
-        /// Of `visible`.
+        /// Blocks of `visible`.
         blocks as [blocks_u, blocks_v]: i32,
         /// +1 or -1.
         layer_step: i32,
@@ -330,9 +325,9 @@ kernel_struct! {
         /// First and last layer, of -1 ... n, that are composited here; of point-sampled layers, slab q between layers q - radius and
         /// q - radius + 1, of 0 ... n + 2 radius - 2.
         layers as [first_layer, last_layer]: i32,
-        /// 1: what the lattice holds, in its raw state, goes on.
+        /// 1: composites onto what the lattice holds, in its raw state.
         continues: i32,
-        /// 1: what is gathered stays in its raw state.
+        /// 1: the result stays in its raw state.
         raw: i32,
         /// Of columns and of rows: c of the one in the middle, the difference to that of the next, and the same of s.
         rays: [[f32; 4]; 2],
@@ -365,7 +360,7 @@ kernel_struct! {
         direction: [[f32; 4]; 3],
         /// Rays start at origin + start * direction; -INFINITY in a parallel view.
         start: f32,
-        /// Of `visible_*`, along u and v.
+        /// Blocks of `visible_*` along u and v.
         blocks: [[i32; 2]; 3],
         /// Layer axis of all rays, or -1: each ray's own.
         axis: i32,
@@ -375,13 +370,13 @@ kernel_struct! {
 }
 
 kernel_struct! {
-    /// How a lattice comes onto the screen.
+    /// The warp of a lattice to the screen.
     WarpParams {
         /// Pixel coordinates (x, y, 1) to lattice positions (I w, J w, w), row by row; sample centres at whole numbers.
         from_screen: [f32; 9],
-        /// Of the lattice.
+        /// Size of the lattice.
         lattice as [width, height]: i32,
-        /// Of the frame.
+        /// Size of the frame.
         frame as [columns, rows]: i32,
         /// Sign of w in front of the eye.
         forward: f32,
@@ -393,18 +388,18 @@ kernel_struct! {
         filter: i32,
         /// Rows of pixels cross the lattice's lines of one u (1), or of one v (2); 0 where they run too close along both.
         lines: i32,
-        /// These lines stand upright on the screen: are seen in one column of it each.
+        /// These lines are upright: each is seen in one column of the screen.
         upright: i32,
-        /// And there is one in the middle of each column of pixels.
+        /// One of these lines is in the middle of each column of pixels.
         on_pixels: i32,
         /// There is a sample in the middle of each pixel, with this stagger.
         for_each_pixel: i32,
-        /// Or one on each column of the lattice wherever the middle of a row (1) or of a column (2) of pixels crosses it.
+        /// There is a sample on each column of the lattice wherever the middle of a row (1) or of a column (2) of pixels crosses it.
         crossed_along: i32,
         stagger as [first_stagger, stagger_per_column]: u32,
-        /// Of this lattice in the picture, in floats.
+        /// Weight of this lattice in a picture in floats.
         share: f32,
-        /// To what the frame holds of other lattices.
+        /// 1: the picture is added to the frame, which holds other lattices.
         added: i32,
         /// The picture is the one in 8 bits, and no frame of floats.
         displayed: i32,
@@ -429,17 +424,17 @@ kernel_struct! {
 kernel_struct! {
     /// How rays are marched.
     MarchParams {
-        /// Of `visible`.
+        /// Blocks of `visible`.
         blocks as [blocks_u, blocks_v]: i32,
         /// 0: visit everything, to test that culling changes nothing.
         culling: i32,
-        /// Of a step of ray casting, in unit distances.
+        /// Length of a step of ray casting, in unit distances.
         length: f32,
         /// Ray parameter from one slice to the next.
         slice_step: f32,
         /// Slabs between slices are no thicker than a cell: the cells of their ends tell what they can show.
         thin: i32,
-        /// Of the table over two values.
+        /// Value of entry 0 of the table over two values, less the offset.
         table_first: f32,
         table_per_value: f32,
         /// Entries per value.
@@ -459,11 +454,12 @@ kernel_struct! {
         /// Value shown black, less the offset, and shades per unit of value from there to white.
         black: f32,
         per_value: f32,
-        /// Of the layer whose opacity colours have, in unit distances.
+        /// Thickness of the layer whose opacity colours have, in unit distances.
         thickness: f32,
     }
 }
 
+#[cfg(feature = "paper")]
 kernel_struct! {
     /// The projection of splats, and the sheets that they can reach.
     SplatParams {
@@ -473,25 +469,26 @@ kernel_struct! {
         along: [f32; 4],
         /// Pixel offsets to voxels across the view, for w = 1: (f0 dx + f1 dy, f2 dy).
         footprint: [f32; 3],
-        /// Of a footprint in pixels, for w = 1.
+        /// Half the size of a footprint in pixels, for w = 1.
         half_size as [half_width, half_height]: f32,
-        /// Splats of less depth are left out.
+        /// Splats with a smaller depth are left out.
         nearest: f32,
         /// Splats of less w are left out, too.
         least_w: f32,
         /// Sheets of less depth are left out.
         nearest_sheet: f32,
-        /// In voxels.
+        /// Distance between sheets in voxels.
         sheet_distance: f32,
-        /// That any splat can reach; buckets count from the first.
+        /// The sheets that any splat can reach. Buckets count from the first.
         sheets as [first_sheet, last_sheet]: i32,
         /// Axis-aligned sheets: voxels are met in the reverse of their order.
         backwards: i32,
-        /// Less the offset.
+        /// Value around the volume, less the offset.
         background: f32,
     }
 }
 
+#[cfg(feature = "paper")]
 kernel_struct! {
     /// A splat on the screen.
     Splat {
@@ -499,14 +496,14 @@ kernel_struct! {
         place as [x, y]: f32,
         /// Scale.
         w: f32,
-        /// Where it begins, in sheets from the first; of axis-aligned sheets, its layer.
+        /// Where it begins, in sheets from the first. For axis-aligned sheets, its layer.
         reach: f32,
-        /// (Value less background, gradient), or of axis-aligned sheets (r, g, b, 1) times extinction.
+        /// (Value less background, gradient). For axis-aligned sheets, (r, g, b, 1) times extinction.
         content: Float4,
     }
 }
 
-/// The definitions of all of them in OpenCL C.
+/// The definitions of all structures in OpenCL C.
 pub(in crate::device) fn typedefs() -> String {
     [
         VolumeView::typedef(),
@@ -531,7 +528,9 @@ pub(in crate::device) fn typedefs() -> String {
         ScreenParams::typedef(),
         MarchParams::typedef(),
         SliceParams::typedef(),
+        #[cfg(feature = "paper")]
         SplatParams::typedef(),
+        #[cfg(feature = "paper")]
         Splat::typedef(),
     ]
     .concat()

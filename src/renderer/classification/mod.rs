@@ -1,20 +1,20 @@
 //! The classification: a transfer function applied to a field, with its tables, its integrals, and the visibility of min-max
 //! blocks.
 
+#[cfg(feature = "paper")]
+mod paper;
 mod params;
-mod splat_list;
 mod tables;
 mod visibility;
 
-pub(super) use splat_list::{SplatList, Splatted, read_total};
-pub(super) use tables::{DIMMING, Integrals, SLAB_VALUES, Table, TableSizes};
+#[cfg(feature = "paper")]
+pub(super) use paper::{SLAB_VALUES, SplatList, Splatted, read_total, slicing_table_size};
+pub(super) use tables::{DIMMING, Integrals, Table, TableSizes};
 pub(super) use visibility::VisibleBlocks;
 
 use super::field::{Field, FieldKernels};
 use super::store::{Inputs, Store, Version};
 use crate::device::launch::Launcher;
-use crate::device::launch::rays::PreintegratedTable;
-use crate::device::launch::sheets::{Scan, Splats};
 use crate::device::launch::volume::{ShownChunks, ShownSlabs, SlabVisibility};
 use crate::transfer::TransferFunction;
 
@@ -42,9 +42,8 @@ pub(super) struct PreparationKernels {
     slab_visibility: Launcher<SlabVisibility>,
     shown_chunks: Launcher<ShownChunks>,
     shown_slabs: Launcher<ShownSlabs>,
-    slicing_table: Launcher<PreintegratedTable>,
-    splats: Launcher<Splats>,
-    scan: Launcher<Scan>,
+    #[cfg(feature = "paper")]
+    paper: paper::PaperKernels,
 }
 
 impl Classification {

@@ -1,14 +1,13 @@
 //! Tables of a transfer function on the device.
 
-use super::super::field::Field;
+use super::super::field::{Field, Layout};
 use super::super::store::{Key, Stored};
 use super::{Classification, PreparationKernels};
 use crate::device::launch::layered::Segments;
-use crate::device::launch::rays::PreintegratedTableArguments;
 use crate::device::launch::structs::Float4;
 use crate::device::{Buffer, Device, Produced};
 use crate::error::Error;
-use crate::layers::Kernel;
+use crate::layers::{Axis, Kernel};
 use crate::transfer::{EXTINCTION_CELLS, Extinction, IntegralTable, TransferFunction, TransferTable};
 use crate::volume::{Description, Stored as StoredNumbers};
 use std::borrow::Cow;
@@ -16,10 +15,6 @@ use std::sync::Arc;
 
 const TABLE: &str = "the transfer table";
 const INTEGRALS: &str = "the table of integrals";
-const SLICING_TABLE: &str = "the pre-integration table";
-
-/// Number of front and of back values in the slicing table.
-pub(in crate::renderer) const SLAB_VALUES: usize = 256;
 
 /// Threshold of the colour error of a segment at which correcting it is worth three times the time: 20 dB locally. Transfer
 /// functions that exceed it are opaque and of several hues; that of aneurism has 0.07.
@@ -96,7 +91,7 @@ impl Stored for Table {
 
 /// Key: table, shortest segment in unit distances, samples per layer.
 #[derive(Clone, Copy, PartialEq)]
-struct IntegralsKey(TableKey, f64, u32);
+pub(super) struct IntegralsKey(pub TableKey, pub f64, pub u32);
 
 impl Key for IntegralsKey {
     type Value = Integrals;
@@ -106,14 +101,6 @@ impl Stored for Integrals {
     fn bytes(&self) -> usize {
         self.nodes.bytes()
     }
-}
-
-/// Key: integrals, slab thickness in unit distances.
-#[derive(PartialEq)]
-struct SlicingKey(IntegralsKey, f32);
-
-impl Key for SlicingKey {
-    type Value = Buffer<Float4>;
 }
 
 impl TableKey {
@@ -145,6 +132,19 @@ impl Classification {
         Ok(self.store.keep(key, inputs, Produced::by_host(), table))
     }
 
+    /// The uploaded layout as input of the Gaussian kernel, with a background of its own for missing voxels.
+    pub fn gaussian_layout(
+        &mut self,
+        kernels: &mut PreparationKernels,
+        device: &Device,
+        field: &Field,
+        extinction: Extinction,
+    ) -> Result<Layout, Error> {
+        let mut layout = field.layout(&mut kernels.field, device, Axis::Z)?;
+        layout.view.background = self.table(device, field, extinction, Kernel::Gaussian)?.gaussian_background;
+        Ok(layout)
+    }
+
     /// Segment integrals of a kernel's field, for segments of at least `thinnest` unit distances and `per_layer` segments per
     /// layer.
     pub fn integrals(
@@ -170,42 +170,6 @@ impl Classification {
             dimmed: self.dimmed.unwrap_or_else(|| table.on_host.dimming(thinnest * f64::from(per_layer)) > DIMMING),
         };
         Ok(self.store.keep(key, inputs, Produced::by_host(), integrals))
-    }
-
-    /// The integrals and the slicing table for slabs of this thickness in unit distances.
-    pub fn slicing_table(
-        &mut self,
-        kernels: &mut PreparationKernels,
-        device: &Device,
-        field: &Field,
-        extinction: Extinction,
-        thickness: f64,
-    ) -> Result<(Arc<Integrals>, Arc<Buffer<Float4>>), Error> {
-        let integrals = self.integrals(device, field, extinction, Kernel::Linear, (thickness, 1))?;
-        let integrals_key = IntegralsKey(TableKey::new(extinction, Kernel::Linear), thickness, 1);
-        let (key, inputs) = (SlicingKey(integrals_key, thickness as f32), self.inputs());
-        if let Some(kept) = self.store.get(device, &key, inputs)? {
-            return Ok((integrals, kept));
-        }
-        let bytes = SLAB_VALUES * SLAB_VALUES * size_of::<Float4>();
-        let table = match self.store.reuse(device, &key, inputs, bytes) {
-            Some(reused) => reused,
-            None => Arc::new(Buffer::new(device, SLAB_VALUES * SLAB_VALUES, SLICING_TABLE)?),
-        };
-        let nodes = integrals.scale.last + 1;
-        let arguments = PreintegratedTableArguments {
-            integrals: &integrals.nodes,
-            first: CELL_ENTRIES as i32,
-            nodes,
-            nodes_per_entry: (nodes - 1) as f32 / (SLAB_VALUES - 1) as f32,
-            unit: integrals.unit,
-            thickness: thickness as f32,
-            linear: i32::from(extinction == Extinction::Linear),
-            size: SLAB_VALUES as i32,
-            out: &table,
-        };
-        kernels.slicing_table.launch(device, (), &arguments)?;
-        Ok((integrals, self.store.keep(key, inputs, device.produced()?, table)))
     }
 }
 
@@ -248,15 +212,10 @@ impl<'t> TableSizes<'t> {
     pub fn integrals(entries: usize) -> (&'static str, usize) {
         (INTEGRALS, (2 * (entries + 1) + CELL_ENTRIES) * size_of::<[i32; 4]>())
     }
-
-    /// Bytes of the slicing table.
-    pub fn slicing() -> (&'static str, usize) {
-        (SLICING_TABLE, SLAB_VALUES * SLAB_VALUES * size_of::<Float4>())
-    }
 }
 
 /// Entries before the first node: extinctions by cell, and the scale of the cells.
-const CELL_ENTRIES: usize = 2 * EXTINCTION_CELLS / 4 + 1;
+pub(super) const CELL_ENTRIES: usize = 2 * EXTINCTION_CELLS / 4 + 1;
 
 /// Contents of [`Integrals::nodes`]. The cells are followed by their scale: cells per unit of value, and the position of value 0.
 fn for_kernels(table: &IntegralTable, offset: f64) -> Vec<[i32; 4]> {

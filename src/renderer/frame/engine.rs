@@ -15,7 +15,6 @@ use super::super::range::LayerRange;
 use super::super::rays::{MarchedRays, RayOutput};
 use super::super::report::{Measured, Statistics};
 use super::super::scene::{Scene, View};
-use super::super::sheets::{AxisAlignedSheets, ImageAlignedSheets};
 use super::super::slice_pass::Slices;
 use super::super::tiles::Target;
 use super::declaring::{DeclaredLight, Declaring};
@@ -54,8 +53,8 @@ struct Passes {
     points: PointLayers,
     splats: SplatLayers,
     rays: MarchedRays,
-    axis_sheets: AxisAlignedSheets,
-    view_sheets: ImageAlignedSheets,
+    #[cfg(feature = "paper")]
+    paper: super::super::paper::PaperPasses,
     slices: Slices,
     picture: Picture,
 }
@@ -388,9 +387,8 @@ impl Engine {
                     passes.points.draw_pixels(scene, axis, (kernel, samples_per_layer), target)
                 }
             },
-            Plan::Slicing(step) => passes.rays.slice(scene, step, target),
-            Plan::AxisSheets(axis) => passes.axis_sheets.draw(scene, axis, target),
-            Plan::ViewSheets(distance) => passes.view_sheets.draw(scene, distance, target),
+            #[cfg(feature = "paper")]
+            Plan::Paper(plan) => passes.paper.draw(scene, plan, target),
             Plan::Lattice(..) | Plan::Shared(..) | Plan::CastValues(..) => unreachable!("drawn as layers, or by rays"),
         })
     }

@@ -6,7 +6,6 @@ use super::super::picture::{Share, declare_displayed, declare_floats};
 use super::super::plan::Plan;
 use super::super::range::LayerRange;
 use super::super::rays::{self, RayOutput};
-use super::super::sheets;
 use super::super::slice_pass::{SlicePlan, declare_slice};
 use super::declaring::Declaring;
 use super::resources::Resources;
@@ -150,9 +149,8 @@ fn declare_screen(plan: &Plan, declaring: &Declaring, resources: &mut Resources)
                 splats::declare_pixels(declaring, *axis, correction, layered.footprints, resources);
             }
         },
-        Plan::AxisSheets(axis) => sheets::declare_axis_sheets(declaring, *axis, resources),
-        Plan::ViewSheets(distance) => sheets::declare_view_sheets(declaring, *distance, resources),
-        Plan::Slicing(_) => rays::declare_slicing(declaring, resources),
+        #[cfg(feature = "paper")]
+        Plan::Paper(plan) => plan.declare(declaring, resources),
         Plan::Raycast(kernel, _) | Plan::CastValues(kernel, _) => rays::declare_casting(declaring, *kernel, resources),
         Plan::CastSegments(kernel, _) => rays::declare_segments(declaring, *kernel, resources),
         Plan::Lattice(..) | Plan::Shared(..) => unreachable!("lattices are rendered as layers"),

@@ -96,8 +96,7 @@ impl StreamedRenderer<'_> {
         if limits.fits(needed) {
             return Ok(());
         }
-        // The device counts the splats of sheets, so the size of their lists is not known before.
-        let unknown = if matches!(plan, Plan::AxisSheets(_) | Plan::ViewSheets(_)) { ", and more for its splats" } else { "" };
+        let unknown = if plan.counts_splats() { ", and more for its splats" } else { "" };
         let what = format!(
             "{what} ({plan}), which needs the whole volume at once because only layers on a lattice can be streamed{unknown},"
         );

@@ -1,21 +1,19 @@
 //! Splatting onto axis-aligned and image-aligned sheets.
 
-mod order;
-
-use super::classification::Splatted;
-use super::frame::{Declaring, Resources, Slot};
-use super::region::Region;
-use super::scene::Scene;
-use super::screen::screen_params;
-use super::tiles::{Target, Tiles, declare_target};
+use super::super::classification::Splatted;
+use super::super::frame::{Declaring, Resources, Slot};
+use super::super::region::Region;
+use super::super::scene::Scene;
+use super::super::screen::screen_params;
+use super::super::tiles::{Target, Tiles, declare_target};
+use super::order::{SplatOrder, Unsorted};
 use crate::device::launch::Launcher;
-use crate::device::launch::sheets::{AxisSheets, AxisSheetsArguments, ViewSheets, ViewSheetsArguments};
+use crate::device::launch::paper::{AxisSheets, AxisSheetsArguments, ViewSheets, ViewSheetsArguments};
 use crate::device::launch::structs::SplatParams;
 use crate::error::Error;
 use crate::layers::{Axis, AxisFrame, GAUSSIAN_RADIUS, Kernel, SplatProjection, SplatSlabs};
 use crate::volume::Grid;
 use glam::DVec3;
-use order::{SplatOrder, Unsorted};
 
 /// Splats onto one sheet per layer.
 #[derive(Default)]

@@ -1,7 +1,7 @@
 // Splatting into the sheet buffer of a tile.
 
 #include "shared/screen.cl"
-#include "sheets/splat.cl"
+#include "paper/splat.cl"
 
 #ifndef CHANNELS
 #error "CHANNELS: per pixel of a sheet"

@@ -4,7 +4,7 @@
 // One work-item per tile of VW x TILE_ROWS pixels, id = tile_v*tiles_u + tile_u, which processes its list of splats slice by slice, front
 // to back.
 
-#include "sheets/sheet.cl"
+#include "paper/sheet.cl"
 
 // State of the rays of a tile, and their length per voxel of depth.
 typedef struct {

@@ -5,7 +5,7 @@
 // bucket, since the list is in the order of layers already; classifies and shades the voxels.
 
 #include "shared/shading.cl"
-#include "sheets/splat.cl"
+#include "paper/splat.cl"
 
 // Limit for the kernel of an opaque voxel: with more, its rim would be as opaque as its middle.
 #define OPAQUE_EXTINCTION 16.0f

@@ -6,7 +6,7 @@
 // n]: weight of the n-th sheet for the i-th of SLAB_STEPS+1 fractions.
 
 #include "shared/sample.cl"
-#include "sheets/sheet.cl"
+#include "paper/sheet.cl"
 
 #ifndef SHEETS
 #error "SHEETS: that a splat reaches"

@@ -4,7 +4,7 @@ use super::super::classification::{SplatList, Splatted, Table, read_total};
 use super::super::frame::{Arena, Slot};
 use super::super::tiles::Tiles;
 use crate::device::launch::Launcher;
-use crate::device::launch::sheets::{
+use crate::device::launch::paper::{
     Pass, Scan, ScanArguments, SortedSplats, SortedSplatsArguments, TiledSplats, TiledSplatsArguments,
 };
 use crate::device::launch::structs::{SampleParams, Splat, SplatParams};

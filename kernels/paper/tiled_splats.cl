@@ -3,7 +3,7 @@
 // One work-item per chunk of the `count` sorted splats. Counts its splats per tile, counts[chunk*tiles + tile], or with `fill` writes
 // their indices to the positions given by the scanned counts. Afterwards these are the ends of each chunk's part of a list.
 
-#include "sheets/splat.cl"
+#include "paper/splat.cl"
 
 #ifndef TILE_COLUMNS
 #error "TILE_COLUMNS: columns of a tile"

@@ -1,8 +1,11 @@
-//! Kernels of the sheet methods: they list the splatted voxels, sort the splats, and splat them onto sheets.
+//! Kernels of the systems that the paper compares with. Those of sheets list the splatted voxels, sort the splats, and splat them. Slicing
+//! marches rays through a table over two values.
 
+use super::rays::{TableMarchArguments, march_defines};
 use super::structs::{Clipping, Float4, SampleParams, ScreenParams, Splat, SplatParams, VolumeView};
 use super::{Defines, Items, Output, Rendering, VoxelBuffer, VoxelKind, kernel, tiles};
 use crate::device::{Buffer, Tuning};
+use crate::layers::Kernel;
 
 /// Indices of a splatted voxel along u, v, a, and one further number.
 pub(crate) type Place = [u16; 4];
@@ -23,7 +26,7 @@ impl Pass {
 
 kernel! {
     /// Lists the splatted voxels.
-    Splats = "sheets/splats.cl", splats, "splats", Items::Tiles;
+    Splats = "paper/splats.cl", splats, "splats", Items::Tiles;
     defines |tuning, voxels: VoxelKind| Defines::new(tuning.vector_width).with_values(voxels);
     items |a, _| a.view.dims[1] as usize * a.view.dims[2] as usize;
     compared [VOXELS];
@@ -55,7 +58,7 @@ impl Splats {
 
 kernel! {
     /// Turns counts into offsets by a prefix sum.
-    Scan = "sheets/scan.cl", scan, "sort", Items::Runs;
+    Scan = "paper/scan.cl", scan, "sort", Items::Runs;
     defines |tuning, (): ()| Defines::new(1).with("SCAN_GROUP", tuning.scan_group);
     items |_, tuning| tuning.scan_group;
     compared [()];
@@ -71,7 +74,7 @@ kernel! {
 
 kernel! {
     /// Projects splats and sorts them by their first sheet.
-    SortedSplats = "sheets/sorted_splats.cl", sorted_splats, "sort", Items::Tiles;
+    SortedSplats = "paper/sorted_splats.cl", sorted_splats, "sort", Items::Tiles;
     // Whether voxels are pre-classified, as for axis-aligned sheets: splats then carry colours and share one bucket.
     defines |_, preclassified: bool| Defines::new(1).with_if(preclassified, "PRECLASSIFIED").with_lighting(Rendering::EVERYTHING);
     items |a, _| a.chunks as usize;
@@ -98,7 +101,7 @@ kernel! {
 
 kernel! {
     /// Lists the splats of each screen tile.
-    TiledSplats = "sheets/tiled_splats.cl", tiled_splats, "sort", Items::Tiles;
+    TiledSplats = "paper/tiled_splats.cl", tiled_splats, "sort", Items::Tiles;
     defines |tuning, (): ()| {
         let [columns, rows] = tuning.list_tile();
         Defines::new(1).with("TILE_COLUMNS", columns).with("TILE_ROWS", rows)
@@ -129,7 +132,7 @@ fn sheet_defines(tuning: &Tuning, channels: u32, rendering: Rendering) -> Define
 
 kernel! {
     /// Splats onto axis-aligned sheets.
-    AxisSheets = "sheets/axis_sheets.cl", axis_sheets, "sheets", Items::Tiles;
+    AxisSheets = "paper/axis_sheets.cl", axis_sheets, "sheets", Items::Tiles;
     defines |tuning, rendering: Rendering| sheet_defines(tuning, 4, rendering);
     items |a, _| tiles(a.s.tiles);
     compared [LIT];
@@ -149,7 +152,7 @@ kernel! {
 
 kernel! {
     /// Splats onto image-aligned sheets.
-    ViewSheets = "sheets/view_sheets.cl", view_sheets, "sheets", Items::Tiles;
+    ViewSheets = "paper/view_sheets.cl", view_sheets, "sheets", Items::Tiles;
     // Maximum number of sheets that a splat reaches, and whether the sheets have gradients.
     defines |tuning, (sheets, shading, rendering): (usize, bool, Rendering)| sheet_defines(tuning, if shading { 4 } else { 1 }, rendering)
         .with("SHEETS", sheets)
@@ -178,4 +181,41 @@ kernel! {
 impl ViewSheets {
     /// Intervals between the fractions with slab weights.
     pub const SLAB_STEPS: usize = 256;
+}
+
+kernel! {
+    /// Slices the trilinear field, with pre-integrated slabs.
+    Slicing = "paper/slicing.cl", march, "slicing", Items::Tiles;
+    defines |tuning, (voxels, rendering): (VoxelKind, Rendering)| {
+        march_defines(tuning, voxels, rendering).with_kernel(Kernel::Linear)
+    };
+    items |a, _| tiles(a.march.s.tiles);
+    compared [(VoxelKind { far: true, ..VOXELS }, LIT)];
+    arguments TableMarchArguments
+}
+
+kernel! {
+    /// Computes the pre-integrated table of slicing.
+    PreintegratedTable = "paper/preintegrated_table.cl", preintegrated_table, "table", Items::Pixels;
+    defines |_, (): ()| Defines::new(1);
+    items |a, _| a.size as usize * a.size as usize;
+    compared [()];
+    arguments PreintegratedTableArguments<'a> {
+        integrals: &'a Buffer<[i32; 4]>,
+        /// Index of the first node in `integrals`.
+        first: i32,
+        /// Number of nodes in `integrals`.
+        nodes: i32,
+        /// Nodes per table entry.
+        nodes_per_entry: f32,
+        /// Extinction of one unit of `integrals`.
+        unit: f32,
+        /// Slab thickness in unit distances.
+        thickness: f32,
+        linear: i32,
+        /// Number of front values, and of back values.
+        size: i32,
+        /// `size`² entries.
+        out: &'a Buffer<Float4>,
+    }
 }

@@ -1,16 +1,33 @@
-//! Lists of the voxels that sheets splat.
+//! Data of the systems that the paper compares with: lists of the voxels that sheets splat, and the table of slicing.
 
 use super::super::field::{Field, Layout};
 use super::super::store::{Key, Stored};
-use super::tables::TableKey;
+use super::tables::{CELL_ENTRIES, Integrals, IntegralsKey, TableKey};
 use super::{Classification, PreparationKernels};
-use crate::device::launch::sheets::{Pass, Place, ScanArguments, Splats, SplatsArguments};
+use crate::device::launch::Launcher;
+use crate::device::launch::paper::{
+    Pass, Place, PreintegratedTable, PreintegratedTableArguments, Scan, ScanArguments, Splats, SplatsArguments,
+};
 use crate::device::launch::structs::Float4;
 use crate::device::{Buffer, Device};
 use crate::error::Error;
 use crate::layers::{Axis, GAUSSIAN_OVERSHOOT, Kernel};
 use crate::transfer::Extinction;
 use std::sync::Arc;
+
+/// Name of the table of slicing.
+const SLICING_TABLE: &str = "the pre-integration table";
+
+/// Number of front and of back values in the table of slicing.
+pub(in crate::renderer) const SLAB_VALUES: usize = 256;
+
+/// Kernels that derive these data.
+#[derive(Default)]
+pub(super) struct PaperKernels {
+    splats: Launcher<Splats>,
+    scan: Launcher<Scan>,
+    slicing_table: Launcher<PreintegratedTable>,
+}
 
 /// Splatted voxels in the order of a layout.
 pub(in crate::renderer) struct SplatList {
@@ -43,6 +60,14 @@ impl Stored for SplatList {
     }
 }
 
+/// Key: integrals, slab thickness in unit distances.
+#[derive(PartialEq)]
+struct SlicingKey(IntegralsKey, f32);
+
+impl Key for SlicingKey {
+    type Value = Buffer<Float4>;
+}
+
 impl Classification {
     /// The splats of axis-aligned sheets.
     pub fn axis_splats(
@@ -69,19 +94,6 @@ impl Classification {
         let layout = self.gaussian_layout(kernels, device, field, extinction)?;
         let again = Layout { voxels: layout.voxels.clone(), view: layout.view };
         Ok((self.splat_list(kernels, device, field, (Axis::Z, layout), extinction, splatted)?, again))
-    }
-
-    /// The uploaded layout as input of the Gaussian kernel, with a background of its own for missing voxels.
-    pub fn gaussian_layout(
-        &mut self,
-        kernels: &mut PreparationKernels,
-        device: &Device,
-        field: &Field,
-        extinction: Extinction,
-    ) -> Result<Layout, Error> {
-        let mut layout = field.layout(&mut kernels.field, device, Axis::Z)?;
-        layout.view.background = self.table(device, field, extinction, Kernel::Gaussian)?.gaussian_background;
-        Ok(layout)
     }
 
     fn splat_list(
@@ -131,16 +143,52 @@ impl Classification {
                 places: &list.places,
                 contents: &list.contents,
             };
-            kernels.splats.launch(device, voxels.kind(), &arguments)?;
+            kernels.paper.splats.launch(device, voxels.kind(), &arguments)?;
             if pass == Pass::Count {
                 let scan = ScanArguments { counts: &counts, chunks: rows as i32, buckets: 1, total: &total };
-                kernels.scan.launch(device, (), &scan)?;
+                kernels.paper.scan.launch(device, (), &scan)?;
                 list.count = read_total(device, &total, "the list of splats")?;
                 list.places = Buffer::new(device, list.count, "the splats")?;
                 list.contents = Buffer::new(device, list.count, "the splats")?;
             }
         }
         Ok(self.store.keep(key, inputs, device.produced()?, list))
+    }
+
+    /// The integrals and the slicing table for slabs of this thickness in unit distances.
+    pub fn slicing_table(
+        &mut self,
+        kernels: &mut PreparationKernels,
+        device: &Device,
+        field: &Field,
+        extinction: Extinction,
+        thickness: f64,
+    ) -> Result<(Arc<Integrals>, Arc<Buffer<Float4>>), Error> {
+        let integrals = self.integrals(device, field, extinction, Kernel::Linear, (thickness, 1))?;
+        let integrals_key = IntegralsKey(TableKey::new(extinction, Kernel::Linear), thickness, 1);
+        let (key, inputs) = (SlicingKey(integrals_key, thickness as f32), self.inputs());
+        if let Some(kept) = self.store.get(device, &key, inputs)? {
+            return Ok((integrals, kept));
+        }
+        let bytes = SLAB_VALUES * SLAB_VALUES * size_of::<Float4>();
+        let table = match self.store.reuse(device, &key, inputs, bytes) {
+            Some(reused) => reused,
+            None => Arc::new(Buffer::new(device, SLAB_VALUES * SLAB_VALUES, SLICING_TABLE)?),
+        };
+        let nodes = integrals.scale.last + 1;
+        let arguments = PreintegratedTableArguments {
+            integrals: &integrals.nodes,
+            first: CELL_ENTRIES as i32,
+            nodes,
+            nodes_per_entry: (nodes - 1) as f32 / (SLAB_VALUES - 1) as f32,
+            unit: integrals.unit,
+            thickness: thickness as f32,
+            linear: i32::from(extinction == Extinction::Linear),
+            size: SLAB_VALUES as i32,
+            out: &table,
+        };
+        kernels.paper.slicing_table.launch(device, (), &arguments)?;
+        Ok((integrals, self.store.keep(key, inputs, device.produced()?, table)))
     }
 }
 
@@ -155,4 +203,9 @@ pub(in crate::renderer) fn read_total(device: &Device, total: &Buffer<u64>, what
         return Err(Error::DeviceMemory { what: what.into(), device, needed: bytes(count), available: bytes(i32::MAX as u64) });
     }
     Ok(count as usize)
+}
+
+/// Name and bytes of the table of slicing, for resource declarations.
+pub(in crate::renderer) fn slicing_table_size() -> (&'static str, usize) {
+    (SLICING_TABLE, SLAB_VALUES * SLAB_VALUES * size_of::<Float4>())
 }

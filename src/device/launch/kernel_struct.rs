@@ -1,7 +1,6 @@
 //! `kernel_struct!`, and the types of its fields.
 
-use super::ClType;
-use super::structs::Float4;
+use super::cl_type::{ClType, Float4};
 
 /// A field type, with its declaration in OpenCL C.
 pub(super) trait Field {
