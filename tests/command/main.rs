@@ -1,6 +1,7 @@
 //! The command, as its users run it.
 
 mod channels;
+mod circles;
 #[path = "../common/mod.rs"]
 mod common;
 mod device_checks;

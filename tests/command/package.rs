@@ -148,7 +148,7 @@ fn named_paths(code: &str) -> Vec<Vec<String>> {
 }
 
 /// The paths that a text begins with, and what follows them: `a::{b, c::D} …` begins with `a::b` and `a::c::D`.
-fn branches(text: &str) -> (Vec<Vec<String>>, &str) {
+pub fn branches(text: &str) -> (Vec<Vec<String>>, &str) {
     if let Some(mut rest) = text.strip_prefix('{') {
         let mut all = Vec::new();
         while !rest.trim_start().starts_with('}') {
