@@ -5,8 +5,8 @@ use super::options::Fit;
 use super::processes::Processes;
 use super::progress;
 use super::rotate::{START, turn};
-use super::scene::{Scene, SceneOptions};
-use super::viewer::Viewer;
+use super::scene::{OpenedScene, SceneOptions};
+use super::scene_renderer::SceneRenderer;
 use crate::camera::Orbit;
 use crate::device::StageTimes;
 use crate::error::Error;
@@ -78,7 +78,7 @@ pub(super) fn run(arguments: &Arguments, processes: &Processes) -> Result<ExitCo
     let options = &arguments.scene.camera;
     let (teams, volume) = (&arguments.scene.teams, &arguments.scene.volume);
     processes.make_teams(teams, volume, options.size, arguments.frames as usize)?;
-    let mut scene = Scene::open(&arguments.scene, processes)?;
+    let mut scene = OpenedScene::open(&arguments.scene, processes)?;
     let background = options.background.unwrap_or(Background::BLACK);
     let frames = arguments.frames;
     // The same views of all volumes, unless --up is given.
@@ -94,10 +94,10 @@ pub(super) fn run(arguments: &Arguments, processes: &Processes) -> Result<ExitCo
     let view = |n: u32| cameras[n as usize];
 
     let started = Instant::now();
-    let mut viewer = Viewer::new(&scene)?;
-    viewer.announce(&view(0), options.size, &scene.settings)?;
-    let streamed = viewer.is_streamed();
-    let renderer = viewer.renderer();
+    let mut scene_renderer = SceneRenderer::new(&scene)?;
+    scene_renderer.announce(&view(0), options.size, &scene.settings)?;
+    let streamed = scene_renderer.is_streamed();
+    let renderer = scene_renderer.renderer();
     renderer.render_rgba8(&view(0), options.size, &scene.settings, background)?;
     let first_ms = milliseconds(if streamed { scene.opened_at } else { started });
     // Warm-up: builds layouts, min-max blocks and kernels of every layer axis, which the medians exclude.

@@ -2,7 +2,7 @@
 
 use super::options::{CameraOptions, Fit};
 use super::orientation::Angles;
-use super::scene::Scene;
+use super::scene::OpenedScene;
 use crate::camera::{Camera, Orbit, Projection};
 use crate::framing::{Fixed, Framing, Orientation};
 use crate::volume::Grid;
@@ -21,14 +21,14 @@ pub(super) struct Cameras<'a> {
 
 impl<'a> Cameras<'a> {
     /// Creates cameras that fit `default` unless `--fit` is given.
-    pub fn new(options: &CameraOptions, scene: &'a Scene, default: Fit, orientation: Orientation) -> Self {
+    pub fn new(options: &CameraOptions, scene: &'a OpenedScene, default: Fit, orientation: Orientation) -> Self {
         let fit = options.fit.unwrap_or(default);
         let framing = (fit == Fit::Visible).then(|| Rc::new(scene.framing()));
         Self { options: options.clone(), grid: scene.volume.grid(), orientation, framing }
     }
 
     /// Creates cameras that fit the volume's bounding box unless `--fit` is given.
-    pub fn with_bounding_box(options: &CameraOptions, scene: &'a Scene, orientation: Orientation) -> Self {
+    pub fn with_bounding_box(options: &CameraOptions, scene: &'a OpenedScene, orientation: Orientation) -> Self {
         // The box of a single voxel has no extent.
         let framing =
             (options.fit.is_none() && scene.volume.grid().voxel_count() > 1).then(|| Rc::new(Framing::whole(&scene.volume)));

@@ -1,7 +1,7 @@
 //! Key cameras and the path between them.
 
 use super::cameras::Cameras;
-use super::view::View;
+use super::json_view::View;
 use crate::camera::{Camera, CameraPath, Key, Orbit, Projection};
 use crate::error::Error;
 use crate::volume::steps_along;

@@ -1,13 +1,13 @@
 //! `layersplat render --cameras`: many pictures of one volume, one line of JSON each.
 
 use super::cameras::Cameras;
+use super::json_view::View;
 use super::options::LightOptions;
 use super::orientation::OBLIQUE;
 use super::processes::Processes;
 use super::render::Arguments;
-use super::scene::Scene;
+use super::scene::OpenedScene;
 use super::studio::Studio;
-use super::view::View;
 use super::{check, parse, progress};
 use crate::camera::Camera;
 use crate::check::Family;
@@ -80,7 +80,7 @@ pub(super) fn run(arguments: &Arguments, source: &Path, processes: &Processes) -
         size,
         if from_pipe { ASSUMED_COUNT } else { count } as usize,
     )?;
-    let scene = Scene::open(&arguments.scene, processes)?;
+    let scene = OpenedScene::open(&arguments.scene, processes)?;
     let cameras = arguments.pictures.cameras(&arguments.scene.camera, &scene);
     let studio = Studio::new(&scene, &arguments.pictures, arguments.scene.camera.background)?;
     let lines = Lines::open(source, processes)?;
@@ -131,7 +131,7 @@ fn render_all(
     Ok(arguments.exit_code(&studio))
 }
 
-/// As [`Scene::require_checked`], for families that are not in `checked` yet.
+/// As [`OpenedScene::require_checked`], for families that are not in `checked` yet.
 fn require_checked(
     arguments: &Arguments,
     studio: &Studio,

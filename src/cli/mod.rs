@@ -15,15 +15,16 @@ mod compiling;
 mod convert;
 mod devices;
 mod examples;
-mod fields;
 mod film;
 mod info;
+mod json_view;
 mod keys;
 mod labels;
 mod many;
 mod names;
 mod notice;
 mod numbers;
+mod option_names;
 mod options;
 mod orientation;
 mod paper;
@@ -34,6 +35,7 @@ mod remarks;
 mod render;
 mod rotate;
 mod scene;
+mod scene_renderer;
 mod shell;
 #[cfg(unix)]
 mod signals;
@@ -44,8 +46,6 @@ mod time;
 mod transfer;
 mod tune;
 mod values;
-mod view;
-mod viewer;
 mod views;
 
 #[cfg(feature = "mpi")]
@@ -147,7 +147,7 @@ pub fn main() -> ExitCode {
     let processes = if matches!(cli.command, Command::CheckDevice(_)) { Ok(Processes::alone()) } else { Processes::start() };
     let processes = match processes {
         Ok(processes) => processes,
-        Err(error) => return Processes::alone().fail(&fields::with_options(&error), &error, exit_code(&error)),
+        Err(error) => return Processes::alone().fail(&option_names::with_options(&error), &error, exit_code(&error)),
     };
     if processes.leads() {
         progress::show_tasks();
@@ -173,7 +173,7 @@ pub fn main() -> ExitCode {
         Command::Man(arguments) => shell::man_pages(&arguments),
         Command::CheckDevice(arguments) => check::child::run(&arguments),
     };
-    result.unwrap_or_else(|error| processes.fail(&fields::with_options(&error), &error, exit_code(&error)))
+    result.unwrap_or_else(|error| processes.fail(&option_names::with_options(&error), &error, exit_code(&error)))
 }
 
 /// Logs to standard error: warnings by default, else the level of --verbose or RUST_LOG.

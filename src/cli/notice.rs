@@ -1,6 +1,6 @@
 //! Hints for pictures that are empty or of one colour.
 
-use super::scene::Scene;
+use super::scene::OpenedScene;
 use crate::camera::{Camera, Projection};
 use crate::image::Frame;
 use crate::settings::Blend;
@@ -17,7 +17,7 @@ pub(super) fn is_empty(frame: &Frame) -> bool {
 }
 
 /// Explains an empty picture, or one of a single colour, and suggests options. `None` for other pictures.
-pub(super) fn explain_picture(frame: &Frame, camera: &Camera, scene: &Scene) -> Option<String> {
+pub(super) fn explain_picture(frame: &Frame, camera: &Camera, scene: &OpenedScene) -> Option<String> {
     let pixels = frame.pixels();
     let (mut least, mut most) = ([f32::INFINITY; 4], [f32::NEG_INFINITY; 4]);
     for pixel in pixels {
@@ -40,7 +40,7 @@ pub(super) fn explain_picture(frame: &Frame, camera: &Camera, scene: &Scene) -> 
 }
 
 /// Explains an empty picture. `tiny` explains views in which the volume is too small to be seen.
-fn empty(scene: &Scene, tiny: impl FnOnce() -> Option<String>) -> String {
+fn empty(scene: &OpenedScene, tiny: impl FnOnce() -> Option<String>) -> String {
     let (lo, hi) = scene.volume.range();
     let (settings, transfer) = (&scene.settings, &scene.transfer);
     let is_clipped = !settings.clipping.is_empty();
@@ -83,7 +83,7 @@ fn tiny(camera: &Camera, height: u32, grid: &Grid) -> Option<String> {
 }
 
 /// Hint for volumes whose voxels all have one transparent value. No transfer range helps there.
-fn constant(scene: &Scene, value: f64) -> String {
+fn constant(scene: &OpenedScene, value: f64) -> String {
     let remedy = match scene.volume.name().strip_prefix("builtin:") {
         Some(name) => {
             let name = name.split('@').next().unwrap_or(name);

@@ -6,7 +6,7 @@ use super::many;
 use super::options::CameraOptions;
 use super::orientation::{OBLIQUE, UpReport};
 use super::processes::Processes;
-use super::scene::{Scene, SceneOptions};
+use super::scene::{OpenedScene, SceneOptions};
 use super::standard::{Output, is_input};
 use super::studio::{PictureOptions, Studio};
 use crate::annotation::VectorFormat;
@@ -103,7 +103,7 @@ pub(super) fn run(arguments: &Arguments, processes: &Processes) -> Result<ExitCo
     if !processes.owns(0) {
         return Ok(ExitCode::SUCCESS);
     }
-    let scene = Scene::open(&arguments.scene, processes)?;
+    let scene = OpenedScene::open(&arguments.scene, processes)?;
     if arguments.legend_only {
         return arguments.write_colour_bar(&scene, &output);
     }
@@ -188,7 +188,7 @@ impl Arguments {
     }
 
     /// Writes the colour bar alone.
-    fn write_colour_bar(&self, scene: &Scene, output: &Output) -> Result<ExitCode, Error> {
+    fn write_colour_bar(&self, scene: &OpenedScene, output: &Output) -> Result<ExitCode, Error> {
         let CameraOptions { size, background, .. } = self.scene.camera;
         match self.vector_format(output.path()) {
             Some(format) => {
@@ -210,7 +210,7 @@ impl Arguments {
     }
 
     /// Fails if processes that share the volume cannot render a view, or its depths if requested.
-    pub fn require_shared(&self, scene: &Scene, camera: Camera, size: Viewport, settings: &Settings) -> Result<(), Error> {
+    pub fn require_shared(&self, scene: &OpenedScene, camera: Camera, size: Viewport, settings: &Settings) -> Result<(), Error> {
         scene.require_shared(size, &[camera], settings)?;
         if self.depth { scene.require_shared(size, &[camera], &depth_settings(settings)) } else { Ok(()) }
     }
@@ -218,7 +218,7 @@ impl Arguments {
     /// Kernel families that render a frame of this size, and its depths if requested.
     pub fn families(
         &self,
-        scene: &Scene,
+        scene: &OpenedScene,
         camera: Camera,
         size: Viewport,
         settings: &Settings,

@@ -6,7 +6,7 @@ use super::orientation::UpReport;
 use super::parse;
 use super::processes::Processes;
 use super::progress;
-use super::scene::{Scene, SceneOptions};
+use super::scene::{OpenedScene, SceneOptions};
 use super::studio::{PictureOptions, Studio};
 use super::time::{Moments, TimeOptions};
 use crate::camera::Orbit;
@@ -108,8 +108,8 @@ pub(super) fn run(arguments: &Arguments, processes: &Processes) -> Result<ExitCo
     let film = || Film::create(&arguments.output, options, encoding, frames, arguments.rate);
     let mut film = if processes.leads() { Some(film()?) } else { None };
     let mut scene = match &moments {
-        Some(moments) => Scene::open_sequence(&arguments.scene, processes, moments.sequence())?,
-        None => Scene::open(&arguments.scene, processes)?,
+        Some(moments) => OpenedScene::open_sequence(&arguments.scene, processes, moments.sequence())?,
+        None => OpenedScene::open(&arguments.scene, processes)?,
     };
     let fitting = arguments.pictures.cameras(options, &scene);
     let start = fitting.angles().or_each_of(START);

@@ -54,7 +54,7 @@ pub(super) struct SceneOptions {
 }
 
 /// A volume with its transfer function, settings and device.
-pub(super) struct Scene {
+pub(super) struct OpenedScene {
     /// The volume, or the first step of a sequence.
     pub volume: Volume<'static>,
     pub transfer: TransferFunction,
@@ -88,7 +88,7 @@ pub(super) struct Scene {
     pub shown_by_steps: Option<Framing>,
 }
 
-impl Scene {
+impl OpenedScene {
     /// Checks the options, opens the device and reads the volume, or this process's part of it.
     pub fn open(options: &SceneOptions, processes: &Processes) -> Result<Self, Error> {
         Self::open_first(options, processes, None)

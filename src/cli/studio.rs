@@ -6,8 +6,8 @@ use super::names;
 use super::notice;
 use super::options::{CameraOptions, EncodingOptions, Fit};
 use super::parse;
-use super::scene::Scene;
-use super::viewer::Viewer;
+use super::scene::OpenedScene;
+use super::scene_renderer::SceneRenderer;
 use crate::annotation::{AnnotatedView, Annotations, VectorFormat};
 use crate::camera::Camera;
 use crate::error::Error;
@@ -62,11 +62,11 @@ pub(super) enum LegendPlace {
 
 /// Renders the pictures of a scene. Sizes are those of finished pictures; legend and axes may take a part.
 pub(super) struct Studio<'a> {
-    scene: &'a Scene,
+    scene: &'a OpenedScene,
     options: &'a PictureOptions,
     background: Background,
     annotations: Annotations,
-    viewer: Viewer,
+    scene_renderer: SceneRenderer,
     /// Grid of the volume that is drawn.
     grid: Grid,
     /// Whether the first picture was checked for being empty or of one colour.
@@ -76,7 +76,7 @@ pub(super) struct Studio<'a> {
 
 impl<'a> Studio<'a> {
     /// Creates a studio. `background` selects contrasting annotation colours; the default is black.
-    pub fn new(scene: &'a Scene, options: &'a PictureOptions, background: Option<Background>) -> Result<Self, Error> {
+    pub fn new(scene: &'a OpenedScene, options: &'a PictureOptions, background: Option<Background>) -> Result<Self, Error> {
         let background = background.unwrap_or(Background::BLACK);
         let annotations = options.annotations(scene);
         Ok(Self {
@@ -84,7 +84,7 @@ impl<'a> Studio<'a> {
             options,
             background,
             annotations,
-            viewer: Viewer::new(scene)?,
+            scene_renderer: SceneRenderer::new(scene)?,
             grid: scene.volume.grid().clone(),
             first_checked: false,
             has_empty_picture: false,
@@ -99,15 +99,15 @@ impl<'a> Studio<'a> {
     /// Draws another step of a sequence in the following pictures.
     pub fn set_volume(&mut self, volume: &Volume<'static>) -> Result<(), Error> {
         self.grid = volume.grid().clone();
-        self.viewer.renderer().set_volume(volume)
+        self.scene_renderer.renderer().set_volume(volume)
     }
 
     /// Stream plan of a view, also printed to standard error. `None` if the view is not streamed.
     pub fn announce(&self, camera: &Camera, size: Viewport) -> Result<Option<StreamPlan>, Error> {
-        self.viewer.announce(camera, self.options.rendered(self.inner(size))?, &self.scene.settings)
+        self.scene_renderer.announce(camera, self.options.rendered(self.inner(size))?, &self.scene.settings)
     }
 
-    pub fn scene(&self) -> &'a Scene {
+    pub fn scene(&self) -> &'a OpenedScene {
         self.scene
     }
 
@@ -121,11 +121,11 @@ impl<'a> Studio<'a> {
     }
 
     pub fn is_streamed(&self) -> bool {
-        self.viewer.is_streamed()
+        self.scene_renderer.is_streamed()
     }
 
     pub fn measure(&mut self, measuring: bool) {
-        self.viewer.renderer().measure(measuring);
+        self.scene_renderer.renderer().measure(measuring);
     }
 
     /// Renders a finished picture without a background. If the first one is empty, prints a hint to standard error. If processes
@@ -143,8 +143,8 @@ impl<'a> Studio<'a> {
     ) -> Result<(Option<Frame>, FrameReport), Error> {
         let rendered = self.options.rendered(self.inner(size))?;
         let (frame, report) = {
-            let Self { viewer, .. } = self;
-            compiling::while_rendering(|| viewer.renderer().render(camera, rendered, settings))?
+            let Self { scene_renderer, .. } = self;
+            compiling::while_rendering(|| scene_renderer.renderer().render(camera, rendered, settings))?
         };
         let Some(frame) = frame else { return Ok((None, report)) };
         self.has_empty_picture |= notice::is_empty(&frame);
@@ -167,7 +167,7 @@ impl<'a> Studio<'a> {
     /// Depths of a picture, along rays through the pixel centres, and the ids of its labels there.
     pub fn depths(&mut self, camera: &Camera, size: Viewport) -> Result<Depths, Error> {
         let inner = self.inner(size);
-        let depths = self.viewer.renderer().depths(camera, inner, &self.scene.settings)?;
+        let depths = self.scene_renderer.renderer().depths(camera, inner, &self.scene.settings)?;
         let depths = match self.scene.label_at() {
             Some(id_at) => depths.with_ids(camera, id_at)?,
             None => depths,
@@ -178,7 +178,7 @@ impl<'a> Studio<'a> {
 
 impl PictureOptions {
     /// Cameras that fit the visible part, or the bounding box if it is drawn. Says on standard error which way is up.
-    pub fn cameras<'a>(&self, options: &CameraOptions, scene: &'a Scene) -> Cameras<'a> {
+    pub fn cameras<'a>(&self, options: &CameraOptions, scene: &'a OpenedScene) -> Cameras<'a> {
         let orientation = scene.orientation(options);
         let options = CameraOptions { size: self.inner(options.size, scene), ..options.clone() };
         match self.bounding_box {
@@ -188,7 +188,7 @@ impl PictureOptions {
     }
 
     /// Size of the volume's part of a picture, beside which legend and axes are.
-    pub fn inner(&self, size: Viewport, scene: &Scene) -> Viewport {
+    pub fn inner(&self, size: Viewport, scene: &OpenedScene) -> Viewport {
         match self.legend_place {
             LegendPlace::Beside => self.annotations(scene).inner(size, &scene.transfer, scene.settings.blend),
             LegendPlace::Over => size,
@@ -196,7 +196,7 @@ impl PictureOptions {
     }
 
     /// The colour bar of a scene, as it is beside a picture of `size`.
-    pub fn colour_bar(&self, size: Viewport, scene: &Scene, background: Option<Background>) -> Result<Frame, Error> {
+    pub fn colour_bar(&self, size: Viewport, scene: &OpenedScene, background: Option<Background>) -> Result<Frame, Error> {
         let background = background.unwrap_or(Background::BLACK);
         self.annotations(scene).legend_alone(size, &scene.transfer, scene.settings.blend, background)
     }
@@ -205,7 +205,7 @@ impl PictureOptions {
     pub fn colour_bar_document(
         &self,
         size: Viewport,
-        scene: &Scene,
+        scene: &OpenedScene,
         background: Option<Background>,
         format: VectorFormat,
     ) -> Result<Vec<u8>, Error> {
@@ -213,7 +213,7 @@ impl PictureOptions {
         self.annotations(scene).legend_document(size, &scene.transfer, scene.settings.blend, background, format, &encoding)
     }
 
-    fn annotations(&self, scene: &Scene) -> Annotations {
+    fn annotations(&self, scene: &OpenedScene) -> Annotations {
         let Self { legend, bounding_box, axes, .. } = *self;
         let (units, length_units) = (self.units.clone(), self.length_units.clone());
         Annotations { legend, list: scene.legend.clone(), bounding_box, axes, units, length_units, font_size: self.font_pixels() }

@@ -3,7 +3,7 @@
 use super::orientation::UpReport;
 use super::processes::Processes;
 use super::progress;
-use super::scene::{Scene, SceneOptions};
+use super::scene::{OpenedScene, SceneOptions};
 use super::standard::Output;
 use super::studio::{PictureOptions, Studio};
 use crate::annotation::labelled;
@@ -70,7 +70,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let sheet = sheet_size(options.size)?;
     memory::require("the contact sheet", sheet.pixels() as u64 * size_of::<[f32; 4]>() as u64)?;
     arguments.pictures.rendered(options.size)?;
-    let scene = Scene::open(&arguments.scene, &Processes::alone())?;
+    let scene = OpenedScene::open(&arguments.scene, &Processes::alone())?;
     let fitting = arguments.pictures.cameras(options, &scene);
     let views = views(fitting.orientation(), fitting.angles().or_all_of(Orbit::default()));
     // A sequence has one scale, so views can be compared.

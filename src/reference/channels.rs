@@ -2,7 +2,7 @@
 
 use super::compositing::{Gathered, picture};
 use super::field::Field;
-use super::shading::Look;
+use super::shading::ShadingInputs;
 use super::shadow_rays::{Reached, ShadowRays};
 use crate::camera::Camera;
 use crate::error::Error;
@@ -147,7 +147,7 @@ impl Summand<'_> {
         if extinction == 0.0 {
             return (0.0, [0.0; 3]);
         }
-        let look = Look { shading, gradient_opacity: None, extinction: Extinction::Exponential, reached: reached() };
+        let look = ShadingInputs { shading, gradient_opacity: None, extinction: Extinction::Exponential, reached: reached() };
         let (color, _) = look.at(self.volume, || self.field.gradient(p), seen.to_eye, self.transfer.color(value), 1.0);
         (extinction * length / self.volume.grid().spacing().min_element(), color)
     }

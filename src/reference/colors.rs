@@ -2,7 +2,7 @@
 
 use super::compositing::{Gathered, picture};
 use super::field::Field;
-use super::shading::Look;
+use super::shading::ShadingInputs;
 use super::shadow_rays::Reached;
 use crate::camera::Camera;
 use crate::error::Error;
@@ -52,8 +52,12 @@ impl<'a> Colors<'a> {
         let per_t = (ray.direction * spacing).length() / spacing.min_element();
         let steps = ((extent.to - extent.from) * per_t * STEPS).ceil().max(1.0);
         let step = (extent.to - extent.from) / steps;
-        let look =
-            Look { shading: self.shading, gradient_opacity: None, extinction: Extinction::Exponential, reached: Reached::ALL };
+        let look = ShadingInputs {
+            shading: self.shading,
+            gradient_opacity: None,
+            extinction: Extinction::Exponential,
+            reached: Reached::ALL,
+        };
         let mut gathered = Gathered::new();
         for n in 0..steps as usize {
             let p = ray.origin + ray.direction * (extent.from + (n as f64 + 0.5) * step);

@@ -5,7 +5,7 @@ use super::field::Field;
 use super::interval::{Interval, Region};
 use super::known::Known;
 use super::label_colors::LabelColors;
-use super::shading::Look;
+use super::shading::ShadingInputs;
 use super::shadow_rays::Reached;
 use crate::camera::Camera;
 use crate::error::Error;
@@ -118,7 +118,7 @@ impl<'a> Integral<'a> {
         let steps = ((to - from) / step).ceil().max(1.0);
         let step = (to - from) / steps;
         let dt = step * world_per_t / self.unit_distance;
-        let look = Look {
+        let look = ShadingInputs {
             shading: self.shading,
             gradient_opacity: self.gradient_opacity,
             extinction: Extinction::Exponential,

@@ -5,7 +5,7 @@ use super::compositing::{Gathered, picture};
 use super::depth_cue::{Fade, faded};
 use super::field::Field;
 use super::interval::{Interval, Part, Region};
-use super::shading::Look;
+use super::shading::ShadingInputs;
 use super::shadow_rays::{Reached, ShadowRays};
 use crate::camera::Camera;
 use crate::error::Error;
@@ -116,9 +116,9 @@ impl<'a> Layered<'a> {
     }
 
     /// How a sample at a point, given in voxels, looks.
-    pub(super) fn look(&self, point: DVec3) -> Look {
+    pub(super) fn look(&self, point: DVec3) -> ShadingInputs {
         let reached = self.shadow_rays.as_ref().map_or(Reached::ALL, |rays| rays.reached(point));
-        Look::from_settings(self.settings).lit_by(reached)
+        ShadingInputs::from_settings(self.settings).lit_by(reached)
     }
 
     fn composite_splats(&self, crossing: &Crossing, correction: Correction, to_eye: DVec3) -> [f64; 4] {

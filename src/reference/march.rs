@@ -9,7 +9,7 @@ use super::depth_cue::{Fade, faded};
 use super::field::Field;
 use super::interval::{Part, Region};
 use super::label_colors::LabelColors;
-use super::shading::{Lighting, Look};
+use super::shading::{Lighting, ShadingInputs};
 use super::shadow_rays::{Reached, ShadowRays};
 use crate::camera::Camera;
 use crate::error::Error;
@@ -70,9 +70,9 @@ impl<'a> Marched<'a> {
     }
 
     /// How a sample at a point, given in voxels, looks.
-    fn look(&self, point: DVec3) -> Look {
+    fn look(&self, point: DVec3) -> ShadingInputs {
         let reached = self.shadow_rays.as_ref().map_or(Reached::ALL, |rays| rays.reached(point));
-        Look::from_settings(self.settings).lit_by(reached)
+        ShadingInputs::from_settings(self.settings).lit_by(reached)
     }
 
     /// Colour of a value at a point, given in voxels, before lighting.

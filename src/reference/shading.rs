@@ -12,14 +12,14 @@ const LEAST_LENGTH: f64 = 1e-10;
 
 /// Settings that depend on gradients, and the light that reaches a sample.
 #[derive(Clone, Copy)]
-pub(super) struct Look {
+pub(super) struct ShadingInputs {
     pub shading: Option<Shading>,
     pub gradient_opacity: Option<GradientOpacity>,
     pub extinction: Extinction,
     pub reached: Reached,
 }
 
-impl Look {
+impl ShadingInputs {
     pub fn from_settings(settings: &Settings) -> Self {
         Self {
             shading: settings.shading,
@@ -84,7 +84,7 @@ impl Lighting {
     }
 
     /// Blinn–Phong lighting with the fade for weak gradients (math.md, "Conventions"). `gradient` is per voxel, `to_eye` in grid axes.
-    pub fn new(volume: &Volume, look: Look, gradient: DVec3, to_eye: DVec3) -> Self {
+    pub fn new(volume: &Volume, look: ShadingInputs, gradient: DVec3, to_eye: DVec3) -> Self {
         let grid = volume.grid();
         let left = look.gradient_opacity.map_or(1.0, |opacity| opacity.at((gradient / grid.spacing()).length()));
         let range = range_of_values(volume);
@@ -110,7 +110,7 @@ impl Lighting {
     }
 
     /// Lighting for a field. With analytic gradients, interpolation weights are more even.
-    pub fn for_field(field: &Field, volume: &Volume, look: Look, gradient: DVec3, to_eye: DVec3) -> Self {
+    pub fn for_field(field: &Field, volume: &Volume, look: ShadingInputs, gradient: DVec3, to_eye: DVec3) -> Self {
         let lighting = Self::new(volume, look, gradient, to_eye);
         let even = if field.has_own_gradients() { EVEN } else { 0.0 };
         Self { weight: even + lighting.weight, ..lighting }

@@ -4,7 +4,7 @@ use super::compositing::{Gathered, opacity_of_depth, opacity_over, picture};
 use super::depth_cue::{Fade, faded};
 use super::field::Field;
 use super::interval::Region;
-use super::shading::{Lighting, Look};
+use super::shading::{Lighting, ShadingInputs};
 use crate::camera::Camera;
 use crate::error::Error;
 use crate::image::Frame;
@@ -129,7 +129,7 @@ impl<'a> Sheets<'a> {
                 Extinction::Exponential => self.transfer.extinction(splat.value).min(OPAQUE),
                 Extinction::Linear => self.transfer.opacity(splat.value),
             };
-            let lighting = Lighting::new(self.volume, Look::from_settings(self.settings), splat.gradient, to_eye);
+            let lighting = Lighting::new(self.volume, ShadingInputs::from_settings(self.settings), splat.gradient, to_eye);
             let extinction = extinction * lighting.left();
             if extinction > 0.0 {
                 let [r, g, b] = faded(fade, splat.place, lighting.on(self.transfer.color(splat.value)));
@@ -202,7 +202,8 @@ impl<'a> Sheets<'a> {
             };
             if opacity > 0.0 {
                 let color = self.transfer.color(value);
-                let (color, opacity) = Look::from_settings(self.settings).at(self.volume, || gradient, to_eye, color, opacity);
+                let (color, opacity) =
+                    ShadingInputs::from_settings(self.settings).at(self.volume, || gradient, to_eye, color, opacity);
                 let place = ray.origin + ray.direction * parameter(depth);
                 gathered.add(faded(fade, place, color), opacity);
             }

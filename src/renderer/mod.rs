@@ -13,8 +13,8 @@ mod enqueued;
 #[cfg(test)]
 mod faults;
 mod field;
+mod field_kind;
 mod frame;
-mod kinds;
 mod label_colors;
 mod lattice_picture;
 mod layered;
@@ -57,7 +57,7 @@ pub use directions::vector_norms;
 #[cfg(feature = "mpi")]
 pub use distributed_report::{Composed, DistributedReport, Exchanged, RankMeasured, RankReport};
 pub use field::{DeviceVoxels, UploadedVolume};
-pub use kinds::FieldKind;
+pub use field_kind::FieldKind;
 pub use label_colors::LabelColors;
 pub use lattice_picture::LatticePicture;
 #[cfg(feature = "mpi")]

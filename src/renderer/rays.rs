@@ -1,6 +1,6 @@
 //! Ray casting, with and without pre-integrated segments.
 
-use super::channels::{CHANNELS, FieldInputs, Together, declare_channels};
+use super::channels::{CHANNELS, FieldInputs, MergedInputs, declare_channels};
 use super::classification::Table;
 use super::field::Layout;
 use super::frame::{Declaring, Resources};
@@ -126,18 +126,18 @@ impl MarchedRays {
         let params = |blocks| MarchParams { length: (step * steps.shortest()) as f32, ..march_params(blocks, settings.culling) };
         if scene.channels() > 1 {
             let inputs = scene.for_each_channel(|scene| cast_inputs(scene, kernel, step))?;
-            let together = Together::new(inputs.iter().map(|(field, _)| field).collect())?;
+            let merged = MergedInputs::new(inputs.iter().map(|(field, _)| field).collect())?;
             let tables: Vec<_> = inputs.iter().map(|(_, table)| &table.entries).collect();
-            let rendering = Rendering { depths, ..together.rendering };
-            let (illumination, fields) = (scene.illumination()?, together.params(device, CHANNELS.name)?);
-            let light = illumination.arguments(together.unused());
-            let clip = together.region.for_kernels(AXIS.frame());
+            let rendering = Rendering { depths, ..merged.rendering };
+            let (illumination, fields) = (scene.illumination()?, merged.params(device, CHANNELS.name)?);
+            let light = illumination.arguments(merged.unused());
+            let clip = merged.region.for_kernels(AXIS.frame());
             let arguments = ChannelRaycastArguments {
-                channels: together.shaded(&fields, &tables, light, clip, drawn.output()),
+                channels: merged.shaded(&fields, &tables, light, clip, drawn.output()),
                 s: screen_params(scene, steps, AXIS.frame(), drawn.tiles),
-                p: params(together.blocks()),
+                p: params(merged.blocks()),
             };
-            let variant = (together.kind, kernel, rendering, together.channels());
+            let variant = (merged.kind, kernel, rendering, merged.channels());
             return self.channels.launch(device, variant, &arguments);
         }
         let (field, table) = cast_inputs(scene, kernel, step)?;

@@ -3,7 +3,7 @@
 use super::drawn::CurrentLook;
 use super::look::Look;
 use super::painter::Painter;
-use super::scene::Scene;
+use super::scene::SharedScene;
 use crate::annotation::{AnnotatedView, Annotations};
 use crate::camera::Camera;
 use crate::error::Error;
@@ -11,7 +11,7 @@ use crate::image::Frame;
 use crate::settings::Blend;
 
 /// The annotations of a look, if it has any.
-fn annotations_of(look: &Look, scene: &Scene) -> Result<Option<Annotations>, Error> {
+fn annotations_of(look: &Look, scene: &SharedScene) -> Result<Option<Annotations>, Error> {
     let list = if look.legend { scene.legend(look)? } else { None };
     Ok(Some(look.annotations(scene.length_units(), list)).filter(|annotations| !annotations.is_empty()))
 }
@@ -19,7 +19,7 @@ fn annotations_of(look: &Look, scene: &Scene) -> Result<Option<Annotations>, Err
 /// A finished frame with the annotations of a look.
 pub(super) fn annotated(
     frame: Frame,
-    scene: &Scene,
+    scene: &SharedScene,
     CurrentLook { look, transfers }: CurrentLook,
     camera: &Camera,
     blend: Blend,

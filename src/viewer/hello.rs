@@ -5,7 +5,7 @@ use super::first::{First, Opening};
 use super::look::Look;
 use super::look_fields::is_name;
 use super::replies::{NamedTransfer, Reply};
-use super::scene::Scene;
+use super::scene::SharedScene;
 use super::slices;
 use crate::framing::Side;
 use crate::layers::{GradientEstimator, Kernel};
@@ -20,7 +20,7 @@ use std::collections::HashMap;
 /// Most labels that a page lists.
 const MOST_LABELS: usize = 4096;
 
-impl Scene {
+impl SharedScene {
     /// The first message to a page, JSON.
     pub fn hello(&self, first: &First) -> String {
         let Opening { volume, orientation, .. } = &self.opening;

@@ -7,7 +7,7 @@ use super::look::Look;
 use super::outgoing::Outgoing;
 use super::replies::{FilmState, Reply};
 use super::requests::Film;
-use super::scene::Scene;
+use super::scene::SharedScene;
 use crate::device::{Bands, Cancel};
 use crate::error::Error;
 use crate::transfer::TransferFunction;
@@ -144,7 +144,7 @@ impl Keeper {
 
 /// Makes what is kept for one page.
 pub(super) struct Maker {
-    pub scene: Arc<Scene>,
+    pub scene: Arc<SharedScene>,
     pub keeper: Arc<Keeper>,
     pub outgoing: Outgoing,
 }

@@ -1,7 +1,7 @@
 //! The viewer: a page in the user's browser or in a notebook, whose pictures are drawn on this machine's device (docs/dev/viewer.md).
 //!
 //! Each page has a [`Session`], with a thread that draws (`painter`) and an `inbox` between both, which keeps the newest requests only. All
-//! pages share the voxels on the device ([`Scene`]). The program that shows the page is a [`Host`]: it knows its options. It also carries the
+//! pages share the voxels on the device ([`SharedScene`]). The program that shows the page is a [`Host`]: it knows its options. It also carries the
 //! messages: the feature `viewer` has a `Server` for browsers, and the Python package has the channel of a notebook.
 
 #[cfg(feature = "viewer")]
@@ -64,7 +64,7 @@ pub use outgoing::Message;
 pub use overlay::Overlay;
 pub use page_camera::{PageCamera, PageProjection};
 pub use requests::{OpenWanted, SavedFormat};
-pub use scene::Scene;
+pub use scene::SharedScene;
 #[cfg(feature = "viewer")]
 pub use server::{Server, Stop};
 pub use session::{Change, Received, Session};

@@ -4,7 +4,7 @@
 use super::drops::Drops;
 use super::host::Source;
 use super::requests::OpenWanted;
-use super::scene::Scene;
+use super::scene::SharedScene;
 use super::served::Served;
 use crate::error::Error;
 use crate::files::Scratch;
@@ -30,7 +30,7 @@ const LONGEST_PAUSE: Duration = Duration::from_secs(30);
 const LONGEST_NAME: usize = 200;
 
 /// Opens a volume. Takes as long as reading it. The error is a sentence for the page.
-pub(super) fn open(served: &Served, scene: &Scene, wanted: &OpenWanted) -> Result<Arc<Scene>, String> {
+pub(super) fn open(served: &Served, scene: &SharedScene, wanted: &OpenWanted) -> Result<Arc<SharedScene>, String> {
     let dropped = match wanted {
         OpenWanted::Offered(_) => None,
         OpenWanted::Dropped(number) => {
@@ -49,7 +49,7 @@ pub(super) fn open(served: &Served, scene: &Scene, wanted: &OpenWanted) -> Resul
     };
     let (opening, host) = scene.host.open(&source).map_err(|error| sentence(&error))?;
     let held = dropped.map(|dropped| dropped.folder);
-    let opened = Scene::new(opening, host).map_err(|error| sentence(&error))?;
+    let opened = SharedScene::new(opening, host).map_err(|error| sentence(&error))?;
     Ok(Arc::new(opened.numbered(served.scenes.next_number(), held)))
 }
 

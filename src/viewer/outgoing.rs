@@ -1,7 +1,7 @@
 //! What a session sends to its page.
 
 use super::replies::{Picture, Reply};
-use super::scene::Scene;
+use super::scene::SharedScene;
 use crate::error::Error;
 use std::sync::Arc;
 
@@ -24,7 +24,7 @@ impl Outgoing {
     }
 
     /// Sends the sentence of an error.
-    pub fn problem(&self, scene: &Scene, error: &Error) {
+    pub fn problem(&self, scene: &SharedScene, error: &Error) {
         tracing::info!("reported to a page: {error}");
         self.reply(&Reply::Problem { sentence: &scene.host.sentence(error) });
     }

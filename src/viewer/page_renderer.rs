@@ -3,7 +3,7 @@
 use super::drawn::{ColorKey, CurrentLook, Drawn, LastColors, PageField, PageRenderer, Uploaded};
 use super::look::Look;
 use super::look_fields::PageChannel;
-use super::scene::Scene;
+use super::scene::SharedScene;
 use crate::annotation::{Legend, LegendEntry};
 use crate::error::Error;
 use crate::framing::Framing;
@@ -13,7 +13,7 @@ use crate::shown::{Shown, legend_of};
 use crate::volume::{LabelTable, Volume};
 use std::sync::Arc;
 
-impl Scene {
+impl SharedScene {
     /// What a renderer of the scene draws.
     pub(super) fn kind(&self) -> FieldKind {
         self.opening.drawn.kind()

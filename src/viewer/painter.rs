@@ -10,7 +10,7 @@ use super::outgoing::Outgoing;
 use super::pace::Pace;
 use super::replies::{FilmState, Picture, Reply, Step};
 use super::requests::{View, shown_size};
-use super::scene::Scene;
+use super::scene::SharedScene;
 use super::sharpening::Sharpening;
 use super::time::Moment;
 use super::warming;
@@ -27,7 +27,7 @@ use std::time::Instant;
 
 /// Draws for one page.
 pub(super) struct Painter {
-    pub scene: Arc<Scene>,
+    pub scene: Arc<SharedScene>,
     pub inbox: Arc<Inbox>,
     keeper: Arc<Keeper>,
     pub outgoing: Outgoing,
@@ -68,7 +68,7 @@ impl Current {
 
 impl Painter {
     pub fn new(
-        scene: Arc<Scene>,
+        scene: Arc<SharedScene>,
         (inbox, keeper): (Arc<Inbox>, Arc<Keeper>),
         outgoing: Outgoing,
         first: &First,

@@ -4,7 +4,7 @@ use super::drawn::{CurrentLook, Drawn, PageField};
 use super::painter::Painter;
 use super::replies::{Picked, PickedLabel};
 use super::requests::{Pick, shown_size};
-use super::scene::Scene;
+use super::scene::SharedScene;
 use crate::camera::{Camera, Projection};
 use crate::error::Error;
 use crate::layers::Kernel;
@@ -86,7 +86,7 @@ impl Painter {
 
 /// What is read at points.
 struct Seen<'a> {
-    scene: &'a Scene,
+    scene: &'a SharedScene,
     /// The volume, or the step of a sequence.
     volume: &'a Volume<'static>,
     now: CurrentLook<'a>,

@@ -11,7 +11,7 @@ use super::outgoing::Outgoing;
 use super::painter::Painter;
 use super::replies::{Format, NamedText, Picture, Reply, Step};
 use super::requests::SavedFormat;
-use super::scene::Scene;
+use super::scene::SharedScene;
 use crate::error::Error;
 use crate::image::Encoding;
 use crate::settings::Quality;
@@ -75,7 +75,7 @@ impl Painter {
 
 /// Sends the command that makes a picture, and the program in Python, with the transfer function as a file.
 fn say_command(
-    scene: &Scene,
+    scene: &SharedScene,
     outgoing: &Outgoing,
     CurrentLook { look, transfers }: CurrentLook,
     saving: &Saving,
@@ -105,7 +105,7 @@ pub(super) fn files_of_others(transfers: &[TransferFunction]) -> Vec<NamedText> 
     others.map(|(name, transfer)| NamedText { name, text: transfer.to_text(FileFormat::ParaView) }).collect()
 }
 
-fn wanted<'a>(scene: &Scene, saving: &'a Saving, look: &'a Look, others: &'a [String]) -> Result<Wanted<'a>, Error> {
+fn wanted<'a>(scene: &SharedScene, saving: &'a Saving, look: &'a Look, others: &'a [String]) -> Result<Wanted<'a>, Error> {
     let Saving { camera, size, samples, format } = saving;
     let (view, length_units) = (scene.camera(camera)?, scene.length_units());
     let (size, samples, format) = (*size, *samples, *format);

@@ -20,7 +20,7 @@ use std::sync::OnceLock;
 use std::sync::atomic::AtomicBool;
 
 /// What all pages of a run share.
-pub struct Scene {
+pub struct SharedScene {
     /// Number of the scene within a run that opens several.
     pub(super) number: u32,
     pub(super) opening: Opening,
@@ -39,7 +39,7 @@ pub struct Scene {
     pub(super) ready: Readiness,
 }
 
-impl Scene {
+impl SharedScene {
     /// Uploads the volume, unless it needs to be streamed.
     ///
     /// # Errors

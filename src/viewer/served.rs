@@ -2,7 +2,7 @@
 
 use super::access::Access;
 use super::drops::Drops;
-use super::scene::Scene;
+use super::scene::SharedScene;
 use std::sync::atomic::{AtomicU32, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 
@@ -16,7 +16,7 @@ pub(super) struct Served {
 }
 
 impl Served {
-    pub fn new(access: Access, scene: Scene) -> Self {
+    pub fn new(access: Access, scene: SharedScene) -> Self {
         let scenes = Arc::new(Scenes { last: Mutex::new(Arc::new(scene)), earlier: Mutex::default(), number: AtomicU32::new(0) });
         Self { access, scenes, drops: Drops::default(), sessions: AtomicUsize::new(0) }
     }
@@ -24,17 +24,17 @@ impl Served {
 
 /// The scenes of a run. New pages show the one that was opened last; others keep theirs.
 pub(super) struct Scenes {
-    last: Mutex<Arc<Scene>>,
-    earlier: Mutex<Vec<Weak<Scene>>>,
+    last: Mutex<Arc<SharedScene>>,
+    earlier: Mutex<Vec<Weak<SharedScene>>>,
     number: AtomicU32,
 }
 
 impl Scenes {
-    pub fn last(&self) -> Arc<Scene> {
+    pub fn last(&self) -> Arc<SharedScene> {
         self.last.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    pub fn open(&self, scene: Arc<Scene>) {
+    pub fn open(&self, scene: Arc<SharedScene>) {
         let before = std::mem::replace(&mut *self.last.lock().unwrap_or_else(PoisonError::into_inner), scene);
         let mut earlier = self.earlier.lock().unwrap_or_else(PoisonError::into_inner);
         earlier.retain(|scene| scene.strong_count() > 0);

@@ -6,7 +6,7 @@ use super::first::Opening;
 use super::host::Host;
 use super::opening;
 use super::requests::MAX_MESSAGE;
-use super::scene::Scene;
+use super::scene::SharedScene;
 use super::served::Served;
 use super::socket;
 use crate::error::Error;
@@ -102,7 +102,7 @@ impl Server {
         let failed = |e| Error::read(Path::new("the viewer's address"), e);
         let runtime = Builder::new_current_thread().enable_all().build().map_err(failed)?;
         listener.set_nonblocking(true).map_err(failed)?;
-        Ok(Self { runtime, listener, served: Arc::new(Served::new(access, Scene::new(opening, host)?)) })
+        Ok(Self { runtime, listener, served: Arc::new(Served::new(access, SharedScene::new(opening, host)?)) })
     }
 
     /// Answers requests until `stop`.

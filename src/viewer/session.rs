@@ -9,7 +9,7 @@ use super::page_camera::PageCamera;
 use super::painter::Painter;
 use super::replies::Reply;
 use super::requests::{MAX_MESSAGE, OpenWanted, Request, saved_size, shown_size, transfer_function};
-use super::scene::Scene;
+use super::scene::SharedScene;
 use super::warming;
 use crate::device::Cancel;
 use crate::error::Error;
@@ -21,7 +21,7 @@ use std::thread::JoinHandle;
 
 /// The session of a page. Dropping it ends the drawing thread after the kernel that is running.
 pub struct Session {
-    scene: Arc<Scene>,
+    scene: Arc<SharedScene>,
     inbox: Arc<Inbox>,
     keeper: Arc<Keeper>,
     threads: Vec<JoinHandle<()>>,
@@ -48,12 +48,12 @@ pub enum Change {
 }
 
 impl Session {
-    /// Starts to draw for a page that was sent [`Scene::hello`] with the same `first`. `send` is called on the drawing thread, which waits
+    /// Starts to draw for a page that was sent [`SharedScene::hello`] with the same `first`. `send` is called on the drawing thread, which waits
     /// until it returns.
     ///
     /// # Errors
     /// Insufficient memory of the device, and failures of the system.
-    pub fn new(scene: Arc<Scene>, first: &First, send: impl Fn(Message) + Send + Sync + 'static) -> Result<Self, Error> {
+    pub fn new(scene: Arc<SharedScene>, first: &First, send: impl Fn(Message) + Send + Sync + 'static) -> Result<Self, Error> {
         let cancel = Cancel::new();
         let inbox = Arc::new(Inbox::new(cancel.clone()));
         let (keeper, outgoing) = (Arc::new(Keeper::default()), Outgoing(Arc::new(send)));

@@ -5,7 +5,7 @@ use super::outgoing::{Message as PageMessage, text};
 use super::rate::Rate;
 use super::replies::Reply;
 use super::requests::OpenWanted;
-use super::scene::Scene;
+use super::scene::SharedScene;
 use super::served::Served;
 use super::session::{Received, Session};
 use axum::extract::ws::{CloseFrame, Message, WebSocket, close_code};
@@ -40,7 +40,7 @@ pub(super) async fn serve(mut socket: WebSocket, served: Arc<Served>) {
 }
 
 /// Serves a page as long as it shows a scene. Returns the next one, which the page has opened.
-async fn show(socket: &mut WebSocket, served: &Arc<Served>, scene: Arc<Scene>) -> Option<Arc<Scene>> {
+async fn show(socket: &mut WebSocket, served: &Arc<Served>, scene: Arc<SharedScene>) -> Option<Arc<SharedScene>> {
     if !send(socket, Message::Text(scene.hello(&scene.opening.first()).into())).await {
         return None;
     }
@@ -88,12 +88,12 @@ impl Drop for Place {
 }
 
 /// A scene that a page has opened, or the sentence of an error.
-type Opened = Result<Arc<Scene>, String>;
+type Opened = Result<Arc<SharedScene>, String>;
 
 struct Connection {
     session: Session,
     served: Arc<Served>,
-    scene: Arc<Scene>,
+    scene: Arc<SharedScene>,
     rate: Rate,
     /// Where a volume that was opened comes out.
     opened: mpsc::Sender<Opened>,
@@ -106,7 +106,7 @@ impl Connection {
         socket: &mut WebSocket,
         outgoing: &mut mpsc::Receiver<Message>,
         opening: &mut mpsc::Receiver<Opened>,
-    ) -> Option<Arc<Scene>> {
+    ) -> Option<Arc<SharedScene>> {
         let mut pings = interval(PING);
         pings.set_missed_tick_behavior(MissedTickBehavior::Delay);
         let mut heard = Instant::now();

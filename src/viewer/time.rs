@@ -1,13 +1,13 @@
 //! Sequences in time: the step that a page shows, and the next one, which is read while this one is drawn.
 
 use super::drawn::CurrentLook;
-use super::scene::Scene;
+use super::scene::SharedScene;
 use crate::error::Error;
 use crate::framing::Framing;
 use crate::settings::{Blend, CropBox, Settings};
 use crate::volume::{Grid, Playback, Sequence, Volume};
 
-impl Scene {
+impl SharedScene {
     /// The sequence, if there is one.
     fn sequence(&self) -> Option<&Sequence> {
         self.opening.time.as_ref().map(|time| &time.sequence)
@@ -93,7 +93,7 @@ pub(super) struct Moment {
 
 impl Moment {
     /// The first step.
-    pub fn new(scene: &Scene) -> Self {
+    pub fn new(scene: &SharedScene) -> Self {
         Self { step: 0, volume: scene.opening.volume.clone(), next: None }
     }
 
@@ -110,7 +110,7 @@ impl Moment {
     ///
     /// # Errors
     /// Those of reading the step; the moment stays.
-    pub fn go(&mut self, scene: &Scene, to: usize) -> Result<(), Error> {
+    pub fn go(&mut self, scene: &SharedScene, to: usize) -> Result<(), Error> {
         self.volume = match self.next.take() {
             Some((step, mut read)) if step == to => read.next().expect("one step is read")?,
             _ => scene.step(to)?,

@@ -104,7 +104,7 @@ fn options(line: &str) -> bool {
     line.match_indices("--").any(|(at, _)| is_letter(line.as_bytes().get(at + 2)))
 }
 
-/// Library messages name fields. Only src/cli/fields.rs maps them to options of the command.
+/// Library messages name fields. Only src/cli/option_names.rs maps them to options of the command.
 #[test]
 fn only_the_command_knows_its_options() {
     let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");

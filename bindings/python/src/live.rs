@@ -13,7 +13,7 @@ use crate::transfer::TransferFunction;
 use crate::volume::Volume;
 use layersplat::camera::Up;
 use layersplat::framing::Orientation;
-use layersplat::viewer::{Change, Drawn, First, Host, Look, Message, Opening, Overlay, PageCamera, Scene, Session, Wanted};
+use layersplat::viewer::{Change, Drawn, First, Host, Look, Message, Opening, Overlay, PageCamera, Session, SharedScene, Wanted};
 use layersplat::{Background, Camera as OurCamera, Error, Orbit, Projection, Quality, Settings as OurSettings, Viewport};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyList, PyString};
@@ -107,7 +107,7 @@ fn code_of(camera: &OurCamera) -> String {
 /// the first one. device: a Device. labels: Labels in whose colours the volume is drawn, or None.
 #[pyclass(frozen, module = "layersplat")]
 pub struct LiveScene {
-    scene: Arc<Scene>,
+    scene: Arc<SharedScene>,
     view: Arc<View>,
 }
 
@@ -144,7 +144,7 @@ impl LiveScene {
         let (camera_is_given, time_limit) = (true, None);
         let opening = Opening { volume, time, transfer, drawn, device, orientation, camera, camera_is_given, look, time_limit };
         let host = Box::new(ViewHost(view.clone()));
-        let scene = detached(py, move || Ok(Scene::new(opening, host)?))?;
+        let scene = detached(py, move || Ok(SharedScene::new(opening, host)?))?;
         Ok(Self { scene: Arc::new(scene), view })
     }
 
@@ -213,7 +213,7 @@ struct State {
 /// A page of a LiveScene. Not for users.
 #[pyclass(frozen, module = "layersplat")]
 pub struct LivePage {
-    scene: Arc<Scene>,
+    scene: Arc<SharedScene>,
     view: Arc<View>,
     send: Py<PyAny>,
     state: Mutex<State>,

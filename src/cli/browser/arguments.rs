@@ -1,7 +1,7 @@
 //! A look and a camera as options of the command. Settings are made of the same options, so the page draws what the command draws.
 
-use super::fields::FirstFields;
-use super::given::{Given, GivenOption};
+use super::first_fields::FirstFields;
+use super::given::{GivenOption, GivenOptions};
 use crate::cli::blending::BlendOptions;
 use crate::cli::options::{QualityOptions, quoted};
 use crate::error::Error;
@@ -80,7 +80,7 @@ pub(super) fn of_look(look: &Look, quality: Option<Quality>, is_layered: bool) -
 }
 
 /// The settings of a look, with the options that were given.
-pub(super) fn settings(given: &Given, look: &Look, quality: Option<Quality>, is_layered: bool) -> Result<Settings, Error> {
+pub(super) fn settings(given: &GivenOptions, look: &Look, quality: Option<Quality>, is_layered: bool) -> Result<Settings, Error> {
     let words = once("look".to_owned()).chain(kept(&given.drawing, look)).chain(of_look(look, quality, is_layered));
     let refused = |e: clap::Error| {
         let problem = e.to_string().lines().next().unwrap_or_default().trim_start_matches("error: ").to_owned();
@@ -104,7 +104,7 @@ pub(super) struct Source {
 }
 
 /// The command that renders a picture.
-pub(super) fn render(given: &Given, fields: &FirstFields, source: Source, wanted: &Wanted, is_layered: bool) -> String {
+pub(super) fn render(given: &GivenOptions, fields: &FirstFields, source: Source, wanted: &Wanted, is_layered: bool) -> String {
     let &Wanted { look, camera, size, samples, format, transfer, others, length_units, .. } = wanted;
     let mut words = vec!["layersplat".to_owned(), "render".into(), source.volume];
     words.extend(given.reading.iter().flat_map(|option| option.words.clone()));
@@ -132,7 +132,7 @@ pub(super) fn render(given: &Given, fields: &FirstFields, source: Source, wanted
 }
 
 /// The command that renders a film along key cameras.
-pub(super) fn rotate(given: &Given, fields: &FirstFields, wanted: &FilmWanted, is_layered: bool) -> String {
+pub(super) fn rotate(given: &GivenOptions, fields: &FirstFields, wanted: &FilmWanted, is_layered: bool) -> String {
     let &FilmWanted { look, size, samples, rate, output, keys, transfer, others, length_units } = wanted;
     let mut words = vec!["layersplat".to_owned(), "rotate".into(), given.volume.clone()];
     words.extend(given.more.clone());
@@ -159,7 +159,7 @@ struct Drawn<'a> {
 }
 
 impl Drawn<'_> {
-    fn words(&self, given: &Given, is_layered: bool) -> Vec<String> {
+    fn words(&self, given: &GivenOptions, is_layered: bool) -> Vec<String> {
         let &Self { look, size, samples, length_units, output } = self;
         let mut words = vec!["--size".to_owned(), format!("{}x{}", size.width, size.height)];
         words.extend(["--background".into(), look.background.clone()]);
@@ -192,7 +192,7 @@ fn annotations(look: &Look, length_units: Option<&str>) -> Vec<String> {
     words
 }
 
-/// Given options that go with a look: those of shadows only where there are shadows.
+/// GivenOptions options that go with a look: those of shadows only where there are shadows.
 fn kept<'a>(given: &'a [GivenOption], look: &'a Look) -> impl Iterator<Item = String> + 'a {
     let goes = |option: &&GivenOption| match option.id.as_str() {
         "ambient_color" => look.shading,
@@ -234,7 +234,7 @@ mod tests {
     }
 
     fn made(look: &Look, quality: Option<Quality>) -> Settings {
-        settings(&Given::default(), look, quality, true).unwrap()
+        settings(&GivenOptions::default(), look, quality, true).unwrap()
     }
 
     #[test]
@@ -287,7 +287,7 @@ mod tests {
             option("ao_reach", &["--ao-reach", "5"]),
             option("light_grid", &["--light-grid", "half"]),
         ];
-        let given = Given { drawing, ..Given::default() };
+        let given = GivenOptions { drawing, ..GivenOptions::default() };
         let full = settings(&given, &shadowed, None, true).unwrap();
         assert!(full.shadows.is_some_and(|s| s.forgiveness == 2.0) && full.ambient_occlusion.is_some());
         for without in [Look { blend: Blend::Average, ..shadowed.clone() }, Look { shading: false, ..shadowed.clone() }, look()] {
@@ -299,11 +299,11 @@ mod tests {
     #[test]
     fn conflicts_are_sentences() {
         let wrong = Look { kernel: Some(Kernel::Linear), quality: Some(Quality::Paper), ..look() };
-        let message = settings(&Given::default(), &wrong, Some(Quality::Paper), true).unwrap_err().to_string();
+        let message = settings(&GivenOptions::default(), &wrong, Some(Quality::Paper), true).unwrap_err().to_string();
         assert!(message.contains("cubic"), "{message}");
         // Other algorithms have no quality.
         let drawing = vec![GivenOption { id: "algorithm".into(), words: vec!["--algorithm".into(), "raycast".into()] }];
-        let given = Given { drawing, ..Given::default() };
+        let given = GivenOptions { drawing, ..GivenOptions::default() };
         assert!(settings(&given, &look(), Some(Quality::High), false).unwrap().layered().is_none());
         assert_eq!(made(&Look { blend: Blend::Iso(0.0), iso: 4.5, ..look() }, None).blend, Blend::Iso(4.5));
     }

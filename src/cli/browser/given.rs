@@ -37,9 +37,9 @@ pub(super) struct GivenOption {
     pub words: Vec<String>,
 }
 
-/// Given options.
+/// GivenOptions options.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Given {
+pub(super) struct GivenOptions {
     /// The volume, without folders.
     pub volume: String,
     /// Further volumes of a sequence.
@@ -52,7 +52,7 @@ pub(super) struct Given {
     pub drawing: Vec<GivenOption>,
 }
 
-impl Given {
+impl GivenOptions {
     /// Those of the command line of this process.
     pub fn of_this_process() -> Self {
         Self::of(std::env::args_os())
@@ -135,8 +135,8 @@ fn given(arg: &Arg, matches: &ArgMatches) -> Option<GivenOption> {
 mod tests {
     use super::*;
 
-    fn given(line: &str) -> Given {
-        Given::of(line.split(' ').map(OsString::from))
+    fn given(line: &str) -> GivenOptions {
+        GivenOptions::of(line.split(' ').map(OsString::from))
     }
 
     #[test]

@@ -1,8 +1,8 @@
 //! What the page asks this command for.
 
 use super::arguments::{self, Source as VolumeSource};
-use super::fields::FirstFields;
-use super::given::{Given, file_name};
+use super::first_fields::FirstFields;
+use super::given::{GivenOptions, file_name};
 use super::opening;
 use super::python;
 use crate::camera::Camera;
@@ -23,7 +23,7 @@ const REMEMBERED: usize = 16;
 
 /// The command's options and device.
 pub(super) struct PageHost {
-    given: Given,
+    given: GivenOptions,
     is_layered: bool,
     fields: FirstFields,
     device: Device,
@@ -37,7 +37,7 @@ pub(super) struct PageHost {
 }
 
 impl PageHost {
-    pub fn new(given: Given, options: DeviceOptions, opening: &Opening) -> Self {
+    pub fn new(given: GivenOptions, options: DeviceOptions, opening: &Opening) -> Self {
         // Without a quality, options of any algorithm go together.
         let is_layered =
             arguments::settings(&given, &opening.look, None, false).is_ok_and(|settings| settings.layered().is_some());

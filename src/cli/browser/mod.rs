@@ -2,7 +2,7 @@
 
 mod address;
 mod arguments;
-mod fields;
+mod first_fields;
 mod given;
 mod host;
 mod open;
@@ -13,7 +13,7 @@ use super::cameras::Cameras;
 use super::options::Fit;
 use super::orientation::OBLIQUE;
 use super::processes::Processes;
-use super::scene::{Scene, SceneOptions};
+use super::scene::{OpenedScene, SceneOptions};
 use super::standard;
 use crate::error::Error;
 use crate::image::Background;
@@ -21,7 +21,7 @@ use crate::layers::Kernel;
 use crate::viewer::{Look, Opening, PageCamera, Server, Stop, Time};
 use crate::volume::Sequence;
 use address::AddressOptions;
-use given::Given;
+use given::GivenOptions;
 use host::PageHost;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -67,11 +67,11 @@ impl Arguments {
     }
 
     /// Opens the volume, or the first step of a sequence.
-    fn open(&self, processes: &Processes) -> Result<(Scene, Option<Sequence>), Error> {
+    fn open(&self, processes: &Processes) -> Result<(OpenedScene, Option<Sequence>), Error> {
         let sequence = self.sequence(processes)?;
         let scene = match &sequence {
-            Some(sequence) => Scene::open_sequence(&self.scene, processes, sequence)?,
-            None => Scene::open(&self.scene, processes)?,
+            Some(sequence) => OpenedScene::open_sequence(&self.scene, processes, sequence)?,
+            None => OpenedScene::open(&self.scene, processes)?,
         };
         Ok((scene, sequence))
     }
@@ -86,7 +86,7 @@ pub(super) fn run(arguments: Arguments, processes: &Processes) -> Result<ExitCod
     arguments.address.check()?;
     let listener = arguments.address.bind()?;
     let admission = arguments.address.admission(&listener)?;
-    let given = Given::of_this_process();
+    let given = GivenOptions::of_this_process();
     let (scene, sequence) = arguments.open(processes)?;
     let offered = opening::offered_by(&arguments.scene.volume);
     let opening = opening_of(&arguments.scene, scene, sequence)?;
@@ -123,7 +123,7 @@ impl Ending {
 }
 
 /// The first view: that of `render` with the same options.
-fn opening_of(options: &SceneOptions, mut scene: Scene, sequence: Option<Sequence>) -> Result<Opening, Error> {
+fn opening_of(options: &SceneOptions, mut scene: OpenedScene, sequence: Option<Sequence>) -> Result<Opening, Error> {
     let orientation = scene.orientation(&options.camera);
     let cameras = Cameras::new(&options.camera, &scene, Fit::Visible, orientation);
     let orbit = cameras.angles().or_all_of(OBLIQUE);
@@ -131,15 +131,15 @@ fn opening_of(options: &SceneOptions, mut scene: Scene, sequence: Option<Sequenc
     let given = &options.camera;
     let camera_is_given = given.parallel_scale.is_some() || given.distance.is_some() || given.center.is_some();
     let mut look = look(options, &scene);
-    let (drawn, channels) = fields::drawn_of(&mut scene)?;
+    let (drawn, channels) = first_fields::drawn_of(&mut scene)?;
     look.channels = channels;
     drawn.kind().check(&scene.settings)?;
-    let Scene { volume, transfer, device, time_limit, overview, .. } = scene;
+    let OpenedScene { volume, transfer, device, time_limit, overview, .. } = scene;
     let time = sequence.zip(overview).map(|(sequence, overview)| Time { sequence, overview });
     Ok(Opening { volume, time, transfer, drawn, device, orientation, camera, camera_is_given, look, time_limit })
 }
 
-fn look(options: &SceneOptions, scene: &Scene) -> Look {
+fn look(options: &SceneOptions, scene: &OpenedScene) -> Look {
     let (lo, hi) = scene.values().range();
     let background = options.camera.background.unwrap_or(Background::BLACK);
     let look = Look::of(&scene.settings, background, (lo + hi) / 2.0, scene.volume.grid().dims());

@@ -1,11 +1,11 @@
 //! Volumes that the page opens: the built-in ones and those of the folder, if the command names none, and files dropped onto the page.
 
 use super::Arguments;
-use super::given::Given;
+use super::given::GivenOptions;
 use super::host::PageHost;
 use crate::cli::options::VolumeOptions;
 use crate::cli::processes::Processes;
-use crate::cli::scene::{Scene, SceneOptions};
+use crate::cli::scene::{OpenedScene, SceneOptions};
 use crate::cli::{Cli, Command};
 use crate::device::Device;
 use crate::error::Error;
@@ -35,7 +35,12 @@ pub(super) fn offered() -> Vec<Offered> {
 }
 
 /// Opens a volume with those options of the command that go with any volume.
-pub(super) fn open(given: &Given, offered: &[Offered], source: &Source, device: &Device) -> Result<(Opening, PageHost), Error> {
+pub(super) fn open(
+    given: &GivenOptions,
+    offered: &[Offered],
+    source: &Source,
+    device: &Device,
+) -> Result<(Opening, PageHost), Error> {
     let volume = match *source {
         Source::Offered(name) => {
             let known = offered.iter().find(|known| known.name == name);
@@ -59,9 +64,9 @@ pub(super) fn open(given: &Given, offered: &[Offered], source: &Source, device: 
         arguments = parsed(&words, is_alone)?;
     }
     let (scene, sequence) = arguments.open(&Processes::alone())?;
-    let scene = Scene { device: device.clone(), ..scene };
+    let scene = OpenedScene { device: device.clone(), ..scene };
     let opening = super::opening_of(&arguments.scene, scene, sequence)?;
-    let host = PageHost::new(Given::of(words.into_iter().map(Into::into)), arguments.scene.device, &opening);
+    let host = PageHost::new(GivenOptions::of(words.into_iter().map(Into::into)), arguments.scene.device, &opening);
     Ok((opening, host.offering(offered)))
 }
 

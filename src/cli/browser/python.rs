@@ -1,8 +1,8 @@
 //! A picture as a program in Python, for the package `layersplat`.
 
 use super::arguments::Source;
-use super::fields::FirstFields;
-use super::given::{Given, GivenOption};
+use super::first_fields::FirstFields;
+use super::given::{GivenOption, GivenOptions};
 use crate::camera::{Camera, Projection};
 use crate::image::Background;
 use crate::settings::Settings;
@@ -16,7 +16,13 @@ const READING: [&str; 3] = ["dims", "up", "voxel_type"];
 const WITHOUT_ARGUMENT: [&str; 3] = ["classification", "correction", "footprints"];
 
 /// The program. What it cannot do is said in a comment.
-pub(super) fn program(given: &Given, fields: &FirstFields, source: &Source, wanted: &Wanted, settings: &Settings) -> String {
+pub(super) fn program(
+    given: &GivenOptions,
+    fields: &FirstFields,
+    source: &Source,
+    wanted: &Wanted,
+    settings: &Settings,
+) -> String {
     let &Wanted { look, view, size, samples, format, transfer, .. } = wanted;
     let (width, height) = (size.width, size.height);
     let mut lines = vec!["import layersplat".to_owned()];
@@ -56,7 +62,7 @@ pub(super) fn program(given: &Given, fields: &FirstFields, source: &Source, want
 }
 
 /// The line that draws the volume in the colours of labels.
-fn label_colors(given: &Given, look: &Look) -> Option<String> {
+fn label_colors(given: &GivenOptions, look: &Look) -> Option<String> {
     let file = value(&given.reading, "label_colors")?;
     let table = given.reading.iter().find(|option| option.id == "labels").and_then(|option| option.words[0].split_once('='));
     let options = given.reading.iter().filter(|option| option.id == "label").flat_map(|option| &option.words);
@@ -93,7 +99,7 @@ fn displayed(look: &Look, format: SavedFormat) -> Vec<String> {
 }
 
 /// What the program leaves out.
-fn missing(given: &Given, look: &Look) -> Vec<String> {
+fn missing(given: &GivenOptions, look: &Look) -> Vec<String> {
     let colors_labels = |option: &&GivenOption| {
         value(&given.reading, "label_colors").is_some() && ["label_colors", "labels", "label"].contains(&option.id.as_str())
     };
@@ -114,7 +120,7 @@ fn arguments(mut first: Vec<String>, named: Vec<(&str, impl Display)>) -> String
     first.join(", ")
 }
 
-fn reading(given: &Given, frame: Option<usize>) -> Vec<(&'static str, String)> {
+fn reading(given: &GivenOptions, frame: Option<usize>) -> Vec<(&'static str, String)> {
     let mut named = Vec::new();
     if let Some(dims) = value(&given.reading, "dims") {
         named.push(("dims", format!("({})", dims.replace(['x', 'X'], ", "))));
@@ -165,7 +171,7 @@ mod tests {
     use crate::viewer::{PageCamera, PageLight};
     use crate::viewport::Viewport;
 
-    fn text(given: &Given, look: &Look, samples: u32, format: SavedFormat) -> String {
+    fn text(given: &GivenOptions, look: &Look, samples: u32, format: SavedFormat) -> String {
         let view = Camera::orbit(DVec3::new(1.5, 2.0, 3.0), 10.0, Orbit::default(), Projection::Parallel { scale: 4.25 });
         let camera = PageCamera::new(&view, Orbit::default());
         let size = Viewport { width: 30, height: 20 };
@@ -192,7 +198,7 @@ mod tests {
             option("unit_distance", "0.5"),
         ];
         let reading = vec![option("dims", "4x5x6"), option("device", "1")];
-        let given = Given { volume: r#"a "name".raw"#.into(), reading, drawing, ..Given::default() };
+        let given = GivenOptions { volume: r#"a "name".raw"#.into(), reading, drawing, ..GivenOptions::default() };
         let light = PageLight { direction: Some([1.0, 0.5, 0.0]), strength: 0.7, angle: 3.0, color: [1.0, 0.5, 0.0] };
         let look = Look {
             quality: Some(Quality::High),
@@ -233,7 +239,7 @@ mod tests {
             option("labels", &["--labels=table.txt"]),
             option("label", &["--label", "3:hide", "--label", "liver:0.5"]),
         ];
-        let given = Given { volume: "ct.nii".into(), reading, ..Given::default() };
+        let given = GivenOptions { volume: "ct.nii".into(), reading, ..GivenOptions::default() };
         let mut look = Look::of(&Settings::default(), Background::BLACK, 0.0, [4; 3]);
         look.labels.hidden.push("7".into());
         let made = text(&given, &look, 1, SavedFormat::Png);

@@ -2,7 +2,7 @@
 
 use super::super::compositing::{Gathered, opacity_of_depth};
 use super::super::depth_cue::{Fade, faded};
-use super::super::shading::Look;
+use super::super::shading::ShadingInputs;
 use super::Marched;
 use crate::layers::Ray;
 use crate::transfer::{Extinction, TransferFunction};
@@ -26,7 +26,7 @@ impl Marched<'_> {
             let length = slab.part.length() * (slab.back - slab.front) * per_parameter;
             let opacity = opacity_of_depth(mean * length, self.settings.extinction);
             let gradient = || points.map(|p| self.field.gradient(p)).into_iter().sum::<DVec3>() / 2.0;
-            let (color, opacity) = Look::from_settings(self.settings).at(self.volume, gradient, to_eye, color, opacity);
+            let (color, opacity) = ShadingInputs::from_settings(self.settings).at(self.volume, gradient, to_eye, color, opacity);
             gathered.add(faded(fade, (points[0] + points[1]) / 2.0, color), opacity);
         }
         gathered.rgba()

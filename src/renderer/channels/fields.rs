@@ -8,7 +8,7 @@ use super::super::light::LightVolumes;
 use super::super::scene::{OtherField, Scene, View};
 use super::super::store::Version;
 use super::common_grid::common_grid;
-use super::{Channel, Look};
+use super::{Channel, ChannelLook};
 use crate::device::Device;
 use crate::error::Error;
 use crate::settings::{Blend, CropBox, Settings};
@@ -20,7 +20,7 @@ use glam::DVec3;
 pub(in crate::renderer) struct ClassifiedField {
     pub field: Field,
     pub classification: Classification,
-    pub look: Look,
+    pub look: ChannelLook,
 }
 
 /// The field of a renderer's volume, and those that are drawn together with it.
@@ -71,7 +71,7 @@ impl Numbers {
 impl ClassifiedField {
     fn new(volume: &UploadedVolume, transfer: &TransferFunction) -> Self {
         let field = volume.field.for_renderer();
-        Self { classification: Classification::new(transfer, &field), field, look: Look::default() }
+        Self { classification: Classification::new(transfer, &field), field, look: ChannelLook::default() }
     }
 
     /// A copy for rehearsals, with empty caches.

@@ -37,14 +37,14 @@ impl FieldInputs {
 }
 
 /// The arguments of fields that are drawn together.
-pub(in crate::renderer) struct Together<'a> {
+pub(in crate::renderer) struct MergedInputs<'a> {
     fields: Vec<&'a FieldInputs>,
     pub kind: VoxelKind,
     pub rendering: Rendering,
     pub region: Region,
 }
 
-impl<'a> Together<'a> {
+impl<'a> MergedInputs<'a> {
     /// Merges the inputs of at least one field.
     ///
     /// # Errors

@@ -7,7 +7,7 @@ mod inputs;
 mod tests;
 
 pub(super) use fields::Fields;
-pub(super) use inputs::{FieldInputs, Together};
+pub(super) use inputs::{FieldInputs, MergedInputs};
 
 use super::field::UploadedVolume;
 use super::frame::{Declaring, Resources, Slot};
@@ -27,7 +27,7 @@ use crate::transfer::TransferFunction;
 pub struct Channel {
     pub(super) volume: UploadedVolume,
     pub(super) transfer: TransferFunction,
-    pub(super) look: Look,
+    pub(super) look: ChannelLook,
 }
 
 /// Their kernel arguments.
@@ -42,7 +42,7 @@ pub(super) fn declare_channels(declaring: &Declaring, resources: &mut Resources)
 
 /// How a field is shown, besides its transfer function.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Look {
+pub(super) struct ChannelLook {
     /// Factor of the extinction.
     pub factor: f64,
     pub visible: bool,
@@ -52,7 +52,7 @@ pub(super) struct Look {
     pub iso: Option<f64>,
 }
 
-impl Default for Look {
+impl Default for ChannelLook {
     fn default() -> Self {
         Self { factor: 1.0, visible: true, gradient_opacity: None, iso: None }
     }
@@ -64,7 +64,7 @@ impl Channel {
 
     /// A visible channel.
     pub fn new(volume: &UploadedVolume, transfer: &TransferFunction) -> Self {
-        Self { volume: volume.clone(), transfer: transfer.clone(), look: Look::default() }
+        Self { volume: volume.clone(), transfer: transfer.clone(), look: ChannelLook::default() }
     }
 
     /// Multiplies the extinction by a factor. Opacity α becomes 1 − (1−α)^factor; with
@@ -100,7 +100,7 @@ impl Channel {
     }
 }
 
-impl Look {
+impl ChannelLook {
     /// The settings of a frame, in normalised units, for a field with this look.
     pub fn settings(&self, settings: &Settings, world: World) -> Settings {
         let opacity = self.gradient_opacity.map(|opacity| opacity.times(world.unit()));

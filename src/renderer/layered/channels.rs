@@ -1,6 +1,6 @@
 //! Point-sampled layers of several fields.
 
-use super::super::channels::{CHANNELS, Together};
+use super::super::channels::{CHANNELS, MergedInputs};
 use super::super::classification::{DIMMING, Table};
 use super::super::scene::Scene;
 use super::point_inputs::{LatticeView, PointInputs};
@@ -46,19 +46,19 @@ impl ChannelLayers {
     pub fn draw(&mut self, scene: &mut Scene, view: &LatticeView, output: Output) -> Result<(), Error> {
         let device = scene.device;
         let inputs = scene.for_each_channel(|scene| PointInputs::new(scene, view))?;
-        let together = Together::new(inputs.iter().map(|inputs| &inputs.field).collect())?;
-        let segments = self.merged(&inputs, together.rendering.blend, scene.settings.extinction);
+        let merged = MergedInputs::new(inputs.iter().map(|inputs| &inputs.field).collect())?;
+        let segments = self.merged(&inputs, merged.rendering.blend, scene.settings.extinction);
         let integrals: Vec<_> = inputs.iter().map(|inputs| &inputs.integrals.nodes).collect();
         let tables: Vec<_> = inputs.iter().map(|inputs| &inputs.table.entries).collect();
-        let (illumination, fields) = (scene.illumination()?, together.params(device, CHANNELS.name)?);
-        let light = illumination.arguments(together.unused());
+        let (illumination, fields) = (scene.illumination()?, merged.params(device, CHANNELS.name)?);
+        let light = illumination.arguments(merged.unused());
         let arguments = ChannelLatticeArguments {
-            channels: together.shaded(&fields, &tables, light, together.region.for_layers(view.frame()), output),
+            channels: merged.shaded(&fields, &tables, light, merged.region.for_layers(view.frame()), output),
             integrals: PerChannel::new(&integrals),
-            shown_slabs: together.shown_slabs(),
-            p: view.params(together.blocks(), scene.settings.culling),
+            shown_slabs: merged.shown_slabs(),
+            p: view.params(merged.blocks(), scene.settings.culling),
         };
-        let variant = (together.kind, view.kernel, segments, view.rendering(together.rendering), together.channels());
+        let variant = (merged.kind, view.kernel, segments, view.rendering(merged.rendering), merged.channels());
         self.lattice.launch(device, variant, &arguments)
     }
 

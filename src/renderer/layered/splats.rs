@@ -1,6 +1,6 @@
 //! Splatted layers, post-classified: the algorithm of the paper.
 
-use super::super::channels::{CHANNELS, FieldInputs, Together};
+use super::super::channels::{CHANNELS, FieldInputs, MergedInputs};
 use super::super::classification::Table;
 use super::super::frame::{Declaring, Resources, Slot};
 use super::super::range::LayerRange;
@@ -181,10 +181,10 @@ impl SplatLayers {
     ) -> Result<(), Error> {
         let Scene { device, settings, .. } = *scene;
         let inputs = scene.for_each_channel(|scene| SplatInputs::new(scene, layers))?;
-        let together = Together::new(inputs.iter().map(|inputs| &inputs.field).collect())?;
+        let merged = MergedInputs::new(inputs.iter().map(|inputs| &inputs.field).collect())?;
         let mut tables: Vec<_> = inputs.iter().map(|inputs| &inputs.table.entries).collect();
         let opacity_table = target.arena.get(&OPACITY_TABLE);
-        if tables.len() == 1 && !together.rendering.clipped {
+        if tables.len() == 1 && !merged.rendering.clipped {
             let arguments = OpacityTableArguments {
                 base: tables[0],
                 dt: inputs[0].steps.sample_length(layers.lattice.frame, layers.lattice.shear()) as f32,
@@ -195,17 +195,17 @@ impl SplatLayers {
             self.opacity_table.launch(device, (), &arguments)?;
             tables = vec![&opacity_table];
         }
-        let (illumination, fields) = (scene.illumination()?, together.params(device, CHANNELS.name)?);
-        let light = illumination.arguments(together.unused());
+        let (illumination, fields) = (scene.illumination()?, merged.params(device, CHANNELS.name)?);
+        let light = illumination.arguments(merged.unused());
         let arguments = SplatLatticeArguments {
-            channels: together.shaded(&fields, &tables, light, layers.clip(&together), layers.drawn.output()),
+            channels: merged.shaded(&fields, &tables, light, layers.clip(&merged), layers.drawn.output()),
             offsets_u: &phases.offsets[0],
             offsets_v: &phases.offsets[1],
             weights: &phases.weights,
             slabs: &layers.slabs,
-            p: layers.phase_params(phases.phases, together.blocks(), settings.culling),
+            p: layers.phase_params(phases.phases, merged.blocks(), settings.culling),
         };
-        self.lattice.launch(device, (together.kind, together.rendering, together.channels()), &arguments)
+        self.lattice.launch(device, (merged.kind, merged.rendering, merged.channels()), &arguments)
     }
 
     fn draw_rays(&mut self, scene: &mut Scene, layers: &SplattedLayers, target: &mut Target) -> Result<(), Error> {
@@ -213,17 +213,17 @@ impl SplatLayers {
         let nodes = quadrature_nodes().map(|n| [n.z as f32, n.weight as f32]);
         let nodes = target.arena.fill(device, &NODES, &nodes)?;
         let inputs = scene.for_each_channel(|scene| SplatInputs::new(scene, layers))?;
-        let together = Together::new(inputs.iter().map(|inputs| &inputs.field).collect())?;
+        let merged = MergedInputs::new(inputs.iter().map(|inputs| &inputs.field).collect())?;
         let tables: Vec<_> = inputs.iter().map(|inputs| &inputs.table.entries).collect();
-        let (illumination, fields) = (scene.illumination()?, together.params(device, CHANNELS.name)?);
-        let light = illumination.arguments(together.unused());
+        let (illumination, fields) = (scene.illumination()?, merged.params(device, CHANNELS.name)?);
+        let light = illumination.arguments(merged.unused());
         let arguments = SplatPerspectiveArguments {
-            channels: together.shaded(&fields, &tables, light, layers.clip(&together), layers.drawn.output()),
+            channels: merged.shaded(&fields, &tables, light, layers.clip(&merged), layers.drawn.output()),
             nodes: &nodes,
             slabs: &layers.slabs,
-            p: layers.ray_params(together.blocks(), settings.culling),
+            p: layers.ray_params(merged.blocks(), settings.culling),
         };
-        self.perspective.launch(device, (together.kind, together.rendering, together.channels()), &arguments)
+        self.perspective.launch(device, (merged.kind, merged.rendering, merged.channels()), &arguments)
     }
 
     fn draw_samples(&mut self, scene: &mut Scene, layers: &SplattedLayers) -> Result<(), Error> {
@@ -309,7 +309,7 @@ impl SplattedLayers<'_> {
     }
 
     /// Kernel argument.
-    fn clip(&self, fields: &Together) -> Clipping {
+    fn clip(&self, fields: &MergedInputs) -> Clipping {
         fields.region.for_kernels(self.lattice.frame)
     }
 

@@ -1,6 +1,6 @@
 //! Coarse transmittances: the medium through which light of a lower resolution is swept.
 
-use super::super::channels::{FieldInputs, Together};
+use super::super::channels::{FieldInputs, MergedInputs};
 use super::super::classification::VisibleBlocks;
 use super::super::field::Layout;
 use super::super::region::Region;
@@ -81,16 +81,16 @@ impl Scene<'_> {
         let [dims_x, dims_y, dims_z] = held.dims.map(|n| n as i32);
         let unculled = Arc::new(VisibleBlocks::unculled(self.device)?);
         let sources = self.for_each_channel(|scene| scene.coarse_source(values.voxels(), &unculled))?;
-        let together = Together::new(sources.iter().map(|source| &source.field).collect())?;
+        let merged = MergedInputs::new(sources.iter().map(|source| &source.field).collect())?;
         let transmittance: Vec<_> = sources.iter().map(|source| &source.transmittance).collect();
         let count = held.count();
         let float = VoxelType::Float32;
         let upright = VoxelBuffer::new(self.device, count, float, COARSE)?;
-        let fields = together.params(self.device, ABSORBERS.name)?;
+        let fields = merged.params(self.device, ABSORBERS.name)?;
         let arguments = CoarseTransmittanceArguments {
-            fields: together.arguments(&fields),
+            fields: merged.arguments(&fields),
             transmittance: PerChannel::new(&transmittance),
-            clip: together.region.for_kernels(Axis::Z.frame()),
+            clip: merged.region.for_kernels(Axis::Z.frame()),
             first_x,
             first_y,
             first_z,
@@ -99,7 +99,7 @@ impl Scene<'_> {
             dims_z,
             coarse: Floats(&upright),
         };
-        let variant = (together.kind, together.rendering, values.voxels(), together.channels());
+        let variant = (merged.kind, merged.rendering, values.voxels(), merged.channels());
         self.light.coarse.launch(self.device, variant, &arguments)?;
         let transposed = VoxelBuffer::new(self.device, count, float, COARSE)?;
         let (pitch_y, pitch_z) = (i64::from(dims_x), i64::from(dims_x) * i64::from(dims_y));

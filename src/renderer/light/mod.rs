@@ -65,12 +65,12 @@ pub(super) struct LightVolumes {
     coarse: Launcher<CoarseTransmittance>,
     transpose: Launcher<Transpose>,
     /// The light volumes of the part that is on the device; `None` if the volume is there as a whole.
-    given: Option<Given>,
+    given: Option<UploadedLight>,
 }
 
 /// Light volumes that are uploaded with a part of a volume.
 #[derive(Default)]
-struct Given {
+struct UploadedLight {
     /// The light, and the layers of voxels of the part.
     of: Option<(Version, Axis, Range<usize>)>,
     illumination: Illumination,

@@ -8,7 +8,7 @@ use super::super::store::Version;
 use super::grid::ValueGrid;
 use super::host::{HostVolumes, Wanted};
 use super::sweeps::{self, State, Stored, Sweep, sum_of};
-use super::{ABSORBERS, Given, Illumination, KERNEL, PADDING, check_addressable, coarse, extinction_estimator};
+use super::{ABSORBERS, Illumination, KERNEL, PADDING, UploadedLight, check_addressable, coarse, extinction_estimator};
 use crate::device::launch::light::LightSweep;
 use crate::device::{Buffer, Device, Tuning};
 use crate::error::Error;
@@ -294,7 +294,7 @@ impl Scene<'_> {
         }
         // Free its memory first.
         self.light.given = None;
-        let mut given = Given { of, ..Given::default() };
+        let mut given = UploadedLight { of, ..UploadedLight::default() };
         for volumes in light.volumes().iter() {
             let (grid, gathered) = volumes.around_part(axis, voxels);
             check_addressable(grid)?;

@@ -1,6 +1,6 @@
 //! Sweeps of light through the layers.
 
-use super::super::channels::{FieldInputs, Together};
+use super::super::channels::{FieldInputs, MergedInputs};
 use super::super::classification::{Integrals, VisibleBlocks};
 use super::super::field::Layout;
 use super::super::region::Region;
@@ -149,7 +149,7 @@ impl Scene<'_> {
         let absorbers = self.absorbers(sweep.axis, coarse)?;
         let by_rays =
             tuning.lattice_schedule == LatticeSchedule::Samples && absorbers.len() == 1 && order == [0, all] && !state.continues;
-        let together = Together::new(absorbers.iter().map(|absorber| &absorber.field).collect())?;
+        let merged = MergedInputs::new(absorbers.iter().map(|absorber| &absorber.field).collect())?;
         let integrals: Vec<_> = absorbers.iter().map(|absorber| &absorber.integrals.nodes).collect();
         // Lengths of a step from layer to layer, in world units and in unit distances.
         let world = (DVec3::new(rays.shear[0], rays.shear[1], 1.0) * frame.local(spacing)).length();
@@ -160,7 +160,7 @@ impl Scene<'_> {
         let toward = f64::from(rays.layer_step);
         let p = LightSweepParams {
             tiles: if by_rays { SweepByRays::tiles(rays.size) } else { LightSweep::tiles(rays.size, tuning) },
-            blocks: together.blocks(),
+            blocks: merged.blocks(),
             dims: [frame.u, frame.v, frame.a].map(local),
             layer_step: rays.layer_step,
             culling: i32::from(self.settings.culling && coarse.is_none()),
@@ -179,19 +179,19 @@ impl Scene<'_> {
             layer_length: step as f32,
             half_layer: coarse.map_or(0.0, |coarse| (0.5 * step / coarse.length) as f32),
         };
-        let fields = together.params(self.device, ABSORBERS.name)?;
+        let fields = merged.params(self.device, ABSORBERS.name)?;
         let arguments = LightSweepArguments {
-            fields: together.arguments(&fields),
-            visible: together.visible(),
+            fields: merged.arguments(&fields),
+            visible: merged.visible(),
             integrals: PerChannel::new(&integrals),
             offsets: &offsets,
             p,
-            clip: together.region.for_kernels(frame),
+            clip: merged.region.for_kernels(frame),
             light: stored.volume,
             sums: stored.sums,
             state: state.rays,
         };
-        let variant = (together.kind, coarse.is_some(), together.rendering, together.channels());
+        let variant = (merged.kind, coarse.is_some(), merged.rendering, merged.channels());
         if by_rays {
             self.light.rays.launch(self.device, variant, &arguments)
         } else {

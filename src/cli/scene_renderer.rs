@@ -1,6 +1,6 @@
 //! Renderer of a scene: resident, streamed or distributed, behind one interface.
 
-use super::scene::Scene;
+use super::scene::OpenedScene;
 use crate::camera::Camera;
 #[cfg(feature = "mpi")]
 use crate::distributed;
@@ -10,15 +10,15 @@ use crate::settings::Settings;
 use crate::viewport::Viewport;
 
 /// Renderer of a scene, by this process or by several.
-pub(super) struct Viewer {
+pub(super) struct SceneRenderer {
     renderer: Box<dyn VolumeRenderer<'static>>,
     is_streamed: bool,
 }
 
-impl Viewer {
+impl SceneRenderer {
     /// Creates the renderer. Streams the volume if `--memory` is given or the device has no buffer large enough.
-    pub fn new(scene: &Scene) -> Result<Self, Error> {
-        let Scene { device, volume, transfer, time_limit, .. } = scene;
+    pub fn new(scene: &OpenedScene) -> Result<Self, Error> {
+        let OpenedScene { device, volume, transfer, time_limit, .. } = scene;
         #[cfg(feature = "mpi")]
         if let Some(team) = scene.processes.team() {
             scene.require_one_field("several processes")?;
@@ -59,8 +59,8 @@ impl Viewer {
 }
 
 /// The renderer of what is not streamed: of colours and labels, of several fields, and of a field in the colours of labels.
-fn whole_renderer(scene: &Scene) -> Result<Option<Renderer>, Error> {
-    let Scene { device, volume, transfer, .. } = scene;
+fn whole_renderer(scene: &OpenedScene) -> Result<Option<Renderer>, Error> {
+    let OpenedScene { device, volume, transfer, .. } = scene;
     let mut renderer = match &scene.shown {
         Some(shown) => Renderer::from_colors(&shown.colors(device, &shown.upload(device)?, transfer, &scene.labels)?)?,
         None if scene.has_channels() => channel_renderer(scene)?,
@@ -74,8 +74,8 @@ fn whole_renderer(scene: &Scene) -> Result<Option<Renderer>, Error> {
 }
 
 /// The renderer of several fields.
-fn channel_renderer(scene: &Scene) -> Result<Renderer, Error> {
-    let Scene { device, volume, transfer, look, others, .. } = scene;
+fn channel_renderer(scene: &OpenedScene) -> Result<Renderer, Error> {
+    let OpenedScene { device, volume, transfer, look, others, .. } = scene;
     let first = look.channel(device, volume, transfer)?;
     let others = others.iter().map(|field| field.channel(device));
     let channels = std::iter::once(Ok(first)).chain(others).collect::<Result<Vec<Channel>, Error>>()?;

@@ -2,7 +2,7 @@
 
 use crate::annotation::LegendEntry;
 use crate::cli::channels;
-use crate::cli::scene::Scene;
+use crate::cli::scene::OpenedScene;
 use crate::error::Error;
 use crate::renderer::FieldKind;
 use crate::transfer::TransferFunction;
@@ -57,7 +57,7 @@ impl FirstFields {
 ///
 /// # Errors
 /// [`Error::Settings`] for the colours of labels over what is not one volume; if memory or the temporary folder is too small.
-pub(super) fn drawn_of(scene: &mut Scene) -> Result<(Drawn, Vec<PageChannel>), Error> {
+pub(super) fn drawn_of(scene: &mut OpenedScene) -> Result<(Drawn, Vec<PageChannel>), Error> {
     if let Some(labels) = scene.label_colors.take() {
         if scene.has_channels() {
             let problem = "are those of one volume of values, and several fields are given: omit one of both".into();
