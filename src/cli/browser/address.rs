@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 /// Address and browser.
 #[derive(clap::Args)]
-#[command(next_help_heading = "SceneRenderer")]
+#[command(next_help_heading = "Viewer")]
 pub(super) struct AddressOptions {
     /// Port to listen on [default: a free one]
     #[arg(long, value_name = "N", default_value_t = 0, hide_default_value = true)]
