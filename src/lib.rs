@@ -31,54 +31,42 @@
 //! the modules.
 #![warn(missing_docs)]
 
-pub mod annotation;
-pub mod camera;
 pub mod check;
-mod choice;
 #[cfg(feature = "cli")]
 #[doc(hidden)]
 pub mod cli;
 pub mod device;
 #[cfg(feature = "mpi")]
 pub mod distributed;
-mod error;
-mod files;
-pub mod framing;
 #[cfg(feature = "gl-interop")]
 pub mod gl;
-pub mod image;
-#[doc(hidden)]
-pub mod layers;
-mod memory;
-mod npy;
-mod progress;
-#[doc(hidden)]
-pub mod reference;
 pub mod renderer;
-pub mod settings;
 #[cfg(any(feature = "cli", feature = "page"))]
 mod shown;
-pub mod slice;
-pub mod transfer;
 #[cfg(feature = "page")]
 #[doc(hidden)]
 pub mod viewer;
-mod viewport;
-pub mod volume;
+
+#[cfg(any(feature = "cli", feature = "page"))]
+use layersplat_host::files;
+#[doc(inline)]
+pub use layersplat_host::{annotation, camera, framing, image, settings, slice, transfer, volume};
+use layersplat_host::{choice, error, memory, progress, viewport};
+#[doc(hidden)]
+pub use layersplat_host::{layers, reference};
 
 pub use camera::{Basis, Camera, Orbit, Projection};
 pub use choice::Choice;
 pub use device::{Cancel, Device, DeviceChoice};
-pub use error::Error;
 pub use framing::Framing;
 pub use glam;
 pub use image::{Background, Frame};
 pub use layers::{Axis, Correction, Density, GradientEstimator, Kernel};
+pub use layersplat_host::{Error, Viewport};
 pub use opencl3;
 pub use renderer::Renderer;
 pub use settings::{Quality, Settings};
 pub use transfer::TransferFunction;
-pub use viewport::Viewport;
 pub use volume::{OpenOptions, Volume};
 
 /// Builds the examples of docs/guide/embedding.md with the tests.

@@ -3,7 +3,7 @@
 #include "layered/tile.cl"
 #include "shared/volume.cl"
 
-// Largest number of voxels between neighbouring samples: MAX_VOXELS_PER_POINT in src/layers/lattice, rounded up.
+// Largest number of voxels between neighbouring samples: MAX_VOXELS_PER_POINT in src/host/layers/lattice, rounded up.
 #define VOXELS_PER_SAMPLE 2
 // Voxel rows and columns under a tile. A sample uses the voxels -1 ... 2.
 #define ROWS (VOXELS_PER_SAMPLE * TILE_ROWS + 4 + FARTHEST)

@@ -3,7 +3,7 @@
 
 #include "layered/phase_tile.cl"
 
-// Correction::MAX_SUB_LAYERS in src/layers/sub_slabs.rs.
+// Correction::MAX_SUB_LAYERS in src/host/layers/sub_slabs.rs.
 #define MAX_SLABS 16
 
 // A layer: its splat sums, those of the previous and the next one along the rays, its slabs, and the patches in which each can be visible.

@@ -1,4 +1,4 @@
-// Tiles whose samples are pixels, where columns of pixels lean (src/layers/lattice/pixel_rays.rs).
+// Tiles whose samples are pixels, where columns of pixels lean (src/host/layers/lattice/pixel_rays.rs).
 //
 // A column of pixels lies on a line in each layer. All these lines lean by their own angle, which is the same in all layers. Rows of pixels
 // cross the columns at other angles. So the rows of a tile follow rows of voxels instead: next columns begin `drift` samples farther down.
@@ -9,7 +9,7 @@
 #endif
 #define ROW_STEP (TILE_ROWS - RAGGED_ROWS)
 
-// Voxels, at most, by which the columns of a tile lean: 0.4 times the voxel rows under a tile (src/layers/lattice/pixel_rays.rs).
+// Voxels, at most, by which the columns of a tile lean: 0.4 times the voxel rows under a tile (src/host/layers/lattice/pixel_rays.rs).
 #define MOST_LEAN 14
 
 // Rays of a tile: its columns in its middle row, how far they lean from a row of voxels to the next, the offsets of its rays by patch, its

@@ -1,5 +1,5 @@
 // A lattice of rays (`RayLatticeParams`): each ray has the same column and row in all layers. PIXEL_RAYS: samples are pixels, and their
-// columns lean (src/layers/lattice/pixel_rays.rs).
+// columns lean (src/host/layers/lattice/pixel_rays.rs).
 
 #include "layered/beam.cl"
 #include "shared/clipping.cl"

@@ -1,7 +1,7 @@
 // Positions of a tile's rows between the voxel rows, and their weights.
 //
 // All columns of a sample row share the weights of the voxel rows around it, unless columns are staggered
-// (src/layers/lattice/stagger.rs): then each column is shifted along v by a fraction of a row. The shift is the same in all rows and layers.
+// (src/host/layers/lattice/stagger.rs): then each column is shifted along v by a fraction of a row. The shift is the same in all rows and layers.
 // With PIXEL_RAYS, it differs from row to row and is proportional to the layer's distance from the eye. `farthest` is the largest shift in
 // whole voxel rows: 0 without stagger, 1 where rows are at most a voxel row apart, else 2. It is a kernel argument, but a constant in loops
 // over rows: ON_STAGGERED.

@@ -1,5 +1,5 @@
 // Warp of lattices whose staggered columns have a sample wherever a row (or a column) of pixels crosses them
-// (src/layers/lattice/aligned.rs). A pixel is interpolated between four columns, along that row. That takes four samples per pixel, instead
+// (src/host/layers/lattice/aligned.rs). A pixel is interpolated between four columns, along that row. That takes four samples per pixel, instead
 // of sixteen.
 
 #include "picture/own_samples.cl"

@@ -1,6 +1,6 @@
 // Conversion of a finished pixel to 8 bits: over a background colour, or with straight alpha.
 //
-// Bit-identical to src/image/display.rs: fma() is explicit where the compiler could choose, and quotients of denormals are avoided, which
+// Bit-identical to src/host/image/display.rs: fma() is explicit where the compiler could choose, and quotients of denormals are avoided, which
 // a device may flush to 0.
 
 // Pixels of less opacity are empty.

@@ -11,7 +11,7 @@
 #define SUBSEGMENT_DEPTH 0.3f
 #define MAX_SUBSEGMENTS 32
 // A subsegment counts as opaque if the whole segment at its extinction would exceed this depth. Tables are cut off at OPAQUE_DEPTH of
-// src/transfer/integrals.rs.
+// src/host/transfer/integrals.rs.
 #define OPAQUE_DEPTH 12.0f
 #endif
 

@@ -8,7 +8,7 @@ static inline intv node_index(const SampleParams *p, realv value, int odd) {
     return 2 * CONVERT_INTV(CLAMP(x, (realv)(0.0f), (realv)((p->classification.table_last - odd) / 2))) + odd;
 }
 
-// Layout of the cells of EXTINCTION_CELLS in src/transfer/integrals.rs: extinctions, differences to the next cell, scale and offset of
+// Layout of the cells of EXTINCTION_CELLS in src/host/transfer/integrals.rs: extinctions, differences to the next cell, scale and offset of
 // cells. The nodes follow.
 #define EXTINCTION_CELLS 32
 #define NODES(integrals) ((integrals) + (2 * EXTINCTION_CELLS / 4 + 1))

@@ -1,7 +1,7 @@
 // Pre-integrated classification: colour and opacity of the segment between two samples of a ray.
 //
 // The value is assumed to change linearly between the samples (Engel et al. 2001). CURVED: except for a share of the segment that it
-// spends at its end values, since between layers the field follows 3t^2 - 2t^3 and stays near them longer (segment_ends() in src/layers).
+// spends at its end values, since between layers the field follows 3t^2 - 2t^3 and stays near them longer (segment_ends() in src/host/layers).
 //
 // integrals[i] = (R, G, B, T): extinction times colour, and extinction, integrated from the first value to node i, as integers of one
 // unit. Differences of two nodes are exact, so dividing by their distance gives the mean over the segment. The table_last + 1 nodes are

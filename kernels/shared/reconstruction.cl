@@ -1,5 +1,5 @@
 // Weights, along one axis, of the reconstruction kernel that a program is built for (KERNEL), and of its estimate of gradients (GRADIENT).
-// Taps are the voxels -1 ... 2, counted from the one below the sample. Mirrors `Kernel` and `GradientEstimator` in src/layers.
+// Taps are the voxels -1 ... 2, counted from the one below the sample. Mirrors `Kernel` and `GradientEstimator` in src/host/layers.
 
 #include "shared/elementary.cl"
 

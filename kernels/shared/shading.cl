@@ -40,7 +40,7 @@ typedef struct {
 } Lighting;
 
 #ifdef THINNED
-// Factor of the extinction by gradient magnitude: src/settings/gradient_opacity.rs.
+// Factor of the extinction by gradient magnitude: src/host/settings/gradient_opacity.rs.
 static inline realv gradient_extinction_scale(const SampleParams *p, realv length) {
     realv extinction_scale = p->light.least_thinned;
     for (int i = 0; i < (int)(sizeof p->light.rises / sizeof(float)) / 3; i++) {

@@ -1,4 +1,4 @@
-// Staggered columns: samples shifted from their rows by a fraction of a row, src/layers/lattice/stagger.rs.
+// Staggered columns: samples shifted from their rows by a fraction of a row, src/host/layers/lattice/stagger.rs.
 
 // Shift in steps. `p`: parameters with the stagger; `columns`: unsigned.
 #define STAGGER_STEPS(p, columns) (((p)->first_stagger + (p)->stagger_per_column * (columns)) >> 8)

@@ -6,7 +6,7 @@
 #error "VOXEL: type of a voxel"
 #endif
 
-// Whether a voxel is valid: not NaN, infinite or beyond 1e30. Same as is_valid() in src/volume.
+// Whether a voxel is valid: not NaN, infinite or beyond 1e30. Same as is_valid() in src/host/volume.
 #define IS_VALID(voxel) (fabs(voxel) <= 1e30f)
 
 // A voxel's value, less the offset. UNCHECKED: the voxels are caller-owned memory with unchecked floats; invalid ones count as

@@ -1,5 +1,5 @@
-// Filters along one axis after another: the prefilter of the interpolating B-spline (src/layers/prefilter.rs), and smoothing for gradients
-// (src/layers/gradient.rs). `taps` is one half of a symmetric filter, from its centre on. Voxels are mirrored at the ends of the whole
+// Filters along one axis after another: the prefilter of the interpolating B-spline (src/host/layers/prefilter.rs), and smoothing for gradients
+// (src/host/layers/gradient.rs). `taps` is one half of a symmetric filter, from its centre on. Voxels are mirrored at the ends of the whole
 // axis; BACKGROUND_OUTSIDE: outside is the background.
 //
 // Of the `whole` voxels along an axis, `held` are resident, starting with `first`. Where others would be needed, the results are invalid:

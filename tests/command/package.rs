@@ -1,7 +1,7 @@
 //! The crate as a whole: what a library user pays for, and that its modules depend only on what ARCHITECTURE.md says.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// Dependencies of the command and its viewer only.
@@ -28,9 +28,11 @@ fn the_library_alone_pays_for_nothing_of_the_command() {
 }
 
 /// The files of the archive that `cargo publish` uploads, relative to the crate's root.
-fn published() -> BTreeSet<String> {
+fn published(package: &str) -> BTreeSet<String> {
     let mut command = Command::new(env!("CARGO"));
-    command.args(["package", "--list", "--offline", "--locked", "--allow-dirty"]).current_dir(env!("CARGO_MANIFEST_DIR"));
+    command
+        .args(["package", "--list", "--offline", "--locked", "--allow-dirty", "--package", package])
+        .current_dir(env!("CARGO_MANIFEST_DIR"));
     let output = command.output().unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     String::from_utf8(output.stdout).unwrap().lines().map(|line| line.replace('\\', "/")).collect()
@@ -54,9 +56,12 @@ fn absent(folder: &str, list: &BTreeSet<String>) -> Vec<String> {
 /// The crate embeds kernels, a page, a font and a picture: without them it would not compile.
 #[test]
 fn the_published_crate_is_whole() {
-    let mut files = published();
+    let mut files = published("layersplat");
+    assert!(!files.iter().any(|file| file.starts_with("src/host")), "a package of its own");
+    let host = published("layersplat-host");
+    let both = files.iter().cloned().chain(host.iter().map(|file| format!("src/host/{file}"))).collect();
     for folder in ["kernels", "src"] {
-        assert_eq!(absent(folder, &files), [""; 0]);
+        assert_eq!(absent(folder, &both), [""; 0]);
     }
     for file in ["Cargo.lock", "LICENSE-APACHE", "LICENSE-MIT", "README.md", "build.rs", "docs/guide/embedding.md"] {
         assert!(files.contains(file), "{file}");
@@ -122,18 +127,20 @@ fn only_the_command_knows_its_options() {
 /// The modules that any other may use; they depend on nothing but each other.
 const COMMON: [&str; 6] = ["choice", "error", "files", "memory", "npy", "progress"];
 
-/// What the code of each module (file or folder of src) names: paths below the crate's root.
+/// What the code of each module (file or folder of src or src/host) names: paths below the crate's root.
 type Named = BTreeMap<String, BTreeSet<Vec<String>>>;
 
 /// The modules of the crate with the paths that each names, those of re-exports resolved.
 fn named_by_modules() -> Named {
     let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
-    let exports = exports(&std::fs::read_to_string(source.join("lib.rs")).unwrap());
+    let crates = [source.join("host"), source];
+    let read = |folder: &PathBuf| std::fs::read_to_string(folder.join("lib.rs")).unwrap();
+    let exports: BTreeMap<_, _> = crates.iter().flat_map(|folder| exports(&read(folder))).collect();
     let mut named = Named::new();
-    for entry in std::fs::read_dir(source).unwrap() {
+    for entry in crates.iter().flat_map(|folder| std::fs::read_dir(folder).unwrap()) {
         let path = entry.unwrap().path();
         let module = path.file_stem().unwrap().to_str().unwrap().to_owned();
-        if module != "lib" && module != "main" {
+        if !["Cargo", "host", "lib", "main"].contains(&module.as_str()) {
             // A module may be a file beside a folder.
             named.entry(module).or_default().extend(resolved(named_paths(&code_of(&path)), &exports));
         }
@@ -170,9 +177,10 @@ pub fn branches(text: &str) -> (Vec<Vec<String>>, &str) {
     }
 }
 
-/// What src/lib.rs re-exports: the name, and the path that it stands for.
+/// What a `lib.rs` re-exports of its own modules: the name, and the path that it stands for.
 fn exports(lib: &str) -> BTreeMap<String, Vec<String>> {
     let statements = lib.split("pub use ").skip(1).flat_map(|rest| branches(rest).0);
+    let statements = statements.filter(|path| path[0] != "layersplat_host");
     statements.filter(|path| path.len() > 1).map(|path| (path.last().unwrap().clone(), path)).collect()
 }
 
@@ -185,7 +193,8 @@ fn table(text: &str) -> Vec<(String, BTreeSet<Vec<String>>)> {
     let mut rows: Vec<(String, BTreeSet<Vec<String>>)> = Vec::new();
     for line in text.lines().filter(|line| line.starts_with("| `src/")) {
         let cells: Vec<&str> = line.trim_end_matches([' ', '|']).split(" | ").collect();
-        let module = cells[0].trim_start_matches("| `src/").trim_end_matches('`').trim_end_matches(".rs");
+        let module =
+            cells[0].trim_start_matches("| `src/").trim_start_matches("host/").trim_end_matches('`').trim_end_matches(".rs");
         let may = match cells.last().unwrap().trim() {
             "nothing else" => BTreeSet::new(),
             "all of the above" => rows.iter().map(|(module, _)| vec![module.clone()]).collect(),
@@ -230,7 +239,7 @@ fn violations(table: &[(String, BTreeSet<Vec<String>>)], code: &Named) -> Vec<St
 fn modules_depend_on_what_the_table_says() {
     let text = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("ARCHITECTURE.md")).unwrap();
     for common in COMMON {
-        assert!(text.contains(&format!("`src/{common}.rs`")), "{common}");
+        assert!(text.contains(&format!("`src/host/{common}.rs`")), "{common}");
     }
     let (table, code) = (table(&text), named_by_modules());
     assert!(table.len() >= 15 && code.len() == table.len() + COMMON.len(), "{} rows, {} modules", table.len(), code.len());

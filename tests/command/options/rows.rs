@@ -404,7 +404,7 @@ pub const UNCHANGED: &[(&str, &str)] = &[
     ("--bits", "says how a file is encoded; tests/command/pictures.rs reads some"),
     ("--dither", "says how a file is encoded; tests/command/pictures.rs"),
     ("--dpi", "says how a file is encoded; tests/command/pictures.rs"),
-    ("--font-size", "needs --dpi, which NumPy files refuse; src/annotation/tests.rs and tests/command/pictures.rs"),
+    ("--font-size", "needs --dpi, which NumPy files refuse; src/host/annotation/tests.rs and tests/command/pictures.rs"),
     ("--legend-only", "writes the colour bar instead of a picture; tests/command/pictures.rs"),
     ("--no-metadata", "says what a file holds beside the picture; tests/command_line has a test"),
     ("--fail-empty", "changes the exit code of empty pictures; tests/command_line has a test"),

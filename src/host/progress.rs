@@ -1,0 +1,95 @@
+//! Progress of long tasks, reported to an observer. Only the command installs one.
+
+use std::{
+    sync::OnceLock,
+    sync::atomic::{AtomicU64, Ordering},
+    time::{Duration, Instant},
+};
+
+/// An observer: task name, completed steps and total steps, which is 0 if unknown.
+type Watch = dyn Fn(&str, u64, u64) + Send + Sync;
+
+static WATCH: OnceLock<Box<Watch>> = OnceLock::new();
+
+/// Installs the observer of all tasks. It is called after every step, and with completed = total when a task ends. Only the first
+/// call has an effect.
+pub fn watch(watch: impl Fn(&str, u64, u64) + Send + Sync + 'static) {
+    let _ = WATCH.set(Box::new(watch));
+}
+
+/// Total build time of programs in this process, in microseconds.
+static BUILDING: AtomicU64 = AtomicU64::new(0);
+
+/// Number of programs that are being built in this process.
+static BUILDS: AtomicU64 = AtomicU64::new(0);
+
+/// Builds a program; counts it meanwhile, and its build time afterwards.
+pub fn count_build<T>(build: impl FnOnce() -> T) -> T {
+    let _counted = Building::begin();
+    build()
+}
+
+/// A program that is being built.
+struct Building {
+    started: Instant,
+}
+
+impl Building {
+    fn begin() -> Self {
+        BUILDS.fetch_add(1, Ordering::Relaxed);
+        Self { started: Instant::now() }
+    }
+}
+
+impl Drop for Building {
+    fn drop(&mut self) {
+        BUILDS.fetch_sub(1, Ordering::Relaxed);
+        BUILDING.fetch_add(self.started.elapsed().as_micros() as u64, Ordering::Relaxed);
+    }
+}
+
+/// Whether any program is being built in this process.
+pub fn is_building() -> bool {
+    BUILDS.load(Ordering::Relaxed) > 0
+}
+
+/// Total build time of programs in this process.
+pub fn building() -> Duration {
+    Duration::from_micros(BUILDING.load(Ordering::Relaxed))
+}
+
+/// A long task.
+pub struct Task {
+    what: String,
+    total: u64,
+    done: u64,
+}
+
+impl Task {
+    /// Starts a task of `total` steps; 0 if unknown.
+    pub fn new(what: impl Into<String>, total: u64) -> Self {
+        Self { what: what.into(), total, done: 0 }
+    }
+
+    /// Adds completed steps.
+    pub fn add(&mut self, steps: u64) {
+        self.done = self.done.saturating_add(steps);
+        self.notify();
+    }
+
+    fn notify(&self) {
+        if let Some(watch) = WATCH.get() {
+            watch(&self.what, self.done, self.total);
+        }
+    }
+}
+
+impl Drop for Task {
+    fn drop(&mut self) {
+        // A task without any steps is never reported.
+        if self.done > 0 {
+            (self.done, self.total) = (self.done.max(self.total), self.done.max(self.total));
+            self.notify();
+        }
+    }
+}

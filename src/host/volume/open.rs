@@ -1,0 +1,52 @@
+//! Opening files and built-in volumes.
+
+#[cfg(feature = "mpi")]
+use super::{Layers, Unseen, builtin};
+use super::{OpenOptions, Volume, builtin_volume, format};
+use crate::error::Error;
+use std::path::Path;
+
+impl Volume<'static> {
+    /// Opens `builtin:NAME[@SIZE]`, a file, or one file per slice: a folder of numbered `.png` or `.tif` files, or a name with `%d` in
+    /// place of the number. Where the numbered files hold volumes, or where a `.pvd` names them, [`OpenOptions::frame`] counts the frames of
+    /// all files, as in a [`Sequence`](super::Sequence).
+    ///
+    /// Formats recognised by content: NRRD, NIfTI-1 and -2, MetaImage, VTK image data (`.vti` with the feature `vtk`, legacy `.vtk`), NumPy
+    /// arrays (`.npz` with the feature `npz`), TIFF (feature `tiff`), PNG and VisIt's `.bov`. Raw files are named
+    /// `NAME_XxYxZ_TYPE.raw` or `.raw.gz`; `options` supplies what the name lacks, or overrides it. `options` also select one of
+    /// several volumes, channels or arrays. World axes are right, anterior, superior if a file specifies patient coordinates.
+    ///
+    /// Uncompressed voxels are memory-mapped, so the file must not be truncated while the volume is in use. Others are read into memory,
+    /// within [`OpenOptions::memory`].
+    ///
+    /// # Errors
+    /// If the file cannot be read, has an unknown format, is truncated or damaged, or has a sheared grid; if `options` do not fit the file.
+    pub fn open(source: impl AsRef<Path>, options: &OpenOptions) -> Result<Self, Error> {
+        let source = source.as_ref();
+        match source.to_str().and_then(|name| name.strip_prefix("builtin:")) {
+            Some(builtin) => builtin_volume(builtin, options),
+            None => format::read(source, options),
+        }
+    }
+}
+
+#[cfg(feature = "mpi")]
+impl Unseen<'static> {
+    /// Opens layers of a file or built-in volume, as [`Volume::open`] does, without reading others. `choose` selects the layers, given the
+    /// dimensions of the volume.
+    ///
+    /// # Errors
+    /// As [`Volume::open`], and if the file does not support random access.
+    pub fn open(source: &Path, options: &OpenOptions, choose: &dyn Fn([usize; 3]) -> Layers) -> Result<Self, Error> {
+        match source.to_str().and_then(|name| name.strip_prefix("builtin:")) {
+            Some(name) => {
+                let (name, grid, made) = builtin::sampled(name, options)?;
+                let layers = choose(grid.dims());
+                let [held, own] = layers.boxes(grid.dims());
+                let voxels = builtin::layers(&name, &*made, grid.dims(), &layers.held)?;
+                Ok(Self::new(name, grid, held, own, voxels)?.with_background(0.0))
+            }
+            None => format::layers(source, options, choose),
+        }
+    }
+}
