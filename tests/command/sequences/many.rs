@@ -89,7 +89,7 @@ fn lines_that_are_wrong_are_named() {
         (r#"{"output": "a.png", "size": 3}"#, "WxH"),
         (r#"{"output": "a.png", "azimut": 3}"#, "azimut"),
         (r#"{"output": "a.png", "parallel_scale": -3}"#, "above 0"),
-        (r#"{"output": "a.png", "shadows": 3}"#, "shadows: use on or off"),
+        (r#"{"output": "a.png", "shadows": 3}"#, "use on or off"),
         (r#"{"output": "a.png", "shadow_strength": 0.5}"#, "shadows are off"),
         (&long, "longer than 65536 bytes"),
     ] {
