@@ -237,7 +237,7 @@ pub enum Error {
         needed: u64,
         /// Bytes of the budget in use.
         taken: u64,
-        /// The budget in bytes: [`Device::with_memory`](crate::Device::with_memory).
+        /// The budget in bytes: `Device::with_memory`.
         budget: u64,
         /// Whether light of half the resolution would need less.
         can_be_coarser: bool,
@@ -251,7 +251,7 @@ pub enum Error {
         needed: u64,
         /// Bytes of the budget in use.
         taken: u64,
-        /// The budget in bytes: [`Device::with_memory`](crate::Device::with_memory).
+        /// The budget in bytes: `Device::with_memory`.
         budget: u64,
     },
     /// A call that only a renderer of the whole volume supports, on one that streams the volume or shares it with other processes.
@@ -322,7 +322,7 @@ pub enum Error {
         /// The time limit.
         longest: std::time::Duration,
     },
-    /// A frame that another thread cancelled ([`Cancel`](crate::Cancel)).
+    /// A frame that another thread cancelled (`Cancel`).
     #[error("the frame was cancelled before {stage}")]
     Cancelled {
         /// The stage that was not started.

@@ -13,7 +13,7 @@ use std::path::Path;
 /// Depths are distances from the plane through the eye along the view direction, in world units, as in depth buffers; in a perspective
 /// they are not distances along rays. They are infinite where less than 1/256 of the light is absorbed.
 ///
-/// Computed by [`Renderer::depths`](crate::Renderer::depths).
+/// Computed by `Renderer::depths`.
 ///
 /// ```
 /// use layersplat::{Renderer, Settings};

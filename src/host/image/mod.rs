@@ -91,7 +91,7 @@ impl Frame {
     }
 
     /// Converts to 8-bit RGBA: over an opaque colour, or with straight alpha. Halves are rounded up. The bytes equal those of
-    /// [`Renderer::render_rgba8`](crate::Renderer::render_rgba8).
+    /// `Renderer::render_rgba8`.
     pub fn to_rgba8(&self, background: Background) -> Vec<u8> {
         self.pixels.iter().flat_map(|&pixel| display::displayed(pixel, background)).collect()
     }

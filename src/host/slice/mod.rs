@@ -14,7 +14,7 @@ use std::path::Path;
 
 /// A rectangle of any plane, in world coordinates. Pixels are square.
 ///
-/// Drawn by [`Renderer::slice`](crate::Renderer::slice).
+/// Drawn by `Renderer::slice`.
 ///
 /// ```
 /// use layersplat::slice::{Slice, SliceAxis};

@@ -10,7 +10,7 @@ use std::path::Path;
 const REACH: i32 = 2;
 
 impl Labels {
-    /// The labels where they colour a scan ([`Renderer::set_label_colors`](crate::Renderer::set_label_colors)): those of a file that states no
+    /// The labels where they colour a scan (`Renderer::set_label_colors`): those of a file that states no
     /// placement, as NumPy arrays, get the placement of a scan of their size.
     ///
     /// # Errors
