@@ -109,6 +109,8 @@ struct Built {
     /// Maximum work-group size: the device limit, reduced by the kernel's register use.
     largest_group: usize,
     band: BandSize,
+    /// When its build began, until its first launch is logged.
+    begun: Option<Instant>,
 }
 
 impl<K: Launch> Default for Launcher<K> {
@@ -130,26 +132,25 @@ impl<K: Launch> Launcher<K> {
             return Ok(());
         }
         let permutation = self.available(device, best, items);
-        let begun = Instant::now();
-        let is_new = !self.built.contains_key(&permutation);
         let built = match self.built.entry(permutation) {
             Entry::Occupied(built) => built.into_mut(),
             Entry::Vacant(entry) => {
+                let begun = Some(Instant::now());
                 let defines = Self::defines(tuning, permutation);
                 let kernel = device.kernel(K::FILE, K::NAME, &defines)?;
                 #[cfg(test)]
                 device.record_started((K::FILE, K::NAME), &defines, group);
                 let largest_group = device.shared.programs.largest_group(&kernel)?;
-                entry.insert(Built { largest_group, kernel, band: BandSize::default() })
+                entry.insert(Built { begun, largest_group, kernel, band: BandSize::default() })
             }
         };
-        let Built { kernel, band, largest_group } = built;
+        let Built { begun, kernel, band, largest_group } = built;
         let group = group.min(*largest_group);
         let set = arguments.set(kernel, 0).and_then(|first_item| 0u64.set(kernel, first_item).map(|_| first_item));
         let first_item = set.map_err(|e| device.error("clSetKernelArg", e))?;
         if !device.has_bands() || K::ITEMS == Items::Runs {
             device.start(K::STAGE, kernel, items, group)?;
-            if is_new {
+            if let Some(begun) = begun.take() {
                 build_log::record(K::NAME, &Self::defines(tuning, permutation), group, begun.elapsed());
             }
             return Ok(());
