@@ -4,7 +4,8 @@ use crate::annotation::{Legend, LegendEntry};
 use crate::device::Device;
 use crate::error::Error;
 use crate::framing::Framing;
-use crate::renderer::{ColorOpacity, FieldKind, LabelColors, UploadedColors, UploadedVolume};
+use crate::renderer::{ColorOpacity, LabelColors, UploadedColors, UploadedVolume};
+use crate::settings::FieldKind;
 use crate::transfer::TransferFunction;
 use crate::volume::{Description, Label, LabelChange, LabelLayer, LabelTable, Labels, Volume, VoxelType};
 

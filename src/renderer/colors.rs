@@ -8,7 +8,7 @@ use crate::device::launch::{Floats, Launcher, VoxelBuffer};
 use crate::device::{Buffer, Device};
 use crate::error::Error;
 use crate::layers::{GradientEstimator, Kernel};
-use crate::settings::{Algorithm, Blend, Classification, Layered, Settings};
+use crate::settings::{Algorithm, Classification, Layered, Settings};
 use crate::transfer::TransferFunction;
 use crate::volume::{Description, Grid, LabelSurfaces, Volume, VoxelBox, VoxelType};
 
@@ -254,31 +254,15 @@ impl Out {
 }
 
 /// The settings of a frame of colours. Kernels with negative weights would make negative extinctions: the paper's cubic replaces them.
-///
-/// # Errors
-/// For algorithms, kernels and blend modes that do not draw colours.
-pub(super) fn color_settings(settings: Settings, are_smooth: bool) -> Result<Settings, Error> {
-    if settings.blend != Blend::Composite {
-        return Err(refused("blend", "reduces single values"));
-    }
+pub(super) fn color_settings(settings: Settings, are_smooth: bool) -> Settings {
     let positive = |kernel| if matches!(kernel, Kernel::CatmullRom | Kernel::BSpline) { Kernel::Cubic } else { kernel };
     let algorithm = match settings.algorithm {
-        Algorithm::Layered(layered) => {
-            let Classification::Preintegrated { kernel, samples_per_layer } = layered.classification else {
-                return Err(refused("classification", "splats single values"));
-            };
-            let classification = Classification::Preintegrated { kernel: positive(kernel), samples_per_layer };
-            Algorithm::Layered(Layered { classification, ..layered })
+        Algorithm::Layered(layered @ Layered { classification: Classification::Preintegrated { kernel, .. }, .. }) => {
+            Layered { classification: layered.classification.with_kernel(positive(kernel)), ..layered }.into()
         }
-        Algorithm::Raycast { kernel: Kernel::Gaussian, .. } => return Err(refused("kernel", "reconstructs single values")),
         Algorithm::Raycast { kernel, step } => Algorithm::Raycast { kernel: positive(kernel), step },
-        _ => return Err(refused("algorithm", "classifies single values")),
+        other => other,
     };
     let smoothed = are_smooth.then_some(GradientEstimator::Gaussian(LABEL_SMOOTHING));
-    Ok(Settings { algorithm, gradient: settings.gradient.or(smoothed), ..settings })
-}
-
-fn refused(field: &'static str, what: &str) -> Error {
-    let problem = format!("{what}, which volumes of colours and labels do not have: omit it");
-    Error::Settings { field, problem }
+    Settings { algorithm, gradient: settings.gradient.or(smoothed), ..settings }
 }

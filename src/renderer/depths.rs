@@ -2,7 +2,6 @@
 
 use super::frame::{Frame, Mode, Stage, Step};
 use super::picture::Finished;
-use super::plan::Plan;
 use super::rays::RayOutput;
 use super::tiles::read_samples;
 use super::{Planned, Renderer};
@@ -11,7 +10,7 @@ use crate::device::Device;
 use crate::error::Error;
 use crate::image::Depths;
 use crate::layers::Kernel;
-use crate::settings::{Algorithm, Blend, Classification, Layered, Settings};
+use crate::settings::{Algorithm, Classification, Layered, Method, Settings};
 use crate::viewport::Viewport;
 
 /// Default step between samples, in smallest spacings.
@@ -25,8 +24,8 @@ impl Renderer {
     /// # Errors
     /// Those of `render`, and blend modes other than composite and iso, because their pictures have no depth.
     pub fn depths(&mut self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<Depths, Error> {
+        self.engine.check_method(Method::Depths, settings.blend)?;
         let planned = self.planned(camera, viewport, &depth_settings(settings))?;
-        check_has_depths(&planned.plan, &planned.settings)?;
         let gathered = self.gather_depths(&planned)?;
         // Ray parameters are depths in normalised units from the plane through the volume's centre, or from the eye if that plane
         // is behind it.
@@ -52,23 +51,6 @@ impl Renderer {
         let read = |device: &Device, finished: &Finished| read_samples(finished.floats(), device, viewport.pixels());
         Ok(self.engine.run(&frame, Mode::Waited, read)?.0)
     }
-}
-
-/// Rejects blend modes whose pictures have no depth. `plan` and `settings` are those of [`depth_settings`].
-///
-/// # Errors
-/// [`Error::Settings`] of the field `blend`.
-pub(super) fn check_has_depths(plan: &Plan, settings: &Settings) -> Result<(), Error> {
-    let has_depths = match plan {
-        Plan::Raycast(..) => true,
-        Plan::CastValues(..) => matches!(settings.blend, Blend::Iso(_)),
-        _ => false,
-    };
-    if has_depths {
-        return Ok(());
-    }
-    let problem = "depths exist only for the blend modes composite and iso".into();
-    Err(Error::Settings { field: "blend", problem })
 }
 
 /// Settings for finding depths: ray casting in the field of the settings' kernel, unlit.

@@ -7,7 +7,6 @@ use crate::device::{Buffer, Device};
 use crate::error::Error;
 use crate::layers::AxisFrame;
 use crate::memory;
-use crate::settings::{Blend, Settings};
 use crate::volume::{Description, Grid, Labels, Volume, grid_over};
 use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
@@ -193,16 +192,4 @@ fn colors_of(layers: &[Layer], count: usize) -> Vec<u32> {
     };
     let none = || BTreeSet::from([0]);
     (0..count.div_ceil(BLOCK)).into_par_iter().map(of_block).reduce(none, merged).into_iter().collect()
-}
-
-/// Rejects settings of frames that have no colours of labels.
-///
-/// # Errors
-/// [`Error::Settings`] for blend modes that reduce values.
-pub(super) fn check_tinted(settings: &Settings) -> Result<(), Error> {
-    if matches!(settings.blend, Blend::Composite | Blend::Iso(_)) {
-        return Ok(());
-    }
-    let problem = "reduces values, which have no colours of labels: omit one of both".into();
-    Err(Error::Settings { field: "blend", problem })
 }

@@ -13,7 +13,6 @@ mod enqueued;
 #[cfg(test)]
 mod faults;
 mod field;
-mod field_kind;
 mod frame;
 mod label_colors;
 mod lattice_picture;
@@ -57,7 +56,6 @@ pub use directions::vector_norms;
 #[cfg(feature = "mpi")]
 pub use distributed_report::{Composed, DistributedReport, Exchanged, RankMeasured, RankReport};
 pub use field::{DeviceVoxels, UploadedVolume};
-pub use field_kind::FieldKind;
 pub use label_colors::LabelColors;
 pub use lattice_picture::LatticePicture;
 #[cfg(feature = "mpi")]
@@ -327,7 +325,9 @@ impl Renderer {
 
     fn planned(&self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<Planned, Error> {
         let (rays, settings) = self.engine.normalised_view(camera, viewport, settings)?;
-        Planned::new(rays, viewport, settings, self.engine.field().grid(), self.engine.steepness())
+        let planned = Planned::new(rays, viewport, settings, self.engine.field().grid(), self.engine.steepness())?;
+        self.engine.check_method(planned.plan.method(), planned.settings.blend)?;
+        Ok(planned)
     }
 }
 

@@ -4,7 +4,7 @@
 use super::paper::PaperPlan;
 use crate::error::Error;
 use crate::layers::{Axis, Density, Kernel, Lattice, Rays, Sampling};
-use crate::settings::{Algorithm, Blend, Classification, Evaluation, Footprints, LayerAxis, Layered, Settings};
+use crate::settings::{Algorithm, Blend, Classification, Evaluation, Footprints, LayerAxis, Layered, Method, Settings};
 use crate::viewport::Viewport;
 use crate::volume::Grid;
 use std::fmt;
@@ -138,6 +138,17 @@ impl Plan {
         match blend {
             Blend::Composite => Plan::Raycast(kernel, step),
             _ => Plan::CastValues(kernel, step),
+        }
+    }
+
+    /// The method that draws it. Where no lattice covers a view, it is not that of the algorithm.
+    pub(super) fn method(&self) -> Method {
+        match *self {
+            Plan::Lattice(_, layered) | Plan::Shared(_, layered) => Method::of(layered.into()),
+            Plan::Direct(_, layered) => Method::of(Layered { evaluation: Evaluation::Direct, ..layered }.into()),
+            #[cfg(feature = "paper")]
+            Plan::Paper(plan) => plan.method(),
+            Plan::Raycast(..) | Plan::CastValues(..) | Plan::CastSegments(..) => Method::Rays,
         }
     }
 

@@ -90,11 +90,6 @@ impl<'a> Scene<'a> {
         self.label_colors.map(|labels| labels.tint(self.field.description(), frame)).transpose()
     }
 
-    /// Whether there are several fields, or a field in the colours of labels.
-    pub fn is_mixed(&self) -> bool {
-        self.channels() > 1 || self.label_colors.is_some()
-    }
-
     /// Whether layers are drawn by kernels that have a work-item per tile on every device.
     pub fn is_tiled(&self) -> bool {
         self.has_colors() || self.channels() > 1
@@ -114,25 +109,6 @@ impl<'a> Scene<'a> {
     /// Number of fields.
     pub fn channels(&self) -> usize {
         1 + self.others.len()
-    }
-
-    /// Rejects the colours of labels, which `what` does not draw.
-    pub fn require_own_colors(&self, what: &str) -> Result<(), Error> {
-        if self.label_colors.is_none() {
-            return Ok(());
-        }
-        let problem = format!("{what} do not show them: omit them, or choose pre-integrated layers or ray casting");
-        Err(Error::Settings { field: "label_colors", problem })
-    }
-
-    /// Rejects several fields and the colours of labels, which `what` does not draw.
-    pub fn require_one_channel(&self, what: &str) -> Result<(), Error> {
-        self.require_own_colors(what)?;
-        if self.others.is_empty() {
-            return Ok(());
-        }
-        let problem = format!("{what} show one channel: show one alone, or choose layers on a lattice or ray casting");
-        Err(Error::Settings { field: "channels", problem })
     }
 
     /// Versions of all fields and their classifications.

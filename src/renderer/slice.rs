@@ -10,7 +10,7 @@ use crate::device::Device;
 use crate::error::Error;
 use crate::image::Frame;
 use crate::layers::{Kernel, Rays};
-use crate::settings::{Blend, Settings};
+use crate::settings::{Blend, Method, Settings};
 use crate::slice::{Slice, SliceColors, SliceValues};
 use crate::viewport::Viewport;
 use glam::DVec3;
@@ -60,6 +60,7 @@ impl Renderer {
         let rays = rays(slice, viewport, self.engine.field())?;
         // The edges of the field are those of the blend modes that take values; there is no light.
         let settings = Settings { blend: Blend::Average, shading: None, ..Settings::default() };
+        self.engine.check_method(Method::Slices, settings.blend)?;
         let stage = self.engine.declaring(viewport, &settings, |declaring| Stage::new(vec![Step::Slice(plan)], false, declaring));
         let host_bytes = 2 * FLOATS * viewport.pixels() as u64;
         let frame =

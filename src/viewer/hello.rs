@@ -10,7 +10,7 @@ use super::slices;
 use crate::framing::Side;
 use crate::layers::{GradientEstimator, Kernel};
 use crate::renderer::ColorOpacity;
-use crate::settings::{Blend, Quality};
+use crate::settings::{Blend, Method, Quality};
 use crate::shown::{Shown, name_of};
 use crate::transfer::TransferFunction;
 use crate::volume::{Label, LabelLayer, Statistics};
@@ -133,7 +133,7 @@ impl SharedScene {
         let checked = [
             ("shadows", check(Look { shadows: true, ..plain.clone() })),
             ("ambient-occlusion", check(Look { ambient_occlusion: true, ..plain.clone() })),
-            ("slices", kind.check_slices()),
+            ("slices", kind.check_method(Method::Slices, Blend::Composite)),
             ("paper", check(paper)),
         ];
         let refused = checked.into_iter().chain(blends);

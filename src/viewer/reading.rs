@@ -8,8 +8,8 @@ use super::scene::SharedScene;
 use crate::camera::{Camera, Projection};
 use crate::error::Error;
 use crate::layers::Kernel;
-use crate::renderer::{FieldKind, depth_settings};
-use crate::settings::{Algorithm, Blend, Classification, Layered, Settings};
+use crate::renderer::depth_settings;
+use crate::settings::{Algorithm, Blend, Classification, FieldKind, Layered, Method, Settings};
 use crate::shown::{IndexedLabels, Shown, name_of};
 use crate::viewport::Viewport;
 use crate::volume::{LabelLayer, LabelSurfaces, LabelTable, Volume};
@@ -63,13 +63,10 @@ impl Painter {
     /// blend mode has no depths.
     pub(super) fn pick(&mut self, pick: &Pick) -> Result<Option<Picked>, Error> {
         let settings = self.scene.host.settings(&self.look, None)?;
-        if !matches!(settings.blend, Blend::Composite | Blend::Iso(_)) {
+        if self.scene.kind().check_method(Method::Depths, settings.blend).is_err() {
             return Ok(None);
         }
         let casting = depth_settings(&settings);
-        if self.scene.kind() == FieldKind::Several && FieldKind::Several.check(&casting).is_err() {
-            return Ok(None);
-        }
         let camera = pick.camera(&self.scene.camera(&pick.camera)?)?;
         self.scene.host.require_checked(&camera, PIXEL, &casting)?;
         let depths = self.renderer.depths(&camera, PIXEL, &settings)?;

@@ -11,8 +11,8 @@ use crate::error::Error;
 #[cfg(feature = "viewer")]
 use crate::files::Scratch;
 use crate::framing::Fixed;
-use crate::renderer::{FieldKind, LabelColors, UploadedVolume};
-use crate::settings::Settings;
+use crate::renderer::{LabelColors, UploadedVolume};
+use crate::settings::{FieldKind, Settings};
 use crate::transfer::TransferFunction;
 use crate::viewport::Viewport;
 use crate::volume::Statistics;

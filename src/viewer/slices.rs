@@ -8,7 +8,7 @@ use crate::error::Error;
 use crate::image::Frame;
 use crate::layers::Kernel;
 use crate::renderer::Renderer;
-use crate::settings::{Algorithm, Blend, Settings};
+use crate::settings::{Algorithm, Blend, Method, Settings};
 use crate::slice::{Slice, SliceAxis, SliceColors};
 use crate::transfer::TransferFunction;
 use crate::viewport::Viewport;
@@ -60,7 +60,7 @@ impl Painter {
     /// Draws three slices, and sends them below each other as one picture, after their places and the value at their point.
     pub(super) fn show_slices(&mut self, view: &SlicesView) -> Result<(), Error> {
         let since = Instant::now();
-        self.scene.kind().check_slices()?;
+        self.scene.kind().check_method(Method::Slices, Blend::Composite)?;
         let viewport = view.viewport()?;
         let opening = &self.scene.opening;
         // Slices sample and colour the field by the code of these kernels.

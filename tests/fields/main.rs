@@ -7,4 +7,5 @@ mod colors;
 mod common;
 mod label_colors;
 mod label_surfaces;
+mod methods;
 mod sheared;

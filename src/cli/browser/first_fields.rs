@@ -4,7 +4,7 @@ use crate::annotation::LegendEntry;
 use crate::cli::channels;
 use crate::cli::scene::OpenedScene;
 use crate::error::Error;
-use crate::renderer::FieldKind;
+use crate::settings::FieldKind;
 use crate::transfer::TransferFunction;
 use crate::viewer::{Drawn, IndexedLabels, Look, PageChannel, PageField};
 use crate::volume::Volume;

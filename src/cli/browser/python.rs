@@ -166,7 +166,7 @@ mod tests {
     use super::*;
     use crate::camera::Orbit;
     use crate::cli::browser::arguments;
-    use crate::renderer::FieldKind;
+    use crate::settings::FieldKind;
     use crate::settings::{Blend, Quality};
     use crate::viewer::{PageCamera, PageLight};
     use crate::viewport::Viewport;

@@ -8,6 +8,7 @@ mod depth_cue;
 mod gradient_opacity;
 mod layered;
 mod lights;
+mod methods;
 mod number;
 mod quality;
 mod shading;
@@ -23,6 +24,7 @@ pub use layered::{Classification, Evaluation, Footprints, LayerAxis, Layered};
 #[doc(hidden)]
 pub use lights::WHITE;
 pub use lights::{Light, LightSpace, Lights};
+pub use methods::{FieldKind, Method};
 use number::ABOVE_0;
 pub use number::Number;
 pub use quality::Quality;
@@ -183,7 +185,7 @@ impl Settings {
     pub fn check(&self) -> Result<(), Error> {
         self.algorithm.check()?;
         self.blend.check()?;
-        self.check_blend()?;
+        FieldKind::One.check(self)?;
         self.check_gradient()?;
         if self.gradient_opacity.is_some() && self.blend != Blend::Composite {
             let problem = "only the blend mode composite supports gradient opacity: omit it".into();
@@ -238,20 +240,5 @@ impl Settings {
             Algorithm::Layered(_) | Algorithm::Raycast { .. } => return Ok(()),
         };
         Err(Error::Settings { field, problem: problem.into() })
-    }
-
-    /// Rejects blend modes that the algorithm does not support.
-    fn check_blend(&self) -> Result<(), Error> {
-        let problem = match (self.blend, self.algorithm) {
-            (Blend::Composite, _) => return Ok(()),
-            (_, Algorithm::AxisSheets { .. } | Algorithm::ViewSheets { .. }) => {
-                "sheets mix voxels with the surrounding background: only the blend mode composite is supported"
-            }
-            (Blend::Iso(_), Algorithm::Layered(Layered { classification: Classification::Post(_), .. })) => {
-                "splatted layers have no values between samples, which iso-surfaces require: choose pre-integrated classification"
-            }
-            _ => return Ok(()),
-        };
-        Err(Error::Settings { field: "blend", problem: problem.into() })
     }
 }

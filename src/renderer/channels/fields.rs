@@ -3,7 +3,7 @@
 use super::super::classification::{Classification, PreparationKernels, TableSizes};
 use super::super::colors::{UploadedColors, color_settings};
 use super::super::field::{Field, FieldShape, UploadedVolume};
-use super::super::label_colors::{LabelColors, check_tinted};
+use super::super::label_colors::LabelColors;
 use super::super::light::LightVolumes;
 use super::super::scene::{OtherField, Scene, View};
 use super::super::store::Version;
@@ -11,7 +11,7 @@ use super::common_grid::common_grid;
 use super::{Channel, ChannelLook};
 use crate::device::Device;
 use crate::error::Error;
-use crate::settings::{Blend, CropBox, Settings};
+use crate::settings::{Blend, CropBox, FieldKind, Settings};
 use crate::transfer::TransferFunction;
 use crate::volume::{Grid, Held, Rescale, Stored as StoredNumbers};
 use glam::DVec3;
@@ -309,27 +309,34 @@ impl Fields {
         }
         let settings = Settings { clipping, ..settings };
         if let Some(labels) = &self.label_colors {
-            self.check_label_colors(labels, &settings)?;
+            self.check_label_colors(labels)?;
         }
-        match &self.colors {
-            Some(colors) => color_settings(settings, colors.are_smooth),
-            None => Ok(settings),
-        }
+        self.kind(settings.blend).check(&settings)?;
+        Ok(self.colors.as_ref().map_or(settings, |colors| color_settings(settings, colors.are_smooth)))
     }
 
-    fn check_label_colors(&self, labels: &LabelColors, settings: &Settings) -> Result<(), Error> {
+    fn check_label_colors(&self, labels: &LabelColors) -> Result<(), Error> {
         if self.colors.is_some() || self.visible().count() > 1 {
             let problem =
                 "are those of one volume of values, and the renderer draws several, or colours: omit one of both".into();
             return Err(Error::Settings { field: "label_colors", problem });
         }
-        labels.grid_over(self.first.field.description())?;
-        check_tinted(settings)
+        labels.grid_over(self.first.field.description()).map(drop)
+    }
+
+    /// What frames of a blend mode draw.
+    pub fn kind(&self, blend: Blend) -> FieldKind {
+        match (&self.colors, &self.label_colors) {
+            (Some(_), _) => FieldKind::Colors,
+            _ if self.all().filter(|field| field.shows(blend)).count() > 1 => FieldKind::Several,
+            (_, Some(_)) => FieldKind::LabelColors,
+            _ => FieldKind::One,
+        }
     }
 
     /// Whether frames are of several fields or of colours.
     pub fn are_tiled(&self, blend: Blend) -> bool {
-        self.colors.is_some() || self.all().filter(|field| field.shows(blend)).count() > 1
+        matches!(self.kind(blend), FieldKind::Colors | FieldKind::Several)
     }
 
     /// The shapes and the tables of the visible fields, beginning with the one that scenes begin with.

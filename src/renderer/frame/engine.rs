@@ -24,7 +24,7 @@ use crate::camera::Camera;
 use crate::device::{Device, Limits, Rehearsal, ScratchMemory};
 use crate::error::Error;
 use crate::layers::{Lattice, Rays};
-use crate::settings::{self, Layered, Settings};
+use crate::settings::{self, Blend, Layered, Method, Settings};
 use crate::transfer::TransferFunction;
 use crate::viewport::Viewport;
 use crate::volume::{Held, Volume};
@@ -178,6 +178,11 @@ impl Engine {
         Ok((rays, self.fields.settings(settings)?))
     }
 
+    /// Fails for a method that does not draw the visible fields with a blend mode.
+    pub fn check_method(&self, method: Method, blend: Blend) -> Result<(), Error> {
+        self.fields.kind(blend).check_method(method, blend)
+    }
+
     /// Uploads other voxels to replace those of the field.
     pub fn replace_field(&mut self, held: &Held) -> Result<(), Error> {
         self.device.begin(&[])?;
@@ -319,10 +324,7 @@ impl Engine {
             }
             Step::Slice(plan) => {
                 let Self { fields, kernels, light, passes, target, .. } = self;
-                fields.with_scene(view, kernels, light, |scene| {
-                    scene.require_one_channel("slices")?;
-                    passes.slices.draw(scene, plan, target)
-                })?;
+                fields.with_scene(view, kernels, light, |scene| passes.slices.draw(scene, plan, target))?;
                 done.finished = Finished::Floats(target.drawn().samples);
             }
             Step::Warp { lattice, share } => {
@@ -371,14 +373,7 @@ impl Engine {
             // Several fields, and colours, are classified at each sample of a ray, not between them.
             Plan::CastSegments(kernel, step) if scene.is_tiled() => passes.rays.cast(scene, kernel, step, gathers, target),
             Plan::CastSegments(kernel, step) => passes.rays.cast_segments(scene, kernel, step, target),
-            _ if scene.has_colors() => {
-                let problem = format!("{plan} show single values: volumes of colours need a lattice or ray casting");
-                Err(Error::Settings { field: "algorithm", problem })
-            }
-            Plan::CastValues(kernel, step) if scene.channels() == 1 => {
-                passes.rays.cast_values(scene, kernel, step, gathers, target)
-            }
-            _ if scene.is_mixed() => scene.require_one_channel(&plan.to_string()),
+            Plan::CastValues(kernel, step) => passes.rays.cast_values(scene, kernel, step, gathers, target),
             Plan::Direct(axis, layered) => match layered.classification {
                 settings::Classification::Post(correction) => {
                     passes.splats.draw_pixels(scene, axis, correction, layered.footprints, target)
@@ -389,7 +384,7 @@ impl Engine {
             },
             #[cfg(feature = "paper")]
             Plan::Paper(plan) => passes.paper.draw(scene, plan, target),
-            Plan::Lattice(..) | Plan::Shared(..) | Plan::CastValues(..) => unreachable!("drawn as layers, or by rays"),
+            Plan::Lattice(..) | Plan::Shared(..) => unreachable!("drawn as layers"),
         })
     }
 

@@ -117,7 +117,6 @@ impl SplatLayers {
         range: &LayerRange,
         target: &mut Target,
     ) -> Result<(), Error> {
-        scene.require_own_colors("splatted layers")?;
         let tuning = scene.device.tuning();
         let tiles = tiles(scene.is_tiled(), lattice, tuning);
         let drawn = target.prepare(tiles);

@@ -14,7 +14,7 @@ use crate::device::Buffer;
 use crate::device::launch::structs::Float4;
 use crate::error::Error;
 use crate::layers::{Axis, Kernel, Rays};
-use crate::settings::{Algorithm, Blend};
+use crate::settings::{Algorithm, Blend, Method};
 use sheets::{AxisAlignedSheets, ImageAlignedSheets};
 use slicing::SlicedRays;
 use std::fmt;
@@ -58,6 +58,15 @@ impl PaperPlan {
             Algorithm::Slicing { step } if blend == Blend::Composite => Ok(Plan::Paper(Self::Slicing(step))),
             Algorithm::Slicing { step } => Ok(Plan::CastValues(Kernel::Linear, step)),
             Algorithm::Layered(_) | Algorithm::Raycast { .. } => unreachable!("planned without the paper's systems"),
+        }
+    }
+
+    /// The method that draws it.
+    pub(super) fn method(self) -> Method {
+        match self {
+            Self::AxisSheets(_) => Method::AxisSheets,
+            Self::ViewSheets(_) => Method::ViewSheets,
+            Self::Slicing(_) => Method::Slicing,
         }
     }
 

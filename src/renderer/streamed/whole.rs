@@ -2,7 +2,7 @@
 
 use super::super::accumulation::Jitter;
 use super::super::classification::TableSizes;
-use super::super::depths::{check_has_depths, depth_settings};
+use super::super::depths::depth_settings;
 use super::super::field::FieldShape;
 use super::super::frame::{Bytes, DeclaredLight, Declaring, Output, Stage};
 use super::super::plan::Plan;
@@ -12,7 +12,7 @@ use super::{StreamedRenderer, plan};
 use crate::camera::Camera;
 use crate::error::Error;
 use crate::image::{Depths, Frame};
-use crate::settings::Settings;
+use crate::settings::{FieldKind, Method, Settings};
 use crate::viewport::Viewport;
 
 impl StreamedRenderer<'_> {
@@ -36,9 +36,9 @@ impl StreamedRenderer<'_> {
     /// Those of `Renderer::depths`. [`Error::MemoryBudget`] and [`Error::DeviceMemory`], with the memory required, if not all voxels
     /// fit on the device, because rays need all of them.
     pub fn depths(&mut self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<Depths, Error> {
+        FieldKind::One.check_method(Method::Depths, settings.blend)?;
         let (rays, seen) = self.world.normalised_view(&self.grid, camera, viewport, &depth_settings(settings))?;
         let plan = Plan::with_steepness(&rays, viewport, &self.grid, &seen, self.steepness())?;
-        check_has_depths(&plan, &seen)?;
         self.require_whole("a depth picture", &plan, viewport, &seen)?;
         let others = self.others();
         // Cached data of earlier frames may leave too little memory: retry without them.
