@@ -14,8 +14,12 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::time::Instant;
 
 /// Each denormal costs 150 cycles when specular powers and transmittances underflow. Contraction makes a*b+c one instruction. No
-/// option may change the meaning of NaN and infinity.
-const OPTIONS: &str = "-cl-std=CL1.2 -cl-denorms-are-zero -cl-mad-enable";
+/// option may change the meaning of NaN and infinity. With debug assertions, launchers compare the arguments of kernels with their own.
+const OPTIONS: &str = if cfg!(debug_assertions) {
+    "-cl-std=CL1.2 -cl-denorms-are-zero -cl-mad-enable -cl-kernel-arg-info"
+} else {
+    "-cl-std=CL1.2 -cl-denorms-are-zero -cl-mad-enable"
+};
 
 /// Options common to all kernel programs, without their `-D` options.
 #[cfg(feature = "cli")]

@@ -73,6 +73,13 @@ impl Device {
         self.shared.background.queue.is_ready(kernel)
     }
 
+    /// Launches a kernel as after a build in the background: it must return at once, since otherwise it would divide by zero or read out of
+    /// bounds.
+    #[cfg(test)]
+    pub(super) fn launch_without_work(&self, kernel: &KernelRequest) -> Result<(), Error> {
+        build::build(&self.shared.programs, &mut None, kernel)
+    }
+
     /// Lets another process compile the programs that are built in the background
     /// ([`Renderer::warm_up`](crate::Renderer::warm_up)). This helps with PoCL, which launches no kernel while it compiles
     /// another, so that compiling in this process would delay frames.

@@ -20,10 +20,10 @@ pub(crate) trait Argument {
 
 /// An argument as a kernel declares it.
 pub(crate) struct Parameter {
-    #[cfg_attr(not(test), expect(dead_code, reason = "signatures are compared in tests"))]
+    #[cfg_attr(not(debug_assertions), expect(dead_code, reason = "signatures are compared with debug assertions"))]
     pub name: String,
     /// OpenCL type; `VOXEL` is that of the voxels.
-    #[cfg_attr(not(test), expect(dead_code, reason = "signatures are compared in tests"))]
+    #[cfg_attr(not(debug_assertions), expect(dead_code, reason = "signatures are compared with debug assertions"))]
     pub kind: String,
     /// Size in bytes; 0 for buffers, whose handles differ between devices.
     pub bytes: usize,

@@ -32,7 +32,6 @@ kernel! {
     ColorLattice = "layered/color_lattice.cl", color_lattice, "lattice", Items::Tiles;
     defines |tuning, variant: (VoxelKind, Kernel, Segments, Rendering)| PointLattice::defines(tuning, variant);
     items |a, _| tiles(a.p.tiles);
-    compared [(VOXELS, Kernel::Cubic, SEGMENTS, SEPARATE)];
     arguments ColorLatticeArguments<'a> {
         colors: ColorFields<'a>,
         shown_slabs: &'a Buffer<i32>,
@@ -47,7 +46,6 @@ kernel! {
         march_defines(tuning, voxels, rendering).with_kernel(kernel)
     };
     items |a, _| tiles(a.s.tiles);
-    compared [(VOXELS, Kernel::Cubic, SEPARATE), (VOXELS, Kernel::Linear, DEPTHS)];
     arguments ColorRaycastArguments<'a> {
         colors: ColorFields<'a>,
         s: ScreenParams,
@@ -60,7 +58,6 @@ kernel! {
     ColorVoxels = "volume/color_voxels.cl", color_voxels, "colors", Items::Pixels;
     defines |tuning, voxels: VoxelKind| Defines::new(tuning.vector_width).with_values(voxels);
     items |a, _| large_grid(a.p.count as usize);
-    compared [VOXELS];
     arguments ColorVoxelsArguments<'a> {
         red: &'a VoxelBuffer,
         green: &'a VoxelBuffer,
@@ -82,7 +79,6 @@ kernel! {
     LabelVoxels = "volume/label_voxels.cl", label_voxels, "colors", Items::Tiles;
     defines |tuning, voxels: VoxelKind| Defines::new(tuning.vector_width).with_values(voxels);
     items |a, _| a.p.dims[1..].iter().map(|&n| n as usize).product();
-    compared [VOXELS];
     arguments LabelVoxelsArguments<'a> {
         labels: &'a VoxelBuffer,
         /// Extinction times red, green, blue, and extinction, per label.

@@ -53,11 +53,6 @@ kernel! {
     };
     items |a, _| tiles(a.p.tiles);
     general |variant| PointSamples::general(variant);
-    compared [
-        [(VOXELS, Kernel::CatmullRom, SEGMENTS, LIT), (VOXELS, Kernel::BSpline, SEGMENTS, SEPARATE)].as_slice(),
-        &OTHER_BLENDS.map(|rendering| (VOXELS, Kernel::BSpline, SEGMENTS, rendering)),
-    ].concat();
-    tinted [(VOXELS, Kernel::Cubic, SEGMENTS, SEPARATE), (VOXELS, Kernel::Cubic, SEGMENTS, SURFACES)];
     arguments PointLatticeArguments<'a> {
         field: ShadedField<'a>,
         /// One bit per block and slab, for the shears of this lattice.
@@ -85,11 +80,6 @@ kernel! {
     };
     items |a, tuning| tiles(a.p.tiles) * tuning.sample_group();
     general |(voxels, kernel, segments, rendering)| Some((voxels, kernel, segments.general(), rendering.general()?));
-    compared [
-        [(VOXELS, Kernel::CatmullRom, SEGMENTS, LIT), (VOXELS, Kernel::BSpline, SEGMENTS, SEPARATE)].as_slice(),
-        &OTHER_BLENDS.map(|rendering| (VOXELS, Kernel::BSpline, SEGMENTS, rendering)),
-    ].concat();
-    tinted [(VOXELS, Kernel::Cubic, SEGMENTS, SEPARATE)];
     arguments PointLatticeArguments
 }
 
@@ -127,10 +117,6 @@ kernel! {
         Defines::new(1).with_voxels(voxels).with_kernel(kernel).with_segments(segments).with_rendering(rendering)
     };
     items |a, _| a.pixels.pixels();
-    compared [
-        [(VOXELS, Kernel::Cubic, SEGMENTS, LIT), (VOXELS, Kernel::Linear, SEGMENTS, SEPARATE)].as_slice(),
-        &OTHER_BLENDS.map(|rendering| (VOXELS, Kernel::Linear, SEGMENTS, rendering)),
-    ].concat();
     arguments PointDirectArguments<'a> {
         pixels: PixelField<'a>,
         /// Table of integrals, for compositing.

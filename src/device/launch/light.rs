@@ -14,7 +14,6 @@ kernel! {
     LightTable = "light/light_table.cl", light_table, "light", Items::Pixels;
     defines |_, (): ()| Defines::none();
     items |a, _| a.count as usize;
-    compared [()];
     arguments LightTableArguments<'a> {
         /// (r, g, b, τ) per value, or α with linear extinction.
         table: &'a Buffer<Float4>,
@@ -35,7 +34,6 @@ kernel! {
         defines.with("SWEEP_VECTORS", Self::VECTORS).with("SWEEP_ROWS", Self::ROWS)
     };
     items |a, _| tiles(a.p.tiles);
-    compared [(VOXELS, false, LIT, Channels::new(2))];
     arguments LightSweepArguments<'a> {
         fields: ChannelFields<'a>,
         /// One bit per block and slab.
@@ -103,7 +101,6 @@ kernel! {
         LightSweep::shared_defines(1, variant).with("SAMPLE_COLUMNS", columns).with("SAMPLE_ROWS", rows)
     };
     items |a, _| tiles(a.p.tiles) * Self::TILE[0] * Self::TILE[1];
-    compared [(VOXELS, false, LIT, Channels::new(1))];
     arguments LightSweepArguments
 }
 
@@ -122,7 +119,6 @@ kernel! {
     FinishLight = "light/finish_light.cl", finish_light, "light", Items::Pixels;
     defines |_, (): ()| Defines::none();
     items |a, _| large_grid(a.values as usize);
-    compared [()];
     arguments FinishLightArguments<'a> {
         sums: &'a Buffer<u16>,
         /// Number of values of a volume.
@@ -148,7 +144,6 @@ kernel! {
         let rows = a.dims_y as usize * a.dims_z as usize;
         if block_lanes(tuning) == 1 { a.dims_x as usize * rows } else { rows }
     };
-    compared [(VOXELS, LIT, 2, Channels::new(8))];
     arguments CoarseTransmittanceArguments<'a> {
         /// In the layout of layer axis z.
         fields: ChannelFields<'a>,

@@ -1,5 +1,5 @@
-//! One typed launcher per kernel. All `unsafe` kernel calls are here. `kernel!` declares each kernel and its arguments once; tests
-//! compare these declarations with the kernels themselves (`signatures.rs`).
+//! One typed launcher per kernel. All `unsafe` kernel calls are here. `kernel!` declares each kernel and its arguments once; builds with debug
+//! assertions compare these declarations with the kernels themselves (`signatures.rs`).
 
 mod arguments;
 mod blocks;
@@ -15,7 +15,7 @@ pub(crate) mod paper;
 pub(crate) mod picture;
 pub(crate) mod rays;
 mod request;
-#[cfg(test)]
+#[cfg(debug_assertions)]
 mod signatures;
 pub(crate) mod slice;
 pub(crate) mod structs;
@@ -138,8 +138,12 @@ impl<K: Launch> Launcher<K> {
                 let begun = Some(Instant::now());
                 let defines = Self::defines(tuning, permutation);
                 let kernel = device.kernel(K::FILE, K::NAME, &defines)?;
+                #[cfg(debug_assertions)]
+                signatures::compare::<K>(&kernel, permutation.1, &defines);
                 #[cfg(test)]
                 device.record_started((K::FILE, K::NAME), &defines, group);
+                #[cfg(test)]
+                device.launch_without_work(&KernelRequest::new::<K>(tuning, permutation, items))?;
                 let largest_group = device.shared.programs.largest_group(&kernel)?;
                 entry.insert(Built { begun, largest_group, kernel, band: BandSize::default() })
             }
@@ -186,8 +190,7 @@ impl<K: Launch> Launcher<K> {
 }
 
 /// `kernel!`: declares a kernel with its file, name, stage and work-items, the `-D` options of its variants, the number of its work-items, and
-/// its typed arguments in order, or those of another kernel. `compared` lists variants whose signatures a test compares with the kernel, and
-/// `tinted` those that it compares with the colours of labels.
+/// its typed arguments in order, or those of another kernel.
 macro_rules! kernel {
     (
         $(#[$doc:meta])*
@@ -195,8 +198,6 @@ macro_rules! kernel {
         defines |$define_tuning:tt, $variant:tt: $variant_type:ty| $defines:expr;
         items |$arguments_of:tt, $items_tuning:tt| $count:expr;
         $(general |$special:tt| $general:expr;)?
-        compared $compared:expr;
-        $(tinted $tinted:expr;)?
         arguments $arguments:ident<$lifetime:lifetime> { $($fields:tt)* }
     ) => {
         $crate::device::launch::kernel! {
@@ -205,8 +206,6 @@ macro_rules! kernel {
             defines |$define_tuning, $variant: $variant_type| $defines;
             items |$arguments_of, $items_tuning| $count;
             $(general |$special| $general;)?
-            compared $compared;
-            $(tinted $tinted;)?
             arguments $arguments
         }
         $crate::device::launch::arguments! {
@@ -220,8 +219,6 @@ macro_rules! kernel {
         defines |$define_tuning:tt, $variant:tt: $variant_type:ty| $defines:expr;
         items |$arguments_of:tt, $items_tuning:tt| $count:expr;
         $(general |$special:tt| $general:expr;)?
-        compared $compared:expr;
-        $(tinted $tinted:expr;)?
         arguments $arguments:ident
     ) => {
         $(#[$doc])*
@@ -246,16 +243,6 @@ macro_rules! kernel {
             $(fn general($special: $variant_type) -> Option<$variant_type> {
                 $general
             })?
-        }
-
-        #[cfg(test)]
-        #[test]
-        #[expect(non_snake_case, reason = "the name of the launcher")]
-        fn $kernel() {
-            #[allow(unused_imports, reason = "most variants are combined from them")]
-            use $crate::device::launch::signatures::*;
-            let tinted: Vec<Vec<$variant_type>> = vec![$($tinted.to_vec())?];
-            compare::<$kernel>(&$compared, &tinted.concat());
         }
     };
 }

@@ -29,7 +29,6 @@ kernel! {
     Splats = "paper/splats.cl", splats, "splats", Items::Tiles;
     defines |tuning, voxels: VoxelKind| Defines::new(tuning.vector_width).with_values(voxels);
     items |a, _| a.view.dims[1] as usize * a.view.dims[2] as usize;
-    compared [VOXELS];
     arguments SplatsArguments<'a> {
         voxels: &'a VoxelBuffer,
         view: VolumeView,
@@ -61,7 +60,6 @@ kernel! {
     Scan = "paper/scan.cl", scan, "sort", Items::Runs;
     defines |tuning, (): ()| Defines::new(1).with("SCAN_GROUP", tuning.scan_group);
     items |_, tuning| tuning.scan_group;
-    compared [()];
     arguments ScanArguments<'a> {
         /// `buckets` counts per chunk.
         counts: &'a Buffer<u32>,
@@ -78,7 +76,6 @@ kernel! {
     // Whether voxels are pre-classified, as for axis-aligned sheets: splats then carry colours and share one bucket.
     defines |_, preclassified: bool| Defines::new(1).with_if(preclassified, "PRECLASSIFIED").with_lighting(Rendering::EVERYTHING);
     items |a, _| a.chunks as usize;
-    compared [true];
     arguments SortedSplatsArguments<'a> {
         places: &'a Buffer<Place>,
         contents: &'a Buffer<Float4>,
@@ -107,7 +104,6 @@ kernel! {
         Defines::new(1).with("TILE_COLUMNS", columns).with("TILE_ROWS", rows)
     };
     items |a, _| a.chunks as usize;
-    compared [()];
     arguments TiledSplatsArguments<'a> {
         sorted: &'a Buffer<Splat>,
         count: i32,
@@ -135,7 +131,6 @@ kernel! {
     AxisSheets = "paper/axis_sheets.cl", axis_sheets, "sheets", Items::Tiles;
     defines |tuning, rendering: Rendering| sheet_defines(tuning, 4, rendering);
     items |a, _| tiles(a.s.tiles);
-    compared [LIT];
     arguments AxisSheetsArguments<'a> {
         sorted: &'a Buffer<Splat>,
         /// End of each tile's list, per chunk.
@@ -159,7 +154,6 @@ kernel! {
         .with("SLAB_STEPS", Self::SLAB_STEPS)
         .with_if(true, "PER_RAY_STEP");
     items |a, _| tiles(a.s.tiles);
-    compared [(5, true, LIT)];
     arguments ViewSheetsArguments<'a> {
         sorted: &'a Buffer<Splat>,
         /// End of each tile's list, per chunk.
@@ -190,7 +184,6 @@ kernel! {
         march_defines(tuning, voxels, rendering).with_kernel(Kernel::Linear)
     };
     items |a, _| tiles(a.march.s.tiles);
-    compared [(VoxelKind { far: true, ..VOXELS }, LIT)];
     arguments TableMarchArguments
 }
 
@@ -199,7 +192,6 @@ kernel! {
     PreintegratedTable = "paper/preintegrated_table.cl", preintegrated_table, "table", Items::Pixels;
     defines |_, (): ()| Defines::new(1);
     items |a, _| a.size as usize * a.size as usize;
-    compared [()];
     arguments PreintegratedTableArguments<'a> {
         integrals: &'a Buffer<[i32; 4]>,
         /// Index of the first node in `integrals`.

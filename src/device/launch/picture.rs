@@ -33,7 +33,6 @@ kernel! {
         Defines::new(tuning.vector_width).with("BLOCK_COLUMNS", columns).with("BLOCK_ROWS", rows)
     };
     items |a, tuning| blocks(&a.p, tuning);
-    compared [()];
     arguments WarpArguments<'a> {
         lattice: &'a Buffer<Float4>,
         /// One per tile.
@@ -56,7 +55,6 @@ kernel! {
     Present = "picture/present.cl", present, "present", Items::Pixels;
     defines |tuning, (): ()| Defines::new(tuning.vector_width);
     items |a, _| large_grid(a.pixels as usize);
-    compared [()];
     arguments PresentArguments<'a> {
         frame: &'a Buffer<Float4>,
         /// See [`WarpArguments`].

@@ -28,12 +28,6 @@ kernel! {
         march_defines(tuning, voxels, rendering).with_if(true, "PER_RAY_STEP").with_kernel(kernel)
     };
     items |a, _| tiles(a.march.s.tiles);
-    compared [
-        (VOXELS, Kernel::Gaussian, LIT),
-        (VOXELS, Kernel::Cubic, SEPARATE),
-        (VOXELS, Kernel::Cubic, DEPTHS),
-    ];
-    tinted [(VOXELS, Kernel::Cubic, SEPARATE)];
     arguments TableMarchArguments<'a> {
         march: MarchedField<'a>,
         /// (r, g, b, τ) per value.
@@ -49,8 +43,6 @@ kernel! {
         march_defines(tuning, voxels, rendering).with_kernel(kernel).with_segments(segments)
     };
     items |a, _| tiles(a.march.s.tiles);
-    compared [(VOXELS, Kernel::Cubic, SEGMENTS, LIT)];
-    tinted [(VOXELS, Kernel::Cubic, SEGMENTS, SEPARATE)];
     arguments CastSegmentsArguments<'a> {
         march: MarchedField<'a>,
         /// Table of integrals.
@@ -67,11 +59,6 @@ kernel! {
         march_defines(tuning, voxels, Rendering { clipped: true, ..rendering }).with_kernel(kernel)
     };
     items |a, _| tiles(a.march.s.tiles);
-    compared [
-        (VOXELS, Kernel::Cubic, Rendering { blend: BlendMode::Iso { refined: false }, ..LIT }),
-        (VOXELS, Kernel::Cubic, Rendering { blend: BlendMode::Iso { refined: false }, ..DEPTHS }),
-    ].into_iter().chain(OTHER_BLENDS.map(|rendering| (VOXELS, Kernel::Linear, rendering))).collect::<Vec<_>>();
-    tinted [(VOXELS, Kernel::Cubic, SURFACES)];
     arguments TableMarchArguments
 }
 
@@ -82,10 +69,6 @@ kernel! {
         march_defines(tuning, voxels, rendering).with_kernel(kernel).with_channels(channels)
     };
     items |a, _| tiles(a.s.tiles);
-    compared [
-        (VOXELS, Kernel::Cubic, SEPARATE, Channels::new(2)),
-        (VOXELS, Kernel::Gaussian, DEPTHS, Channels::new(8)),
-    ];
     arguments ChannelRaycastArguments<'a> {
         channels: ShadedChannels<'a>,
         s: ScreenParams,

@@ -26,7 +26,6 @@ kernel! {
     defines.with("TILE_ROWS", tuning.screen_tile_rows).with_kernel(kernel)
     };
     items |a, _| tiles(a.s.tiles);
-    compared [(VOXELS, Kernel::CatmullRom)];
     arguments SliceArguments<'a> {
         /// In the layout of layer axis z.
         voxels: &'a VoxelBuffer,

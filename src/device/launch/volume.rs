@@ -17,7 +17,6 @@ kernel! {
     Transpose = "volume/prepare.cl", transpose, "transpose", Items::Pixels;
     defines |tuning, voxels: VoxelKind| prepare_defines(tuning, voxels);
     items |a, tuning| (a.dims_x as usize).div_ceil(tuning.transposed_rows(a.voxels.voxel_type())) * a.dims_y as usize;
-    compared [VOXELS];
     arguments TransposeArguments<'a> {
         voxels: &'a VoxelBuffer,
         /// Offset of the first voxel, and pitches of rows and layers, in voxels.
@@ -37,7 +36,6 @@ kernel! {
     PrefilterRows = "volume/prefilter_rows.cl", prefilter_rows, "prefilter", Items::Tiles;
     defines |tuning, (voxels, outside): (VoxelKind, Outside)| prefilter_defines(tuning, voxels, outside);
     items |a, _| a.rows as usize;
-    compared [(VOXELS, Outside::Mirrored)];
     arguments PrefilterRowsArguments<'a> {
         voxels: &'a VoxelBuffer,
         /// View of layer axis z.
@@ -71,7 +69,6 @@ kernel! {
             })
     };
     items |a, _| a.p.dims[1] as usize * a.p.dims[2] as usize;
-    compared [(VOXELS, Kernel::CatmullRom)];
     arguments ResampleArguments<'a> {
         voxels: &'a VoxelBuffer,
         /// View of layer axis z.
@@ -102,7 +99,6 @@ kernel! {
     PrefilterColumns = "volume/prefilter_columns.cl", prefilter_columns, "prefilter", Items::Tiles;
     defines |tuning, outside: Outside| prefilter_defines(tuning, FLOATS, outside);
     items |a, _| a.chunks as usize * a.lines as usize;
-    compared [Outside::Background];
     arguments PrefilterColumnsArguments<'a> {
         filtered: Floats<'a>,
         taps: &'a Buffer<f32>,
@@ -130,7 +126,6 @@ kernel! {
         let rows = a.blocks_v as usize * a.view.dims[2] as usize;
         large_grid(if tuning.vector_width == 1 { a.blocks_u as usize * rows } else { rows })
     };
-    compared [VOXELS];
     arguments MinMaxArguments<'a> {
         voxels: &'a VoxelBuffer,
         view: VolumeView,
@@ -161,7 +156,6 @@ kernel! {
         let (per_layer, slabs) = (a.blocks_u as usize * a.blocks_v as usize, (a.layers + 2 * a.radius - 1) as usize);
         large_grid(per_layer.div_ceil(width) * slabs.div_ceil(8))
     };
-    compared [VOXELS];
     arguments SlabVisibilityArguments<'a> {
         limits: &'a VoxelBuffer,
         blocks_u: i32,
@@ -197,7 +191,6 @@ kernel! {
     // The voxels of the volume, which the same program prepares.
     defines |tuning, voxels: VoxelKind| prepare_defines(tuning, voxels);
     items |a, _| a.chunks as usize;
-    compared [VOXELS];
     arguments ShownChunksArguments<'a> {
         /// Output of [`SlabVisibility`].
         visible: &'a Buffer<u8>,
@@ -214,7 +207,6 @@ kernel! {
     ShownSlabs = "volume/prepare.cl", shown_slabs, "visibility", Items::Tiles;
     defines |tuning, voxels: VoxelKind| prepare_defines(tuning, voxels);
     items |_, _| 1;
-    compared [VOXELS];
     arguments ShownSlabsArguments<'a> {
         shows: &'a Buffer<u8>,
         chunks: i32,
@@ -229,7 +221,6 @@ kernel! {
     ValueRange = "volume/value_range.cl", value_range, "range", Items::Tiles;
     defines |_, voxel_type: VoxelType| Defines::new(1).with_voxel_type(voxel_type);
     items |a, _| a.parts as usize;
-    compared [VOXELS.voxel_type];
     arguments ValueRangeArguments<'a> {
         voxels: &'a VoxelBuffer,
         /// View of layer axis z.

@@ -51,13 +51,6 @@ kernel! {
         PointLattice::defines(tuning, (voxels, kernel, segments, rendering)).with_channels(channels)
     };
     items |a, _| tiles(a.p.tiles);
-    compared [
-        [
-            (VOXELS, Kernel::CatmullRom, SEGMENTS, LIT, Channels::new(2)),
-            (VOXELS, Kernel::BSpline, SEGMENTS, SEPARATE, Channels::new(3)),
-        ].as_slice(),
-        &OTHER_BLENDS.map(|rendering| (VOXELS, Kernel::BSpline, SEGMENTS, rendering, Channels::new(8))),
-    ].concat();
     arguments ChannelLatticeArguments<'a> {
         /// Tables are for gathered values.
         channels: ShadedChannels<'a>,

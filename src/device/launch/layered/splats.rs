@@ -24,7 +24,6 @@ kernel! {
         splat_defines(tuning, voxels, rendering, channels).with_if(per_ray, "PER_RAY_STEP")
     };
     items |a, _| tiles(a.p.tiles);
-    compared [(VOXELS, LIT, Channels::new(1)), (VOXELS, LIT, Channels::new(2))];
     arguments SplatLatticeArguments<'a> {
         /// Tables of one field have (r, g, b, opacity of a sample), unless rays are clipped or values are gathered.
         channels: ShadedChannels<'a>,
@@ -43,7 +42,6 @@ kernel! {
         splat_defines(tuning, voxels, rendering, channels).with_if(true, "PER_RAY_STEP")
     };
     items |a, _| tiles(a.p.tiles);
-    compared [(VOXELS, LIT, Channels::new(1)), (VOXELS, LIT, Channels::new(2))];
     arguments SplatPerspectiveArguments<'a> {
         channels: ShadedChannels<'a>,
         /// (z, weight) of the eight quadrature nodes.
@@ -60,7 +58,6 @@ kernel! {
         splats(Defines::new(1), voxels, rendering).with_if(true, "PER_RAY_STEP").with_sample_tile(tuning)
     };
     items |a, tuning| tiles(a.p.tiles) * tuning.sample_group();
-    compared [(VOXELS, LIT)];
     arguments SplatSamplesArguments<'a> {
         field: ShadedField<'a>,
         visible: &'a Buffer<u8>,
@@ -82,7 +79,6 @@ kernel! {
         splats(Defines::new(1), voxels, rendering).with_if(true, "PER_RAY_STEP").with_if(set, "FOOTPRINT_SET")
     };
     items |a, _| a.pixels.pixels();
-    compared [(VOXELS, true, LIT)];
     arguments SplatDirectArguments<'a> {
         pixels: PixelField<'a>,
         /// (r, g, b, τ) per value.
@@ -99,7 +95,6 @@ kernel! {
     Footprints = "layered/footprints.cl", footprints, "footprints", Items::Pixels;
     defines |_, (): ()| Defines::new(1);
     items |a, _| a.per_voxel_u as usize * a.per_voxel_v as usize * a.layers as usize;
-    compared [()];
     arguments FootprintsArguments<'a> {
         /// Per layer, including the two outer ones, and column: see [`Footprints::columns`].
         offsets_u: &'a Buffer<LayerOffset>,
@@ -132,7 +127,6 @@ kernel! {
     FootprintSet = "layered/footprint_set.cl", footprint_set, "footprint set", Items::Pixels;
     defines |_, (): ()| Defines::new(1);
     items |a, _| a.count as usize;
-    compared [()];
     arguments FootprintSetArguments<'a> {
         shears: &'a Buffer<[f32; 2]>,
         /// Number of texels of all images.
@@ -147,7 +141,6 @@ kernel! {
     OpacityTable = "layered/table.cl", table, "table", Items::Pixels;
     defines |_, (): ()| Defines::new(1);
     items |a, _| a.count as usize;
-    compared [()];
     arguments OpacityTableArguments<'a> {
         base: &'a Buffer<Float4>,
         /// Step length of a sample in unit distances.
