@@ -123,7 +123,7 @@ fn light(frame: &Frame) -> [f64; 2] {
     [sums[0] / sums[2], sums[1] / sums[2]]
 }
 
-/// Whatever the order of the voxels, and in each format: the head is up, and the patient looks at the viewer. The expected places follow from
+/// Whatever the order of the voxels, and in both formats: the head is up, and the patient looks at the viewer. The expected places follow from
 /// RAS alone: the voxel is at left 4, front 5, head 6, and a pixel is a unit.
 #[test]
 fn patients_stand_upright_and_face_the_viewer() {
@@ -137,7 +137,7 @@ fn patients_stand_upright_and_face_the_viewer() {
         DMat3::from_cols(DVec3::Y, DVec3::NEG_Z, DVec3::NEG_X),
     ];
     let view = "--transfer grey --center 0,0,0 --parallel-scale 13";
-    for (n, (direction, ending)) in orders.into_iter().flat_map(|d| ["nii", "nrrd"].map(|e| (d, e))).enumerate() {
+    for (n, (direction, ending)) in orders.into_iter().zip(["nii", "nrrd", "nii"]).enumerate() {
         let name = format!("p{n}.{ending}");
         patient(direction).save(f.join(&name)).unwrap();
         for (options, expected) in [

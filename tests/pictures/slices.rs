@@ -67,6 +67,11 @@ fn planes(grid: &Grid) -> Vec<Slice> {
     planes
 }
 
+/// All kernels for the first volume, one each for the others: a program has one kernel and one type of voxels.
+fn is_compared(volume: usize, kernel: Kernel) -> bool {
+    volume == 0 || Kernel::ALL[volume % Kernel::ALL.len()] == kernel
+}
+
 /// A function with the colours and opacities of `smooth_transfer` over the range of a volume.
 fn stretched(volume: &Volume) -> TransferFunction {
     smooth_transfer().stretched(volume.range().0, volume.range().1).unwrap()
@@ -74,10 +79,10 @@ fn stretched(volume: &Volume) -> TransferFunction {
 
 #[test]
 fn values_are_those_of_the_reference() {
-    for volume in volumes() {
+    for (n, volume) in volumes().into_iter().enumerate() {
         let transfer = stretched(&volume);
         let span = volume.range().1 - volume.range().0;
-        for kernel in Kernel::ALL {
+        for kernel in Kernel::ALL.into_iter().filter(|&kernel| is_compared(n, kernel)) {
             let reference = Slices::new(&volume, &transfer, kernel);
             for slice in planes(volume.grid()) {
                 let what = format!("{:?} {kernel:?} {slice:?}", volume.voxel_type());
@@ -105,12 +110,12 @@ fn values_are_those_of_the_reference() {
 
 #[test]
 fn colours_are_those_of_the_reference() {
-    for volume in volumes() {
+    for (n, volume) in volumes().into_iter().enumerate() {
         let (transfer, (lo, hi)) = (stretched(&volume), volume.range());
         let mut renderer = Renderer::new(&device(), &volume, &transfer).unwrap();
         let span = hi - lo;
         let window = |level: f64, width: f64| SliceColors::Window { level: lo + level * span, width: width * span };
-        for (kernel, slice) in Kernel::ALL.into_iter().zip(planes(volume.grid())) {
+        for (kernel, slice) in Kernel::ALL.into_iter().zip(planes(volume.grid())).filter(|&(kernel, _)| is_compared(n, kernel)) {
             let reference = Slices::new(&volume, &transfer, kernel);
             let shown = [
                 window(0.5, 1.0),
