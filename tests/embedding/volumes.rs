@@ -237,7 +237,7 @@ fn a_volume_is_uploaded_while_another_is_rendered() {
     const FRAMES: usize = 20;
     let [volume, next] = [3, 4].map(|seed| volume_of(DIMS, SPACING, Voxels::Uint8(values(seed))));
     let (camera, settings) = (cameras(&volume)[0], Settings::default());
-    let drawn = |renderer: &mut Renderer| renderer.render(&camera, SIZE, settings).unwrap().0;
+    let drawn = |renderer: &mut Renderer| renderer.render(&camera, SIZE, &settings).unwrap().0;
     let expected = [&volume, &next].map(|volume| drawn(&mut Renderer::new(&device(), volume, &smooth_transfer()).unwrap()));
     assert!(expected[0] != expected[1]);
     let mut renderer = Renderer::new(&device(), &volume, &smooth_transfer()).unwrap();
