@@ -273,6 +273,17 @@ impl Device {
 }
 
 #[cfg(test)]
+impl Device {
+    /// The default device, shared by the tests of a process, so that each kernel is built once.
+    pub(crate) fn shared() -> Self {
+        static DEVICE: std::sync::LazyLock<Device> = std::sync::LazyLock::new(|| {
+            Device::open(&DeviceChoice::Default).expect("the tests need an OpenCL device: scripts/test installs PoCL")
+        });
+        DEVICE.clone()
+    }
+}
+
+#[cfg(test)]
 mod tests {
     use super::*;
 

@@ -127,8 +127,7 @@ fn layers_in_tiles() {
 #[test]
 fn layers_per_sample() {
     let own = Layered::default();
-    let device = Device::open(&DeviceChoice::Default).expect("the tests need an OpenCL device: scripts/test installs PoCL");
-    let tuning = Some(Tuning { lattice_schedule: LatticeSchedule::Samples, ..*device.tuning() });
+    let tuning = Some(Tuning { lattice_schedule: LatticeSchedule::Samples, ..*Device::shared().tuning() });
     assert_places(tuning, own.into(), From::Outside, layer_axes);
     assert_places(tuning, layered(SPLATTED, own.evaluation), From::Outside, layer_axes);
 }

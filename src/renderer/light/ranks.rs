@@ -165,7 +165,8 @@ mod tests {
                 group.slabs = vec![slab.clone()];
                 let voxels = group.voxels(&slab);
                 let part = volume.part(voxels.first, voxels.dims).unwrap();
-                let mut renderer = PartRenderer::from_uploaded(&UploadedVolume::part(&device(), &part).unwrap(), transfer);
+                let mut renderer =
+                    PartRenderer::from_uploaded(&UploadedVolume::part(&Device::shared(), &part).unwrap(), transfer);
                 let ignored = LightOfParts::new(Vec::new());
                 let mut after = |transmittance: f32| {
                     group.begin_with(transmittance, renderer.tuning());
@@ -182,7 +183,7 @@ mod tests {
             }
         }
         let part = volume.part([0; 3], grid.dims()).unwrap();
-        let mut renderer = PartRenderer::from_uploaded(&UploadedVolume::part(&device(), &part).unwrap(), transfer);
+        let mut renderer = PartRenderer::from_uploaded(&UploadedVolume::part(&Device::shared(), &part).unwrap(), transfer);
         renderer.finish_light(&view, &light).unwrap();
         let volumes = light.into_volumes().remove(0);
         volumes.values_of(0, volumes.wanted.grid.held())

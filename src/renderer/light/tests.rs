@@ -1,7 +1,7 @@
 //! Light volumes of media whose shadows are known.
 
 use crate::camera::{Camera, Orbit};
-use crate::device::{Device, DeviceChoice, LatticeSchedule, Tuning};
+use crate::device::{Device, LatticeSchedule, Tuning};
 use crate::layers::{GradientEstimator, Kernel};
 use crate::renderer::Renderer;
 use crate::renderer::frame::{Declaring, Output, Stage};
@@ -16,10 +16,6 @@ use glam::DVec3;
 /// Difference of the transmittance from closed forms: a step of 1/255 to store it, and the curvature of the field between voxels.
 const TOLERANCE: f64 = 0.01;
 pub(super) const SIZE: Viewport = Viewport { width: 16, height: 16 };
-
-pub(super) fn device() -> Device {
-    Device::open(&DeviceChoice::Default).expect("the tests need an OpenCL device: scripts/test installs PoCL")
-}
 
 /// A volume of bytes, 0 or 200.
 pub(super) fn volume(dims: [usize; 3], spacing: DVec3, is_dense: impl Fn(DVec3) -> bool) -> Volume<'static> {
@@ -62,7 +58,7 @@ impl Light3 {
 }
 
 pub(super) fn light_of(volume: &Volume, transfer: &TransferFunction, settings: &Settings) -> Light3 {
-    light_on(&device(), volume, transfer, settings)
+    light_on(&Device::shared(), volume, transfer, settings)
 }
 
 fn light_on(device: &Device, volume: &Volume, transfer: &TransferFunction, settings: &Settings) -> Light3 {
@@ -183,7 +179,7 @@ fn culling_changes_no_bit() {
 #[test]
 fn both_schedules_make_the_same_light() {
     let blobs = volume([50, 41, 37], DVec3::new(1.0, 1.3, 0.8), |p| (p * 0.31).sin().element_sum() > 2.1);
-    let own = device();
+    let own = Device::shared();
     let samples = Tuning { lattice_schedule: LatticeSchedule::Samples, ..*own.tuning() };
     let tunings = [samples, Tuning { vector_width: 4, ..*own.tuning() }];
     let exact = shadow_of(Light::towards(DVec3::new(0.3, 0.2, -1.0)));
@@ -281,7 +277,7 @@ fn occlusion_of_limited_reach_decreases_with_the_distance() {
 #[test]
 fn light_is_kept() {
     let volume = volume([20; 3], DVec3::ONE, |p| p.distance(DVec3::splat(9.5)) < 6.0);
-    let mut renderer = Renderer::new(&device(), &volume, &transfer(0.5)).unwrap();
+    let mut renderer = Renderer::new(&Device::shared(), &volume, &transfer(0.5)).unwrap();
     let camera = |azimuth: f64| {
         let grid = volume.grid();
         Camera::fit_parallel(grid.centre(), grid.diagonal(), SIZE, Orbit { azimuth, elevation: 10.0, roll: 5.0 })
@@ -305,7 +301,7 @@ fn light_is_kept() {
 /// Memory stays the same over a hundred changes of the light.
 #[test]
 fn changes_of_light_free_their_memory() {
-    let device = device();
+    let device = Device::shared();
     let volume = volume([16; 3], DVec3::ONE, |p| p.x > 8.0);
     let mut renderer = Renderer::new(&device.with_memory(64 << 20), &volume, &transfer(0.5)).unwrap();
     let grid = volume.grid();
@@ -337,7 +333,7 @@ fn light_takes_what_it_declares() {
         Settings { blend: Blend::Iso(100.0), ..shadows },
     ];
     for settings in cases {
-        let device = device().with_memory(u64::MAX - 1);
+        let device = Device::shared().with_memory(u64::MAX - 1);
         let mut renderer = Renderer::new(&device, &volume, &transfer(0.4)).unwrap();
         renderer.render(&camera, SIZE, &settings).unwrap();
         let planned = renderer.planned(&camera, SIZE, &settings).unwrap();
@@ -372,7 +368,7 @@ fn surfaces_have_full_resolution() {
     let size = Viewport { width: 48, height: 48 };
     let grid = ball.grid();
     let camera = Camera::fit_parallel(grid.centre(), grid.diagonal(), size, Orbit { azimuth: 33.0, elevation: 30.0, roll: 0.0 });
-    let mut renderer = Renderer::new(&device(), &ball, &transfer(0.5)).unwrap();
+    let mut renderer = Renderer::new(&Device::shared(), &ball, &transfer(0.5)).unwrap();
     let base = Settings { blend: Blend::Iso(100.0), ..shadow_of(Light::towards(DVec3::new(0.4, 1.0, 0.2))) };
     let occluded = Settings { ambient_occlusion: Some(AmbientOcclusion::default()), ..base };
     let mut picture = |settings: &Settings| renderer.render(&camera, size, settings).unwrap().0.pixels().to_vec();

@@ -44,7 +44,7 @@ fn difference_of(one: &[f32], other: &[f32]) -> f32 {
 
 #[test]
 fn two_halves_cast_the_shadow_of_the_whole() {
-    let device = device();
+    let device = Device::shared();
     let (volume, [channel, _]) = scene(&device);
     let cameras = cameras(&volume);
     let mut renderer = Renderer::from_channels(std::slice::from_ref(&channel)).unwrap();
@@ -73,7 +73,7 @@ fn two_halves_cast_the_shadow_of_the_whole() {
 /// A field that is seen through casts a shadow on the other, in any order; a hidden one does not.
 #[test]
 fn each_field_shades_the_others() {
-    let device = device();
+    let device = Device::shared();
     let (volume, [one, other]) = scene(&device);
     let cameras = cameras(&volume);
     for settings in shadowed() {
@@ -94,7 +94,7 @@ fn each_field_shades_the_others() {
 /// Light is swept again if any field changes, and only then.
 #[test]
 fn light_is_kept_until_a_field_changes() {
-    let device = device();
+    let device = Device::shared();
     let (volume, [one, other]) = scene(&device);
     let [settings, ..] = &shadowed()[..] else { unreachable!() };
     let mut renderer = Renderer::from_channels(&[one.clone(), other.clone()]).unwrap();
@@ -114,7 +114,7 @@ fn light_is_kept_until_a_field_changes() {
 /// Of several surfaces each casts a shadow.
 #[test]
 fn surfaces_cast_shadows_on_each_other() {
-    let device = device();
+    let device = Device::shared();
     let (volume, [channel, _]) = scene(&device);
     let cameras = cameras(&volume);
     let (lo, hi) = volume.range();

@@ -4,7 +4,7 @@ mod light;
 
 use super::*;
 use crate::camera::{Camera, Orbit};
-use crate::device::{Device, DeviceChoice};
+use crate::device::Device;
 use crate::image::Frame;
 use crate::layers::{Correction, Kernel};
 use crate::renderer::Renderer;
@@ -15,10 +15,6 @@ use crate::volume::{Grid, OpenOptions, Volume};
 use glam::{DMat3, DVec3};
 
 const VIEWPORT: Viewport = Viewport { width: 56, height: 48 };
-
-fn device() -> Device {
-    Device::open(&DeviceChoice::Default).expect("the tests need an OpenCL device: scripts/test installs PoCL")
-}
 
 /// Views with layer axes z and x, and a perspective.
 fn cameras(volume: &Volume) -> [Camera; 3] {
@@ -74,7 +70,7 @@ fn difference(one: &[Frame], other: &[Frame]) -> f32 {
 fn two_halves_are_the_whole() {
     /// Rounding of two sums instead of one.
     const TOLERANCE: f32 = 1e-5;
-    let device = device();
+    let device = Device::shared();
     let (volume, [channel, _]) = scene(&device);
     let cameras = cameras(&volume);
     for settings in kernels() {
@@ -97,7 +93,7 @@ fn two_halves_are_the_whole() {
 #[test]
 fn channels_have_no_order_and_hidden_ones_no_effect() {
     const TOLERANCE: f32 = 1e-6;
-    let device = device();
+    let device = Device::shared();
     let (volume, [one, other]) = scene(&device);
     let cameras = cameras(&volume);
     let settings = Settings::default();
@@ -125,7 +121,7 @@ fn channels_have_no_order_and_hidden_ones_no_effect() {
 #[test]
 fn gathered_values_add_as_colors() {
     const TOLERANCE: f32 = 1e-6;
-    let device = device();
+    let device = Device::shared();
     let (volume, channels) = scene(&device);
     for blend in [Blend::Maximum, Blend::Minimum, Blend::Average] {
         let settings = Settings { blend, shading: None, ..Settings::default() };
@@ -155,7 +151,7 @@ fn gathered_values_add_as_colors() {
 /// Of two surfaces the nearer one is seen.
 #[test]
 fn the_nearest_surface_is_seen() {
-    let device = device();
+    let device = Device::shared();
     let (volume, [channel, _]) = scene(&device);
     let cameras = cameras(&volume);
     let (lo, hi) = volume.range();
@@ -181,7 +177,7 @@ fn moved(volume: &Volume, spacing: f64, origin: DVec3) -> Volume<'static> {
 #[test]
 fn voxel_types_may_differ() {
     const TOLERANCE: f32 = 1e-5;
-    let device = device();
+    let device = Device::shared();
     let (volume, [one, other]) = scene(&device);
     let cameras = cameras(&volume);
     let floats = UploadedVolume::new(&device, &moved(&volume, 1.0, DVec3::ZERO)).unwrap();
@@ -198,7 +194,7 @@ fn voxel_types_may_differ() {
 fn a_larger_grid_changes_nothing_within_it() {
     /// Mean difference. Lattices are anchored at the centre of the grid, so their samples are elsewhere: single pixels differ by 0.03.
     const TOLERANCE: f32 = 2e-4;
-    let device = device();
+    let device = Device::shared();
     let (volume, [one, _]) = scene(&device);
     let cameras = cameras(&volume);
     let mean = |one: &[Frame], other: &[Frame]| {
@@ -228,7 +224,7 @@ fn a_larger_grid_changes_nothing_within_it() {
 
 #[test]
 fn bad_channels_are_refused() {
-    let device = device();
+    let device = Device::shared();
     let (_, [one, other]) = scene(&device);
     let mut renderer = Renderer::from_channels(std::slice::from_ref(&one)).unwrap();
     let many = vec![one.clone(); Channel::MOST + 1];
