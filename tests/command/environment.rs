@@ -100,13 +100,9 @@ fn kernels_are_kept_elsewhere_where_the_default_cannot_be_written() {
     let kept = run("HOME", &["devices"]);
     assert!(matches!(&kept[..], [one] if one.starts_with("layersplat-kernels-of-")), "{kept:?}");
     let kernels = temporary.join(&kept[0]);
-    assert_eq!(
-        kernels.metadata().unwrap().permissions().mode() & 0o777,
-        0o700,
-        "other users must not be able to write kernels \
-                                                                                 there"
-    );
-    assert_eq!(run("XDG_CACHE_HOME", &["render", "builtin:cube@4", "--size", "8x8", "--device-unchecked"]), kept, "the folder must be reused");
+    assert_eq!(kernels.metadata().unwrap().permissions().mode() & 0o777, 0o700, "other users must not write kernels there");
+    let render = ["render", "builtin:cube@4", "--size", "8x8", "--device-unchecked"];
+    assert_eq!(run("XDG_CACHE_HOME", &render), kept, "the folder must be reused");
     assert!(!names(&kernels).is_empty(), "no kernels were kept");
     // A folder that others can write to is never used.
     std::fs::set_permissions(&kernels, PermissionsExt::from_mode(0o777)).unwrap();
