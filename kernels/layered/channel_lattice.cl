@@ -168,7 +168,7 @@ __kernel void channel_lattice(SHADED_CHANNELS, PER_CHANNEL(__global const int4 *
         has_ray[n] = lanes_with_rays(&p, &tile, n);
         lengths[n] = length_per_layer(first, &rays);
 #ifdef CLIPPED
-        intervals[n] = clip_sample_rays(&p, &clip, &rays);
+        intervals[n] = clip_sample_rays(&p, &ray_ends, &rays);
 #endif
         open |= (is_open(channels, count, n, has_ray[n], gathered) ? 1 : 0) << n;
     }

@@ -1,5 +1,5 @@
 // Sub-slabs of a splatted layer of the fields of a scene. Several are composited with the sum of extinctions (emission.cl). One field, and
-// fields of which each gathers values of its own, are accumulated as in sample.cl.
+// fields of which each gathers values of its own, are accumulated by accumulate_layer().
 //
 // Included where samples are known (struct SampleSource).
 
@@ -12,13 +12,14 @@
 #define ACCUMULATED(fields) (SUMS_EXTINCTIONS ? 1 : (fields))
 #define ACCUMULATOR(field) (SUMS_EXTINCTIONS ? 0 : (field))
 
+#if SUMS_EXTINCTIONS
+
 // A field where rays cross a layer: splat sums of the previous layer along the rays, the layer itself and the next one.
 typedef struct {
     const SampleParams *params;
     __global const float4 *table;
     realv before, own, after;
     struct SampleSource source;
-    Accumulator *gathered;
     // Of the layer, from the first visible sample on.
     bool lit;
     Lighting lighting;
@@ -26,17 +27,16 @@ typedef struct {
 
 // Adds a field to those whose samples in a layer can be visible.
 ALWAYS_INLINE void add_field(const SampleParams *params, __global const float4 *table, realv before, realv own, realv after,
-                             const struct SampleSource *source, Accumulator *gathered, LayerOfField *fields, int *count) {
+                             const struct SampleSource *source, LayerOfField *fields, int *count) {
     if (!layer_may_contribute(params, before, own, after))
         return;
     LayerOfField *f = &fields[*count];
     f->params = params, f->table = table;
     f->before = before, f->own = own, f->after = after;
-    f->source = *source, f->gathered = gathered, f->lit = false;
+    f->source = *source, f->lit = false;
     *count += 1;
 }
 
-#if SUMS_EXTINCTIONS
 // Adds what a field emits in a whole sub-slab of this thickness along the rays.
 ALWAYS_INLINE void add_slab(LayerOfField *f, float4 slab, realv dt, realv *sum, realv *depth) {
     const SampleParams *p = f->params;
@@ -60,12 +60,10 @@ ALWAYS_INLINE void add_slab(LayerOfField *f, float4 slab, realv dt, realv *sum, 
     add_emission(p, r, g, b, &e, sum);
     *depth += e.depth;
 }
-#endif
 
 // Accumulates all sub-slabs of a layer. `first`, `slab_count`: of the layer, see layer_slabs().
 ALWAYS_INLINE void accumulate_fields(LayerOfField *fields, int count, __global const float4 *slabs, int first, int slab_count,
-                                     const LayerSpan *layer_span, intv *active) {
-#if SUMS_EXTINCTIONS
+                                     const LayerSpan *layer_span, Accumulator *gathered, intv *active) {
     if (!count)
         return;
     const SampleParams *p = fields[0].params;
@@ -91,16 +89,11 @@ ALWAYS_INLINE void accumulate_fields(LayerOfField *fields, int count, __global c
             continue;
         const realv opacity = p->classification.linear ? MIN(depth, (realv)(1.0f)) * share : absorbed(depth * share);
         *active += COUNT_IF(opacity > 0.0f);
-        accumulate_emission(sum, depth, opacity, fields[0].gathered);
+        accumulate_emission(sum, depth, opacity, gathered);
     }
-#else
-    for (int c = 0; c < count; c++) {
-        const LayerOfField *f = &fields[c];
-        accumulate_slabs(f->params, slabs, first, slab_count, f->table, f->before, f->own, f->after, layer_span, &f->source, f->gathered,
-                         active);
-    }
-#endif
 }
+
+#endif
 
 // What a kernel with the arguments SHADED_CHANNELS knows of each field from the beginning.
 #define SET_CHANNELS(channels, count)                                                                                  \

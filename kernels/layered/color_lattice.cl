@@ -120,7 +120,7 @@ __kernel void color_lattice(COLOR_FIELDS, __global const int *shown_slabs, RayLa
         has_ray[n] = lanes_with_rays(&p, &tile, n);
         lengths[n] = length_per_layer(&sample, &rays);
 #ifdef CLIPPED
-        intervals[n] = clip_sample_rays(&p, &clip, &rays);
+        intervals[n] = clip_sample_rays(&p, &ray_ends, &rays);
 #endif
         open |= (ANY(has_ray[n]) ? 1 : 0) << n;
     }

@@ -85,13 +85,13 @@ static inline intv lanes_with_rays(const PhaseTile *tile, int patch) {
 
 #ifdef CLIPPED
 // Clip interval of the samples of a patch, in layers from the first one along the rays.
-static inline Interval clip_patch(const VolumeView *view, const SplatLatticeParams *p, const Clipping *clip, const PhaseTile *tile,
+static inline Interval clip_patch(const VolumeView *view, const SplatLatticeParams *p, const RayEnds *ends, const PhaseTile *tile,
                                   int patch) {
     const float first = p->layer_step > 0 ? -1.0f : view->dims_a, layers = first + 1.0f;
     const Point point = patch_points(p, tile, patch, -1);
     const realv origin[3] = {point.u + layers * p->shear_u, point.v + layers * p->shear_v, (realv)(first)};
     const realv direction[3] = {(realv)(p->layer_step * p->shear_u), (realv)(p->layer_step * p->shear_v), (realv)(p->layer_step)};
-    return clip_rays(clip, origin, direction, -INFINITY);
+    return clip_rays(ends, origin, direction);
 }
 #endif
 

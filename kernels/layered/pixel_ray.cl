@@ -6,7 +6,7 @@
 #define PIXEL_FIELD                                                                                                                  \
     __global const VOXEL *voxels, VolumeView view_of_z, __global const GRADIENT_VOXEL *gradient_voxels, VolumeView gradient_view_of_z, \
         LIGHT_BUFFERS, __global const uchar *visible_x, __global const uchar *visible_y, __global const uchar *visible_z,             \
-        DirectParams p, SampleParams sample_of_z, Clipping clip, OUTPUT
+        DirectParams p, SampleParams sample_of_z, RayEnds ray_ends, OUTPUT
 
 // The layer axis by the 45 degree rule: the largest component; on a tie the lowest index.
 static inline int most_parallel(const float *d) {
@@ -101,8 +101,8 @@ static inline PixelRay make_pixel_ray(const DirectParams *p, float x, float y, c
 }
 
 // Clip interval of a ray, in layers from o_a along it.
-static inline Interval interval_in_layers(const DirectParams *p, const Clipping *clip, const PixelRay *ray) {
-    Interval interval = clip_rays(clip, ray->origin, ray->direction, p->start);
+static inline Interval interval_in_layers(const DirectParams *p, const RayEnds *ends, const PixelRay *ray) {
+    Interval interval = clip_rays(ends, ray->origin, ray->direction);
     const float layers = fabs(ray->d_a);
     interval.from *= layers, interval.to *= layers;
     return interval;

@@ -29,7 +29,7 @@ __kernel void point_direct(PIXEL_FIELD, __global const int4 *integrals, __global
     Accumulator gathered = empty_accumulator(&sample);
     Interval interval;
 #ifdef CLIPPED
-    interval = interval_in_layers(&p, &clip, &ray);
+    interval = interval_in_layers(&p, &ray_ends, &ray);
 #endif
     int active = 0;
     for (int n = 0; n < slabs; n++) {

@@ -16,7 +16,7 @@
     sample_layer(voxels, &view, p.centre_layer, s, l, &tile, over, SUB_LAYER(l))
 
 __kernel void point_lattice(SHADED_FIELD, __global const uchar *visible, __global const int *shown_slabs, __global const int4 *integrals,
-                            __global const float4 *table, RayLatticeParams p, SampleParams sample, Clipping clip, OUTPUT, TINT_ARGUMENTS
+                            __global const float4 *table, RayLatticeParams p, SampleParams sample, RayEnds ray_ends, OUTPUT, TINT_ARGUMENTS
                             ulong first_item) {
     const int order = first_item + get_global_id(0);
     if (order >= p.tiles_u * p.tiles_v)
@@ -49,7 +49,7 @@ __kernel void point_lattice(SHADED_FIELD, __global const uchar *visible, __globa
         const SampleRays rays = patch_rays(&p, &tile, n);
         has_ray[n] = lanes_with_rays(&p, &tile, n);
 #ifdef CLIPPED
-        intervals[n] = clip_sample_rays(&p, &clip, &rays);
+        intervals[n] = clip_sample_rays(&p, &ray_ends, &rays);
 #endif
 #if BLEND == COMPOSITE
         dt[n] = length_per_layer(&sample, &rays) * sample.classification.table_unit;

@@ -59,7 +59,7 @@ typedef struct {
     bool open;
 } RayState;
 
-static inline RayState start_ray(const RayLatticeParams *p, const SampleParams *sample, const Clipping *clip, int column, int row,
+static inline RayState start_ray(const RayLatticeParams *p, const SampleParams *sample, const RayEnds *ends, int column, int row,
                                  __global const float4 *out) {
     const SampleRays rays = sample_rays(p, column, row);
     RayState state;
@@ -68,7 +68,7 @@ static inline RayState start_ray(const RayLatticeParams *p, const SampleParams *
     state.dt = length_per_layer(sample, &rays) * sample->classification.table_unit;
 #endif
 #ifdef CLIPPED
-    state.interval = clip_sample_rays(p, clip, &rays);
+    state.interval = clip_sample_rays(p, ends, &rays);
 #endif
     state.gathered = p->continues ? load_raw(sample, out, 1, 1) : empty_accumulator(sample);
     state.last_slab = INT_MIN, state.active = 0; // all else in `end` is set later, and takes no registers before
@@ -167,7 +167,7 @@ ALWAYS_INLINE void cross_slab(__global const VOXEL *voxels, const VolumeView *vi
 
 __attribute__((reqd_work_group_size(SAMPLE_COLUMNS * SAMPLE_ROWS, 1, 1)))
 __kernel void point_samples(SHADED_FIELD, __global const uchar *visible, __global const int *shown_slabs, __global const int4 *integrals,
-                            __global const float4 *table, RayLatticeParams p, SampleParams sample, Clipping clip, OUTPUT, TINT_ARGUMENTS
+                            __global const float4 *table, RayLatticeParams p, SampleParams sample, RayEnds ray_ends, OUTPUT, TINT_ARGUMENTS
                             ulong first_item) {
     __local uint active, slabs[WORDS_LOOKED_UP];
     __local float ends[END_FLOATS];
@@ -187,7 +187,7 @@ __kernel void point_samples(SHADED_FIELD, __global const uchar *visible, __globa
     uint own = 0;
     if (place.x < p.width && place.y < p.height) {
         __global float4 *out = target + (size_t)place.y * p.width + place.x;
-        RayState state = start_ray(&p, &sample, &clip, place.x, place.y, out);
+        RayState state = start_ray(&p, &sample, &ray_ends, place.x, place.y, out);
         for (int word = 0; 32 * word < count && state.open; word++)
             for (uint left = visible_word(slabs, word, count); left && state.open; left &= left - 1)
                 cross_slab(voxels, &view, &shading, integrals, &p, &sample, ends, first + lowest_in_word(word, left) * p.layer_step,

@@ -91,10 +91,10 @@ static inline SampleRays sample_rays(const RayLatticeParams *p, intv columns, in
 }
 
 // Clip intervals of rays, in layers from that of the volume's centre along them.
-static inline Interval clip_sample_rays(const RayLatticeParams *p, const Clipping *clip, const SampleRays *rays) {
+static inline Interval clip_sample_rays(const RayLatticeParams *p, const RayEnds *ends, const SampleRays *rays) {
     const realv origin[3] = {rays->centre_u, rays->centre_v, (realv)(p->centre_layer)};
     const realv direction[3] = {rays->shear_u * p->layer_step, rays->shear_v * p->layer_step, (realv)(p->layer_step)};
-    return clip_rays(clip, origin, direction, -INFINITY);
+    return clip_rays(ends, origin, direction);
 }
 
 // Length of rays from layer to layer.

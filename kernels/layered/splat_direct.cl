@@ -107,7 +107,7 @@ __kernel void splat_direct(PIXEL_FIELD, __global const float4 *table, __global c
     Accumulator gathered = empty_accumulator(&sample);
     Interval interval;
 #ifdef CLIPPED
-    interval = interval_in_layers(&p, &clip, &ray);
+    interval = interval_in_layers(&p, &ray_ends, &ray);
 #endif
     int active = 0;
     float before = 0.0f, own = 0.0f, after = 0.0f;

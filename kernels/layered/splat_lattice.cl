@@ -88,18 +88,27 @@ static inline void composite_channels(Channel *channels, int count, const SplatL
         layer_span.interval.to = intervals[m].to - n;
 #endif
         const Point point = patch_points(p, tile, m, k);
+#if SUMS_EXTINCTIONS
         LayerOfField fields[CHANNELS];
         int field_count = 0;
+#endif
         for (int c = 0; c < count; c++) {
             const Channel *channel = &channels[c];
             if (!(channel->shown >> m & 1))
                 continue;
             const struct SampleSource source = {&channel->slopes, m, point, {&channel->shading, &channel->field.sample.field}};
-            add_field(&channel->field.sample, channel->table, channel->ring[slot(k - p->layer_step)].sums[m],
-                      channel->ring[slot(k)].sums[m], channel->ring[slot(k + p->layer_step)].sums[m], &source,
-                      &gathered[ACCUMULATOR(c)][m], fields, &field_count);
+            const realv before = channel->ring[slot(k - p->layer_step)].sums[m], own = channel->ring[slot(k)].sums[m];
+            const realv after = channel->ring[slot(k + p->layer_step)].sums[m];
+#if SUMS_EXTINCTIONS
+            add_field(&channel->field.sample, channel->table, before, own, after, &source, fields, &field_count);
+#else
+            accumulate_layer(&channel->field.sample, slabs, first, slab_count, channel->table, before, own, after, &layer_span, &source,
+                             &gathered[c][m], &counts[m]);
+#endif
         }
-        accumulate_fields(fields, field_count, slabs, first, slab_count, &layer_span, &counts[m]);
+#if SUMS_EXTINCTIONS
+        accumulate_fields(fields, field_count, slabs, first, slab_count, &layer_span, &gathered[0][m], &counts[m]);
+#endif
     }
 }
 #endif
@@ -137,7 +146,7 @@ __kernel void splat_lattice(SHADED_CHANNELS, __global const LayerOffset *offsets
     for (int n = 0; n < patches; n++) {
         counts[n] = 0;
 #ifdef CLIPPED
-        intervals[n] = clip_patch(view, &p, &clip, &tile, n);
+        intervals[n] = clip_patch(view, &p, &ray_ends, &tile, n);
 #endif
     }
 

@@ -78,7 +78,7 @@ __kernel void splat_perspective(SHADED_CHANNELS, __global const float2 *nodes, _
                                                           : empty_accumulator(&channels[c].field.sample);
 #ifdef CLIPPED
         const SampleRays rays = sample_rays(&p, LANES + column, (intv)(row + r));
-        intervals[r] = clip_sample_rays(&p, &clip, &rays);
+        intervals[r] = clip_sample_rays(&p, &ray_ends, &rays);
 #endif
     }
     intv active = 0;
@@ -110,20 +110,29 @@ __kernel void splat_perspective(SHADED_CHANNELS, __global const float2 *nodes, _
             layer_span.interval.to = intervals[r].to - depth * p.layer_step;
 #endif
             const Point point = {rays.centre_u + depth * rays.shear_u, rays.centre_v + depth * rays.shear_v, (realv)(k)};
+#if SUMS_EXTINCTIONS
             LayerOfField fields[CHANNELS];
             int field_count = 0;
+#endif
             for (int c = 0; c < FIELDS(count); c++) {
                 const Channel *channel = &channels[c];
-                const Sums *own = &channel->sums[slot(k)];
                 if (!channel->shown)
                     continue;
+                const Sums *own = &channel->sums[slot(k)];
+                const realv before = channel->sums[slot(k - p.layer_step)].sum[r], after = channel->sums[slot(k + p.layer_step)].sum[r];
                 const struct SampleSource source = {point,
                                                     {own->u[r], own->v[r], 0.5f * channel->across.sum[r]},
                                                     {&channel->shading, &channel->field.sample.field}};
-                add_field(&channel->field.sample, channel->table, channel->sums[slot(k - p.layer_step)].sum[r], own->sum[r],
-                          channel->sums[slot(k + p.layer_step)].sum[r], &source, &gathered[ACCUMULATOR(c)][r], fields, &field_count);
+#if SUMS_EXTINCTIONS
+                add_field(&channel->field.sample, channel->table, before, own->sum[r], after, &source, fields, &field_count);
+#else
+                accumulate_layer(&channel->field.sample, slabs, first, slab_count, channel->table, before, own->sum[r], after, &layer_span,
+                                 &source, &gathered[c][r], &active);
+#endif
             }
-            accumulate_fields(fields, field_count, slabs, first, slab_count, &layer_span, &active);
+#if SUMS_EXTINCTIONS
+            accumulate_fields(fields, field_count, slabs, first, slab_count, &layer_span, &gathered[0][r], &active);
+#endif
             for (int c = 0; c < ACCUMULATED(FIELDS(count)); c++)
                 finished = finished && !any_open_lanes(&channels[c].field.sample, &gathered[c][r], columns);
         }

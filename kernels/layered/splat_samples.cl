@@ -64,12 +64,13 @@ static inline bool is_visible_to_beam(__global const uchar *visible, const RayLa
 // sub-layers with opacity.
 ALWAYS_INLINE uint draw_sample(__global const VOXEL *voxels, const VolumeView *view, const ShadingSource *shading,
                                __global const float4 *table, __global const float4 *slabs, const RayLatticeParams *p,
-                               const SampleParams *sample, const Clipping *clip, __local const uint *layers, int first, int count, int column, int row, __global float4 *out) {
+                               const SampleParams *sample, const RayEnds *ends, __local const uint *layers, int first, int count,
+                               int column, int row, __global float4 *out) {
     const SampleRays rays = sample_rays(p, column, row);
     Accumulator gathered = p->continues ? load_raw(sample, out, 1, 1) : empty_accumulator(sample);
     Interval interval;
 #ifdef CLIPPED
-    interval = clip_sample_rays(p, clip, &rays);
+    interval = clip_sample_rays(p, ends, &rays);
 #endif
     LayerSpan layer_span;
     layer_span.dt = length_per_layer(sample, &rays);
@@ -112,7 +113,7 @@ ALWAYS_INLINE uint draw_sample(__global const VOXEL *voxels, const VolumeView *v
 
 __attribute__((reqd_work_group_size(SAMPLE_COLUMNS * SAMPLE_ROWS, 1, 1)))
 __kernel void splat_samples(SHADED_FIELD, __global const uchar *visible, __global const float4 *table, __global const float4 *slabs,
-                            RayLatticeParams p, SampleParams sample, Clipping clip, OUTPUT, ulong first_item) {
+                            RayLatticeParams p, SampleParams sample, RayEnds ray_ends, OUTPUT, ulong first_item) {
     __local uint active, layers[WORDS_LOOKED_UP];
     const int tile = FIRST_GROUP + get_group_id(0);
     if (tile >= p.tiles_u * p.tiles_v)
@@ -125,7 +126,7 @@ __kernel void splat_samples(SHADED_FIELD, __global const uchar *visible, __globa
     voxels += view.first;
     const ShadingSource shading = SHADING_SOURCE;
     if (place.x < p.width && place.y < p.height)
-        own = draw_sample(voxels, &view, &shading, table, slabs, &p, &sample, &clip, layers, first, count, place.x, place.y,
+        own = draw_sample(voxels, &view, &shading, table, slabs, &p, &sample, &ray_ends, layers, first, count, place.x, place.y,
                           target + (size_t)place.y * p.width + place.x);
     count_tile(own, &active, active_samples + tile);
 }

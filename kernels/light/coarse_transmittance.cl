@@ -13,17 +13,17 @@
 #endif
 
 // Lanes whose voxels lie in the clip region.
-static inline intv unclipped(const Clipping *clip, realv u, realv v, realv a) {
-    intv inside = u >= clip->lowest[0] && u <= clip->highest[0] && v >= clip->lowest[1] && v <= clip->highest[1] &&
-                  a >= clip->lowest[2] && a <= clip->highest[2];
+static inline intv unclipped(const RayEnds *ends, realv u, realv v, realv a) {
+    intv inside = u >= ends->lowest[0] && u <= ends->highest[0] && v >= ends->lowest[1] && v <= ends->highest[1] &&
+                  a >= ends->lowest[2] && a <= ends->highest[2];
     // Unrolled: GPUs would keep planes indexed by a variable in memory.
 #if VW == 1
 #pragma unroll
 #endif
-    for (int n = 0; n < (int)(sizeof clip->planes / sizeof(float)) / 4; n++) {
-        if (n >= clip->plane_count)
+    for (int n = 0; n < (int)(sizeof ends->planes / sizeof(float)) / 4; n++) {
+        if (n >= ends->plane_count)
             break;
-        const float *plane = clip->planes + 4 * n;
+        const float *plane = ends->planes + 4 * n;
         inside &= plane[0] * u + plane[1] * v + plane[2] * a + plane[3] >= 0.0f;
     }
     return inside;
@@ -36,13 +36,13 @@ typedef struct {
 } Absorber;
 
 // Adds the share of the light that those of a field's voxels with these values absorb that are `held`. False if they absorb none.
-static inline bool add_absorbed_share(const Absorber *absorber, const Clipping *clip, realv value, intv held, realv u, realv v, realv a,
+static inline bool add_absorbed_share(const Absorber *absorber, const RayEnds *ends, realv value, intv held, realv u, realv v, realv a,
                                       realv *absorbed) {
     const SampleParams *sample = &absorber->field.sample;
     const intv index = table_index(sample, value);
     intv absorbs = held && index >= sample->classification.first_visible && index <= sample->classification.last_visible;
 #ifdef CLIPPED
-    absorbs &= unclipped(clip, u, v, a);
+    absorbs &= unclipped(ends, u, v, a);
 #endif
     if (!ANY(absorbs))
         return false;
@@ -67,7 +67,7 @@ static inline bool add_absorbed_share(const Absorber *absorber, const Clipping *
 #define COLUMNS (COARSE * BLOCKS)
 
 // `COLUMNS` columns of voxels from `first_u` to `end_u` at most, of the rows of a row of blocks.
-static inline bool absorbed_columns(const Absorber *absorbers, int count, const Clipping *clip, int first_u, int end_u, int first_v,
+static inline bool absorbed_columns(const Absorber *absorbers, int count, const RayEnds *ends, int first_u, int end_u, int first_v,
                                     int first_a, float *absorbed_by) {
     for (int c = 0; c < COLUMNS; c += VW)
         STOREV(absorbed_by + c, (realv)(0.0f));
@@ -90,7 +90,7 @@ static inline bool absorbed_columns(const Absorber *absorbers, int count, const 
                 else
                     for (int lane = 0; lane < end_u - i; lane++)
                         ((float *)&value)[lane] = VOXEL_VALUE(view, convert_float(row[i + lane]));
-                absorbs |= add_absorbed_share(&absorbers[m], clip, value, LANES + i < end_u, CONVERT_REALV(LANES + i), (realv)(j),
+                absorbs |= add_absorbed_share(&absorbers[m], ends, value, LANES + i < end_u, CONVERT_REALV(LANES + i), (realv)(j),
                                               (realv)(k), &absorbed);
             }
             if (absorbs) {
@@ -103,7 +103,7 @@ static inline bool absorbed_columns(const Absorber *absorbers, int count, const 
 }
 #endif
 
-__kernel void coarse_transmittance(CHANNEL_FIELDS, PER_CHANNEL(__global const float *, transmittance), Clipping clip, int first_x,
+__kernel void coarse_transmittance(CHANNEL_FIELDS, PER_CHANNEL(__global const float *, transmittance), RayEnds ray_ends, int first_x,
                                    int first_y, int first_z, int dims_x, int dims_y, int dims_z, __global float *coarse, ulong first_item) {
     const int id = first_item + get_global_id(0);
     if (id >= (VW == 1 ? dims_x : 1) * dims_y * dims_z)
@@ -128,7 +128,7 @@ __kernel void coarse_transmittance(CHANNEL_FIELDS, PER_CHANNEL(__global const fl
         float absorbed = 0.0f;
         for (int m = 0; m < FIELDS(count); m++) {
             const float value = voxel_at(absorbers[m].field.voxels, &absorbers[m].field.view, i, j, k);
-            add_absorbed_share(&absorbers[m], &clip, value, true, i, j, k, &absorbed);
+            add_absorbed_share(&absorbers[m], &ray_ends, value, true, i, j, k, &absorbed);
         }
         sum += absorbed;
     }
@@ -137,7 +137,7 @@ __kernel void coarse_transmittance(CHANNEL_FIELDS, PER_CHANNEL(__global const fl
     const int end_u = min((first_x + dims_x) * COARSE, grid->dims_u);
     for (int first = 0; first < dims_x; first += BLOCKS) {
         float absorbed_by[COLUMNS];
-        const bool any = absorbed_columns(absorbers, FIELDS(count), &clip, (first_x + first) * COARSE, end_u,
+        const bool any = absorbed_columns(absorbers, FIELDS(count), &ray_ends, (first_x + first) * COARSE, end_u,
                                           (first_y + id % dims_y) * COARSE, (first_z + id / dims_y) * COARSE, absorbed_by);
         __global float *out = coarse + (size_t)id * dims_x + first;
         for (int b = 0; b < min(BLOCKS, dims_x - first); b++) {

@@ -44,7 +44,7 @@ static inline void store_voxel(const LightSweepParams *p, const RayLayer *layer,
 
 __attribute__((reqd_work_group_size(SAMPLE_COLUMNS * SAMPLE_ROWS, 1, 1)))
 __kernel void light_rays(CHANNEL_FIELDS, PER_CHANNEL(__global const uchar *, visible), PER_CHANNEL(__global const int4 *, integrals),
-                         __global const LayerOffset *offsets, LightSweepParams p, Clipping clip, __global uchar *light,
+                         __global const LayerOffset *offsets, LightSweepParams p, RayEnds ray_ends, __global uchar *light,
                          __global ushort *sums, __global float *state, ulong first_item) {
     // Of even and of odd layers: a work-item may write its transmittance while others still read those of the layer before.
     __local float rays[2][SAMPLE_COLUMNS * SAMPLE_ROWS];
@@ -75,7 +75,7 @@ __kernel void light_rays(CHANNEL_FIELDS, PER_CHANNEL(__global const uchar *, vis
                 const float value = value_on_layer(field->voxels, &field->view, &layer, place);
                 const float u = layer.first_u + place.x + layer.between_u, v = layer.first_v + place.y + layer.between_v;
                 float absorbs;
-                if (cross_to_layer(&p, absorber, &clip, k, odd, value, u, v, &before, &absorbs))
+                if (cross_to_layer(&p, absorber, &ray_ends, k, odd, value, u, v, &before, &absorbs))
                     transmittance *= let_through(&field->sample, absorbs);
             }
             transmittance = recovered(&p, transmittance);

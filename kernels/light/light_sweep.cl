@@ -86,7 +86,7 @@ static inline void recover(const LightSweepParams *p, float (*rays)[PADDED_COLUM
 }
 
 __kernel void light_sweep(CHANNEL_FIELDS, PER_CHANNEL(__global const uchar *, visible), PER_CHANNEL(__global const int4 *, integrals),
-                          __global const LayerOffset *offsets, LightSweepParams p, Clipping clip, __global uchar *light,
+                          __global const LayerOffset *offsets, LightSweepParams p, RayEnds ray_ends, __global uchar *light,
                           __global ushort *sums, __global float *state, ulong first_item) {
     const int id = first_item + get_global_id(0);
     if (id >= p.tiles_u * p.tiles_v)
@@ -161,7 +161,7 @@ __kernel void light_sweep(CHANNEL_FIELDS, PER_CHANNEL(__global const uchar *, vi
                         const float *mixed = rows[i][r & 1] + c;
                         const realv left = LOADV(mixed), value = left + across_columns.tap[2] * (LOADV(mixed + 1) - left);
                         realv own;
-                        if (cross_to_layer(&p, absorber, &clip, k, odd, value, u, v, &before[i][r][c / VW], &own)) {
+                        if (cross_to_layer(&p, absorber, &ray_ends, k, odd, value, u, v, &before[i][r][c / VW], &own)) {
                             absorbs = dims ? absorbed_by_both(&absorber->field.sample, absorbs, own) : own;
                             dims = true;
                         }

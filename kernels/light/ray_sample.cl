@@ -184,7 +184,7 @@ static inline RaySample sample_beside(const SampleParams *p, const VolumeView *v
 
 // Replaces the sample of rays in the layer before by that of this layer, with a value at (u, v). Returns whether the field absorbs light
 // between the two, and what (let_through). `odd`: parity of this layer's nodes.
-ALWAYS_INLINE bool cross_to_layer(const LightSweepParams *p, const Absorber *absorber, const Clipping *clip, int k, int odd, realv value,
+ALWAYS_INLINE bool cross_to_layer(const LightSweepParams *p, const Absorber *absorber, const RayEnds *ends, int k, int odd, realv value,
                                   realv u, realv v, RaySample *before, realv *absorbs) {
     const SampleParams *sample = &absorber->field.sample;
     const bool crossed = absorber->crossing.before;
@@ -193,7 +193,7 @@ ALWAYS_INLINE bool cross_to_layer(const LightSweepParams *p, const Absorber *abs
     const float depth = p->layer_step * (k - p->centre_layer);
     const realv origin[3] = {u - depth * p->along_u, v - depth * p->along_v, (realv)(p->centre_layer)};
     const realv direction[3] = {(realv)(p->along_u), (realv)(p->along_v), (realv)(p->layer_step)};
-    const Interval hit = clip_rays(clip, origin, direction, -INFINITY);
+    const Interval hit = clip_rays(ends, origin, direction);
 #endif
 #if BLEND == ISO
     const realv last = before->value - sample->classification.iso, own = value - sample->classification.iso;

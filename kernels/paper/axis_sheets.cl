@@ -40,7 +40,7 @@ ALWAYS_INLINE void composite_sheet(const SampleParams *sample, Tile *tile, float
 }
 
 __kernel void axis_sheets(__global const Splat *sorted, __global const uint *ends, __global const uint *lists, int chunks, ScreenParams s,
-                          SplatParams p, SampleParams sample, Clipping clip, OUTPUT, ulong first_item) {
+                          SplatParams p, SampleParams sample, RayEnds ray_ends, OUTPUT, ulong first_item) {
     const int id = first_item + get_global_id(0);
     if (id >= s.tiles_u * s.tiles_v)
         return;
@@ -54,7 +54,7 @@ __kernel void axis_sheets(__global const Splat *sorted, __global const uint *end
         tile.gathered[r] = empty_accumulator(&sample);
 #ifdef CLIPPED
         // Splats in front of the eye are rendered unclipped.
-        tile.intervals[r] = clip_rays(&clip, tile.rays[r].o, tile.rays[r].d, -INFINITY);
+        tile.intervals[r] = clip_rays(&ray_ends, tile.rays[r].o, tile.rays[r].d);
 #endif
         for (int c = 0; c < 4; c++)
             sheet[r][c] = 0.0f;

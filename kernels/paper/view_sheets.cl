@@ -142,7 +142,7 @@ ALWAYS_INLINE void splat_slabs(const SplatParams *p, __global const float *slabs
 
 __kernel void view_sheets(__global const Splat *sorted, __global const uint *ends, __global const uint *lists, int chunks,
                           __global const float *slabs, __global const float4 *table, ScreenParams s, SplatParams p, SampleParams sample,
-                          Clipping clip, OUTPUT, ulong first_item) {
+                          RayEnds ray_ends, OUTPUT, ulong first_item) {
     const int id = first_item + get_global_id(0);
     if (id >= s.tiles_u * s.tiles_v)
         return;
@@ -156,7 +156,7 @@ __kernel void view_sheets(__global const Splat *sorted, __global const uint *end
         tile.gathered[r] = empty_accumulator(&sample);
 #ifdef CLIPPED
         // Sheets at the eye are omitted as a whole.
-        tile.intervals[r] = clip_rays(&clip, tile.rays[r].o, tile.rays[r].d, -INFINITY);
+        tile.intervals[r] = clip_rays(&ray_ends, tile.rays[r].o, tile.rays[r].d);
 #endif
     }
     const uint2 list = tile_list(ends, &s, chunks, id);

@@ -127,7 +127,7 @@ __kernel void channel_raycast(SHADED_CHANNELS, ScreenParams s, MarchParams p, ul
     intv active = 0;
     for (int r = row; r < min(row + TILE_ROWS, s.height); r++) {
         const RowRays rays = row_rays(&s, column, r);
-        const Interval interval = clip_rays(&clip, rays.o, rays.d, s.start);
+        const Interval interval = clip_rays(&ray_ends, rays.o, rays.d);
         Accumulator gathered = empty_accumulator(first);
         if (ANY(interval.from < interval.to))
             march_channels(channels, count, &p, &rays, &interval, &gathered, &active);

@@ -2,8 +2,8 @@
 //
 // One work-item per tile of VW x TILE_ROWS pixels, id = tile_v*tiles_u + tile_u, one row after another.
 
-__kernel void march(SHADED_FIELD, __global const uchar *visible, ScreenParams s, MarchParams p, SampleParams sample, Clipping clip, OUTPUT,
-                    __global const TABLE *table, TINT_ARGUMENTS ulong first_item) {
+__kernel void march(SHADED_FIELD, __global const uchar *visible, ScreenParams s, MarchParams p, SampleParams sample, RayEnds ray_ends,
+                    OUTPUT, __global const TABLE *table, TINT_ARGUMENTS ulong first_item) {
     const int id = first_item + get_global_id(0);
     if (id >= s.tiles_u * s.tiles_v)
         return;
@@ -13,7 +13,7 @@ __kernel void march(SHADED_FIELD, __global const uchar *visible, ScreenParams s,
     intv active = 0;
     for (int r = row; r < min(row + TILE_ROWS, s.height); r++) {
         const RowRays rays = row_rays(&s, column, r);
-        const Interval interval = clip_rays(&clip, rays.o, rays.d, s.start);
+        const Interval interval = clip_rays(&ray_ends, rays.o, rays.d);
         Accumulator gathered = empty_accumulator(&sample);
         if (ANY(interval.from < interval.to))
             march_row(voxels, &view, &shading, visible, table, &p, &sample, &rays, &interval, &gathered, &active);

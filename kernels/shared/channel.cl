@@ -17,7 +17,7 @@
         __global const ChannelParams *channel_params, int count
 #define SHADED_CHANNELS                                                                                       \
     CHANNEL_FIELDS, LIGHT_BUFFERS, PER_CHANNEL(__global const uchar *, visible), PER_CHANNEL(__global const float4 *, tables), \
-        Clipping clip, OUTPUT
+        RayEnds ray_ends, OUTPUT
 #define EACH(name) {name##_0, name##_1, name##_2, name##_3, name##_4, name##_5, name##_6, name##_7}
 
 // Number of fields, which is known of one.

@@ -1,5 +1,6 @@
-// Ray clipping: the part of each ray inside a box, on the positive side of planes, and in front of the eye. All of these are convex, so
-// the result is one interval. CLIPPED: segments and samples are cut to it. Without it, everything visible is known to lie inside.
+// Where rays begin and end: each in its interval of the ray parameter, inside a box, and on the positive side of planes. All of these are
+// convex, so the result is one interval. CLIPPED: segments and samples are cut to it. Without it, everything visible is known to lie
+// inside.
 
 #include "shared/elementary.cl"
 
@@ -8,14 +9,14 @@ typedef struct {
     realv from, to;
 } Interval;
 
-// Clip interval of the rays origin + t direction, t >= start, along the axes of `c`.
-static inline Interval clip_rays(const Clipping *c, const realv *origin, const realv *direction, float start) {
-    Interval interval = {(realv)(start), (realv)(INFINITY)};
+// Clip interval of the rays origin + t direction, along the axes of `ends`.
+static inline Interval clip_rays(const RayEnds *ends, const realv *origin, const realv *direction) {
+    Interval interval = {(realv)(ends->start), (realv)(ends->end)};
     for (int i = 0; i < 3; i++) {
         // A ray parallel to a face is inside along its whole length or not at all; a ray in the face is inside.
         const intv along = fabs(direction[i]) < 1e-30f;
         const realv inverse = 1.0f / (along ? (realv)(1.0f) : direction[i]);
-        const realv above = c->lowest[i] - origin[i], below = c->highest[i] - origin[i];
+        const realv above = ends->lowest[i] - origin[i], below = ends->highest[i] - origin[i];
         const realv a = along ? (above <= 0.0f ? (realv)(-INFINITY) : (realv)(INFINITY)) : above * inverse;
         const realv b = along ? (below >= 0.0f ? (realv)(INFINITY) : (realv)(-INFINITY)) : below * inverse;
         interval.from = MAX(interval.from, MIN(a, b));
@@ -23,10 +24,10 @@ static inline Interval clip_rays(const Clipping *c, const realv *origin, const r
     }
     // Unrolled: GPUs would keep planes indexed by a variable in memory.
 #pragma unroll
-    for (int n = 0; n < (int)(sizeof c->planes / sizeof(float)) / 4; n++) {
-        if (n >= c->plane_count)
+    for (int n = 0; n < (int)(sizeof ends->planes / sizeof(float)) / 4; n++) {
+        if (n >= ends->plane_count)
             break;
-        const float *plane = c->planes + 4 * n;
+        const float *plane = ends->planes + 4 * n;
         const realv at = plane[0] * origin[0] + plane[1] * origin[1] + plane[2] * origin[2] + plane[3];
         const realv along = plane[0] * direction[0] + plane[1] * direction[1] + plane[2] * direction[2];
         const realv crossing = -at / (fabs(along) < 1e-30f ? (realv)(1e-30f) : along);

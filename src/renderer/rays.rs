@@ -103,7 +103,7 @@ pub(super) fn marched<'a>(
         s: screen_params(scene, scene.steps(1), AXIS.frame(), drawn.tiles),
         p,
         sample: field.sample,
-        clip: field.region.for_kernels(AXIS.frame()),
+        ray_ends: field.region.for_screen(AXIS.frame(), scene.rays),
         output: drawn.output(),
     }
 }
@@ -131,9 +131,9 @@ impl MarchedRays {
             let rendering = Rendering { depths, ..merged.rendering };
             let (illumination, fields) = (scene.illumination()?, merged.params(device, CHANNELS.name)?);
             let light = illumination.arguments(merged.unused());
-            let clip = merged.region.for_kernels(AXIS.frame());
+            let ray_ends = merged.region.for_screen(AXIS.frame(), scene.rays);
             let arguments = ChannelRaycastArguments {
-                channels: merged.shaded(&fields, &tables, light, clip, drawn.output()),
+                channels: merged.shaded(&fields, &tables, light, ray_ends, drawn.output()),
                 s: screen_params(scene, steps, AXIS.frame(), drawn.tiles),
                 p: params(merged.blocks()),
             };
@@ -155,7 +155,7 @@ impl MarchedRays {
                     extinction: march.field,
                     visible: march.visible,
                     sample: march.sample,
-                    clip: march.clip,
+                    ray_ends: march.ray_ends,
                     output: march.output,
                 },
                 s: march.s,

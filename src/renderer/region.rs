@@ -3,9 +3,9 @@
 use super::field::Field;
 use super::light::extinction_estimator;
 use super::scene::{GradientVoxels, Scene};
-use crate::device::launch::structs::Clipping;
+use crate::device::launch::structs::RayEnds;
 use crate::device::launch::{BlendMode, Gradients, Rendering};
-use crate::layers::{AxisFrame, GradientEstimator, Kernel};
+use crate::layers::{AxisFrame, GradientEstimator, Kernel, Rays};
 use crate::settings::Blend;
 use crate::settings::ClipPlane;
 use crate::volume::Grid;
@@ -131,27 +131,33 @@ impl Region {
         Rendering { gradients: Gradients { voxels, ..self.rendering.gradients }, ..self.rendering }
     }
 
-    /// Kernel argument, in the axes of `frame`.
-    pub fn for_kernels(&self, frame: AxisFrame) -> Clipping {
+    /// Kernel argument, in the axes of `frame`, for rays without ends of their own.
+    pub fn for_kernels(&self, frame: AxisFrame) -> RayEnds {
         let narrow = |p: DVec3| frame.local(p).as_vec3().to_array();
         let mut planes = [[0.0; 4]; crate::settings::Clipping::MAX_PLANES];
         for (slot, (normal, d)) in planes.iter_mut().zip(&self.planes) {
             *slot = frame.local(*normal).extend(*d).as_vec4().to_array();
         }
-        Clipping { lowest: narrow(self.lowest), highest: narrow(self.highest), planes, plane_count: self.planes.len() as i32 }
+        RayEnds {
+            interval: [f32::NEG_INFINITY, f32::INFINITY],
+            lowest: narrow(self.lowest),
+            highest: narrow(self.highest),
+            planes,
+            plane_count: self.planes.len() as i32,
+        }
     }
 
     /// Kernel argument for layers. A general program clips rays even if this view needs no clipping; it then gets an unbounded
     /// region.
-    pub fn for_layers(&self, frame: AxisFrame) -> Clipping {
+    pub fn for_layers(&self, frame: AxisFrame) -> RayEnds {
         let everything = DVec3::splat(f64::INFINITY);
         let uncut = Self { lowest: -everything, highest: everything, planes: Vec::new(), rendering: self.rendering };
         if self.rendering.clipped { self.for_kernels(frame) } else { uncut.for_kernels(frame) }
     }
 
-    /// Kernel argument along x, y, z.
-    pub fn for_pixels(&self) -> Clipping {
-        self.for_kernels(AxisFrame { u: 0, v: 1, a: 2 })
+    /// Kernel argument for the rays of screen pixels, which begin at the eye.
+    pub fn for_screen(&self, frame: AxisFrame, rays: &Rays) -> RayEnds {
+        RayEnds { interval: [rays.start as f32, f32::INFINITY], ..self.for_kernels(frame) }
     }
 }
 

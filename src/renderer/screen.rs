@@ -14,7 +14,6 @@ pub(super) fn screen_params(scene: &Scene, steps: Steps, frame: AxisFrame, tiles
     ScreenParams {
         origin: affine(&rays.origin),
         direction: affine(&rays.direction),
-        start: rays.start as f32,
         step: frame.local(steps.0).as_vec3().to_array(),
         size: [viewport.width as i32, viewport.height as i32],
         tiles: tiles.for_kernels(),

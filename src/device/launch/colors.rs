@@ -3,7 +3,7 @@
 use super::layered::{PointLattice, Segments};
 use super::rays::march_defines;
 use super::structs::{
-    Clipping, ColorVoxelParams, Float4, LabelVoxelParams, MarchParams, RayLatticeParams, SampleParams, ScreenParams,
+    ColorVoxelParams, Float4, LabelVoxelParams, MarchParams, RayEnds, RayLatticeParams, SampleParams, ScreenParams,
 };
 use super::{
     Defines, Floats, Items, Output, Rendering, ShadedField, VoxelBuffer, VoxelKind, arguments, kernel, large_grid, tiles,
@@ -22,7 +22,7 @@ arguments! {
         /// Of the extinction.
         visible: &'a Buffer<u8>,
         sample: SampleParams,
-        clip: Clipping,
+        ray_ends: RayEnds,
         output: Output<'a>,
     }
 }

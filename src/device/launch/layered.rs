@@ -6,7 +6,7 @@ mod splats;
 pub(crate) use channels::*;
 pub(crate) use splats::*;
 
-use super::structs::{Clipping, DirectParams, Float4, RayLatticeParams, SampleParams, VolumeView};
+use super::structs::{DirectParams, Float4, RayEnds, RayLatticeParams, SampleParams, VolumeView};
 use super::{
     Defines, Items, LightBuffers, Output, Rendering, ShadedField, Tint, VoxelBuffer, VoxelKind, arguments, kernel, large_grid,
     tiles,
@@ -65,7 +65,7 @@ kernel! {
         table: &'a Buffer<Float4>,
         p: RayLatticeParams,
         sample: SampleParams,
-        clip: Clipping,
+        ray_ends: RayEnds,
         output: Output<'a>,
         tint: Option<Tint<'a>>,
     }
@@ -99,7 +99,7 @@ arguments! {
         p: DirectParams,
         /// For layer axis z, whose u, v and a are x, y and z.
         sample_of_z: SampleParams,
-        clip: Clipping,
+        ray_ends: RayEnds,
         output: Output<'a>,
     }
 }

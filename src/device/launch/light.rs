@@ -1,7 +1,7 @@
 //! Kernels that fill light volumes.
 
 use super::layered::Channels;
-use super::structs::{Clipping, Float4, LayerOffset, LightSweepParams};
+use super::structs::{Float4, LayerOffset, LightSweepParams, RayEnds};
 use super::{ChannelFields, Defines, Floats, Items, Launch, PerChannel, Rendering, VoxelKind, kernel, large_grid, tiles};
 use crate::device::{Buffer, LatticeSchedule, Tuning};
 use crate::layers::Kernel;
@@ -43,7 +43,7 @@ kernel! {
         /// Of layers -1 … n along u, then along v.
         offsets: &'a Buffer<LayerOffset>,
         p: LightSweepParams,
-        clip: Clipping,
+        ray_ends: RayEnds,
         light: &'a Buffer<u8>,
         /// One per voxel, for light that is averaged over several sweeps; otherwise not read.
         sums: &'a Buffer<u16>,
@@ -149,7 +149,7 @@ kernel! {
         fields: ChannelFields<'a>,
         /// Of each voxel along the edge of a block: results of [`LightTable`].
         transmittance: PerChannel<&'a Buffer<f32>>,
-        clip: Clipping,
+        ray_ends: RayEnds,
         /// First block and blocks along each axis.
         first_x: i32,
         first_y: i32,

@@ -2,7 +2,7 @@
 //! marches rays through a table over two values.
 
 use super::rays::{TableMarchArguments, march_defines};
-use super::structs::{Clipping, Float4, SampleParams, ScreenParams, Splat, SplatParams, VolumeView};
+use super::structs::{Float4, RayEnds, SampleParams, ScreenParams, Splat, SplatParams, VolumeView};
 use super::{Defines, Items, Output, Rendering, VoxelBuffer, VoxelKind, kernel, tiles};
 use crate::device::{Buffer, Tuning};
 use crate::layers::Kernel;
@@ -140,7 +140,7 @@ kernel! {
         s: ScreenParams,
         p: SplatParams,
         sample: SampleParams,
-        clip: Clipping,
+        ray_ends: RayEnds,
         output: Output<'a>,
     }
 }
@@ -167,7 +167,7 @@ kernel! {
         s: ScreenParams,
         p: SplatParams,
         sample: SampleParams,
-        clip: Clipping,
+        ray_ends: RayEnds,
         output: Output<'a>,
     }
 }

@@ -1,7 +1,7 @@
 //! Kernels that march along pixel rays: ray casting and pre-integrated segments.
 
 use super::layered::{Channels, Segments, ShadedChannels};
-use super::structs::{Clipping, Float4, MarchParams, SampleParams, ScreenParams};
+use super::structs::{Float4, MarchParams, RayEnds, SampleParams, ScreenParams};
 use super::{Defines, Items, Output, Rendering, ShadedField, Tint, VoxelKind, arguments, kernel, tiles};
 use crate::device::{Buffer, Tuning};
 use crate::layers::Kernel;
@@ -16,7 +16,7 @@ arguments! {
         s: ScreenParams,
         p: MarchParams,
         sample: SampleParams,
-        clip: Clipping,
+        ray_ends: RayEnds,
         output: Output<'a>,
     }
 }

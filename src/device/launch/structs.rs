@@ -265,8 +265,11 @@ kernel_struct! {
 }
 
 kernel_struct! {
-    /// Where rays count: in a box, and on the positive side of planes. In voxels, along the kernel's axes.
-    Clipping {
+    /// Where rays begin and end: in an interval of their parameter, in a box, and on the positive side of planes. Box and planes are in
+    /// voxels, along the kernel's axes.
+    RayEnds {
+        /// First and last ray parameter: of screen pixels, -INFINITY in a parallel view; of lattices, in layers along the rays.
+        interval as [start, end]: f32,
         lowest: [f32; 3],
         highest: [f32; 3],
         /// (n, d): n.p + d >= 0 counts.
@@ -358,8 +361,6 @@ kernel_struct! {
         /// A point of a ray: origin\[0\] + x origin\[1\] + y origin\[2\], in voxels.
         origin: [[f32; 4]; 3],
         direction: [[f32; 4]; 3],
-        /// Rays start at origin + start * direction; -INFINITY in a parallel view.
-        start: f32,
         /// Blocks of `visible_*` along u and v.
         blocks: [[i32; 2]; 3],
         /// Layer axis of all rays, or -1: each ray's own.
@@ -412,8 +413,6 @@ kernel_struct! {
         /// A point of a ray: origin\[0\] + x origin\[1\] + y origin\[2\], in voxels.
         origin: [[f32; 4]; 3],
         direction: [[f32; 4]; 3],
-        /// Rays start at origin + start * direction; -INFINITY in a parallel view.
-        start: f32,
         /// World size of a voxel step, in unit distances.
         step: [f32; 3],
         size as [width, height]: i32,
@@ -519,7 +518,7 @@ pub(in crate::device) fn typedefs() -> String {
         ChannelParams::typedef(),
         ColorVoxelParams::typedef(),
         ResampleParams::typedef(),
-        Clipping::typedef(),
+        RayEnds::typedef(),
         LayerOffset::typedef(),
         SplatLatticeParams::typedef(),
         RayLatticeParams::typedef(),

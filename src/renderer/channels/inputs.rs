@@ -5,7 +5,7 @@ use super::super::field::Layout;
 use super::super::region::Region;
 use super::super::scene::GradientVoxels;
 use crate::device::launch::layered::{Channels, ShadedChannels};
-use crate::device::launch::structs::{ChannelParams, Clipping, Float4, SampleParams};
+use crate::device::launch::structs::{ChannelParams, Float4, RayEnds, SampleParams};
 use crate::device::launch::{ChannelFields, LightBuffers, Output, PerChannel, Rendering, ShadedField, VoxelKind};
 use crate::device::{Buffer, Device};
 use crate::error::Error;
@@ -83,13 +83,13 @@ impl<'a> MergedInputs<'a> {
         &self.fields[0].visible.flags
     }
 
-    /// Kernel arguments of fields that are drawn along the axes of `clip`.
+    /// Kernel arguments of fields that are drawn along the axes of `ray_ends`.
     pub fn shaded(
         &self,
         channel_params: &'a Buffer<ChannelParams>,
         tables: &[&'a Buffer<Float4>],
         light: LightBuffers<'a>,
-        clip: Clipping,
+        ray_ends: RayEnds,
         output: Output<'a>,
     ) -> ShadedChannels<'a> {
         ShadedChannels {
@@ -97,7 +97,7 @@ impl<'a> MergedInputs<'a> {
             light,
             visible: self.visible(),
             tables: PerChannel::new(tables),
-            clip,
+            ray_ends,
             output,
         }
     }

@@ -26,7 +26,7 @@ impl ColorLayers {
                 extinction: field.shaded(illumination.arguments(&field.visible.flags)),
                 visible: &field.visible.flags,
                 sample: field.sample,
-                clip: field.region.for_layers(view.frame()),
+                ray_ends: field.region.for_layers(view.frame()),
                 output,
             },
             shown_slabs: &field.visible.shown,

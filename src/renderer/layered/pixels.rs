@@ -69,7 +69,7 @@ impl PixelInputs {
             visible_z,
             p: self.params(scene),
             sample_of_z: self.sample,
-            clip: self.region.for_pixels(),
+            ray_ends: self.region.for_screen(Axis::Z.frame(), scene.rays),
             output,
         }
     }
@@ -80,7 +80,6 @@ impl PixelInputs {
         DirectParams {
             origin: affine(&rays.origin),
             direction: affine(&rays.direction),
-            start: rays.start as f32,
             blocks: [0, 1, 2].map(|i| self.visible[i].blocks),
             axis: self.axis.map_or(-1, |a| a.index() as i32),
             culling: i32::from(settings.culling),

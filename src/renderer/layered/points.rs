@@ -125,7 +125,7 @@ impl PointLayers {
             table: &table.entries,
             p: view.params(field.visible.blocks, settings.culling),
             sample: field.sample,
-            clip: field.region.for_layers(frame),
+            ray_ends: field.region.for_layers(frame),
             output,
             tint: scene.tint(frame)?,
         };

@@ -17,7 +17,7 @@ use crate::device::launch::layered::{
     SplatLatticeArguments, SplatPerspective, SplatPerspectiveArguments, SplatSamples, SplatSamplesArguments,
 };
 use crate::device::launch::structs::{
-    ClassificationParams, Clipping, Float4, LayerOffset, RayLatticeParams, SampleParams, SegmentParams, SplatLatticeParams,
+    ClassificationParams, Float4, LayerOffset, RayEnds, RayLatticeParams, SampleParams, SegmentParams, SplatLatticeParams,
 };
 use crate::device::{Buffer, Device, LatticeSchedule, Tuning};
 use crate::error::Error;
@@ -197,7 +197,7 @@ impl SplatLayers {
         let (illumination, fields) = (scene.illumination()?, merged.params(device, CHANNELS.name)?);
         let light = illumination.arguments(merged.unused());
         let arguments = SplatLatticeArguments {
-            channels: merged.shaded(&fields, &tables, light, layers.clip(&merged), layers.drawn.output()),
+            channels: merged.shaded(&fields, &tables, light, layers.ray_ends(&merged), layers.drawn.output()),
             offsets_u: &phases.offsets[0],
             offsets_v: &phases.offsets[1],
             weights: &phases.weights,
@@ -217,7 +217,7 @@ impl SplatLayers {
         let (illumination, fields) = (scene.illumination()?, merged.params(device, CHANNELS.name)?);
         let light = illumination.arguments(merged.unused());
         let arguments = SplatPerspectiveArguments {
-            channels: merged.shaded(&fields, &tables, light, layers.clip(&merged), layers.drawn.output()),
+            channels: merged.shaded(&fields, &tables, light, layers.ray_ends(&merged), layers.drawn.output()),
             nodes: &nodes,
             slabs: &layers.slabs,
             p: layers.ray_params(merged.blocks(), settings.culling),
@@ -236,7 +236,7 @@ impl SplatLayers {
             slabs: &layers.slabs,
             p: layers.ray_params(field.visible.blocks, settings.culling),
             sample: field.sample,
-            clip: field.region.for_kernels(layers.lattice.frame),
+            ray_ends: field.region.for_kernels(layers.lattice.frame),
             output: layers.drawn.output(),
         };
         self.samples.launch(device, (field.layout.voxels.kind(), field.rendering()), &arguments)
@@ -308,7 +308,7 @@ impl SplattedLayers<'_> {
     }
 
     /// Kernel argument.
-    fn clip(&self, fields: &MergedInputs) -> Clipping {
+    fn ray_ends(&self, fields: &MergedInputs) -> RayEnds {
         fields.region.for_kernels(self.lattice.frame)
     }
 

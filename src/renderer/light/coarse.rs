@@ -90,7 +90,7 @@ impl Scene<'_> {
         let arguments = CoarseTransmittanceArguments {
             fields: merged.arguments(&fields),
             transmittance: PerChannel::new(&transmittance),
-            clip: merged.region.for_kernels(Axis::Z.frame()),
+            ray_ends: merged.region.for_kernels(Axis::Z.frame()),
             first_x,
             first_y,
             first_z,

@@ -186,7 +186,7 @@ impl Scene<'_> {
             integrals: PerChannel::new(&integrals),
             offsets: &offsets,
             p,
-            clip: merged.region.for_kernels(frame),
+            ray_ends: merged.region.for_kernels(frame),
             light: stored.volume,
             sums: stored.sums,
             state: state.rays,

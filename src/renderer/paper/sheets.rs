@@ -77,7 +77,7 @@ impl AxisAlignedSheets {
             s: screen_params(scene, steps, frame, tiles),
             p: params,
             sample,
-            clip: region.for_kernels(frame),
+            ray_ends: region.for_kernels(frame),
             output: drawn.output(),
         };
         self.kernel.launch(device, region.rendering, &arguments)
@@ -120,7 +120,7 @@ impl ImageAlignedSheets {
             s: screen_params(scene, steps, AXIS.frame(), tiles),
             p: params,
             sample,
-            clip: region.for_kernels(AXIS.frame()),
+            ray_ends: region.for_kernels(AXIS.frame()),
             output: drawn.output(),
         };
         self.kernel.launch(device, (slabs.count(), settings.looks_at_gradients(), region.rendering), &arguments)

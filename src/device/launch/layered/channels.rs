@@ -1,6 +1,6 @@
 //! Kernels that draw several fields together.
 
-use super::super::structs::{Clipping, Float4, RayLatticeParams};
+use super::super::structs::{Float4, RayEnds, RayLatticeParams};
 use super::super::{
     ChannelFields, Defines, Items, LightBuffers, Output, PerChannel, Rendering, VoxelKind, arguments, kernel, tiles,
 };
@@ -39,7 +39,7 @@ arguments! {
         visible: PerChannel<&'a Buffer<u8>>,
         /// (r, g, b, τ) per value.
         tables: PerChannel<&'a Buffer<Float4>>,
-        clip: Clipping,
+        ray_ends: RayEnds,
         output: Output<'a>,
     }
 }

@@ -1,6 +1,6 @@
 //! Kernels of splatted layers, and their footprints and tables.
 
-use super::super::structs::{Clipping, Float4, LayerOffset, RayLatticeParams, SampleParams, SplatLatticeParams};
+use super::super::structs::{Float4, LayerOffset, RayEnds, RayLatticeParams, SampleParams, SplatLatticeParams};
 use super::super::{Defines, Items, Output, Rendering, ShadedField, VoxelKind, kernel, tiles};
 use super::{Channels, PixelField, ShadedChannels};
 use crate::device::{Buffer, Tuning};
@@ -66,7 +66,7 @@ kernel! {
         slabs: &'a Buffer<Float4>,
         p: RayLatticeParams,
         sample: SampleParams,
-        clip: Clipping,
+        ray_ends: RayEnds,
         output: Output<'a>,
     }
 }
