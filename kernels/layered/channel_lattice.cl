@@ -2,13 +2,12 @@
 // tiles, segments and clipping in point_lattice.cl applies to each field. With one field, point_lattice.cl has the same result.
 
 #include "layered/channels.cl"
-#include "shared/channel.cl"
 
 // Sub-layer l of a channel, with samples in all patches over which it can be visible.
 static inline Layer *sampled_layer(Channel *c, const RayLatticeParams *p, const Tile *tile, int s, int l) {
     Layer *layer = &c->layers[l & 1];
     if (layer->index != l || c->over & ~layer->sampled)
-        sample_layer(c->voxels, &c->view, p->centre_layer, s, l, tile, c->over, layer);
+        sample_layer(c->field.voxels, &c->field.view, p->centre_layer, s, l, tile, c->over, layer);
     return layer;
 }
 
@@ -18,7 +17,7 @@ static inline int shown_patches(const Channel *c, int open, const Layer *front, 
 #if !GATHERS_VALUES
     for (int left = shown; left; left &= left - 1) {
         const int n = LOWEST_BIT(left);
-        if (!ANY(is_visible_between(&c->sample, front->at.field[n], behind->at.field[n])))
+        if (!ANY(is_visible_between(&c->field.sample, front->at.field[n], behind->at.field[n])))
             shown &= ~(1 << n);
     }
 #endif
@@ -36,7 +35,8 @@ static inline int hidden_slabs(Channel *c, const RayLatticeParams *p, const Tile
         c->over = LOW_BITS(tile->bands * PATCH_ROWS);
         return 0;
     }
-    const int hidden = slabs_to_skip(c->visible, p, c->view.first_a, tile, q, enters ? c->lowest : c->highest, enters, &c->chunk, &c->over);
+    const int last = enters ? c->lowest : c->highest;
+    const int hidden = slabs_to_skip(c->visible, p, c->field.view.first_a, tile, q, last, enters, &c->chunk, &c->over);
     if (hidden)
         c->over = 0;
     return hidden;
@@ -46,7 +46,7 @@ static inline int hidden_slabs(Channel *c, const RayLatticeParams *p, const Tile
 // Classifies the current span of a channel. `places`: of its ends, in spans; `length`: of the span, per patch.
 static inline void classify_span(Channel *c, const RayLatticeParams *p, const Part *parts, const int places[2], float2 weights, float length,
                                  const realv *lengths) {
-    const SampleParams *sample = &c->sample;
+    const SampleParams *sample = &c->field.sample;
     for (int end = 0; end < 2; end++) {
         const int place = places[end], odd = place & 1;
         const Samples *here = end ? c->back : c->front;
@@ -83,11 +83,11 @@ static inline void accumulate_channel(Channel *c, int n, const RaySpan *span, co
 #if BLEND == ISO
     const intv was_open = a->t > 0.5f;
     realv crossing = 0.0f;
-    accumulate_crossing(c->voxels, &c->view, &c->shading, &c->sample, part, span, &c->front->lit[n], &c->back->lit[n], &crossing, a,
-                        active);
+    accumulate_crossing(c->field.voxels, &c->field.view, &c->shading, &c->field.sample, part, span, &c->front->lit[n], &c->back->lit[n],
+                        &crossing, a, active);
     c->surface[n] = was_open && !(a->t > 0.5f) ? place + crossing : c->surface[n];
 #else
-    accumulate_span(c->voxels, &c->view, part, span, part_length(part) * length, a, active);
+    accumulate_span(c->field.voxels, &c->field.view, part, span, part_length(part) * length, a, active);
 #endif
 }
 #endif
@@ -95,11 +95,11 @@ static inline void accumulate_channel(Channel *c, int n, const RaySpan *span, co
 // Rays that further samples can change: of surfaces, those that no channel has hit yet.
 static inline bool is_open(const Channel *channels, int count, int n, intv has_ray, const Accumulator *gathered) {
 #if BLEND == COMPOSITE
-    return ANY(has_ray && open_rays(&channels[0].sample, &gathered[n]));
+    return ANY(has_ray && open_rays(&channels[0].field.sample, &gathered[n]));
 #else
     intv open = BLEND == ISO ? has_ray : (intv)(0);
     for (int c = 0; c < count; c++) {
-        const intv own = has_ray && open_rays(&channels[c].sample, &channels[c].gathered[n]);
+        const intv own = has_ray && open_rays(&channels[c].field.sample, &channels[c].gathered[n]);
         open = BLEND == ISO ? open & own : open | own;
     }
     return ANY(open);
@@ -111,36 +111,24 @@ __kernel void channel_lattice(SHADED_CHANNELS, PER_CHANNEL(__global const int4 *
     const int order = first_item + get_global_id(0);
     if (order >= p.tiles_u * p.tiles_v)
         return;
-    __global const VOXEL *const all_voxels[MAX_CHANNELS] = EACH(voxels);
-    __global const GRADIENT_VOXEL *const all_gradient_voxels[MAX_CHANNELS] = EACH(gradient_voxels);
-    __global const uchar *const all_visible[MAX_CHANNELS] = EACH(visible);
     __global const int *const all_shown_slabs[MAX_CHANNELS] = EACH(shown_slabs);
     __global const int4 *const all_integrals[MAX_CHANNELS] = EACH(integrals);
-    __global const float4 *const all_tables[MAX_CHANNELS] = EACH(tables);
 
     const int id = scheduled_tile(&p, order);
     const Tile tile = make_tile(&p, id);
     const int patches = tile.bands * PATCH_ROWS;
     Channel channels[CHANNELS];
+    SET_CHANNELS(channels, count);
     int lowest = INT_MAX, highest = INT_MIN;
     for (int c = 0; c < count; c++) {
         Channel *channel = &channels[c];
-        channel->view = channel_params[c].view, channel->gradient_view = channel_params[c].gradient_view;
-        channel->sample = channel_params[c].sample;
-        channel->voxels = all_voxels[c] + channel->view.first;
-        channel->visible = all_visible[c], channel->integrals = all_integrals[c];
-#ifdef SEPARATE_GRADIENTS
-        channel->shading.voxels = all_gradient_voxels[c] + channel->gradient_view.first, channel->shading.view = &channel->gradient_view;
-#else
-        channel->shading.voxels = channel->voxels, channel->shading.view = &channel->view;
-#endif
-        channel->shading.light.lights = light, channel->shading.light.sky = sky;
+        channel->integrals = all_integrals[c];
         channel->layers[0].index = channel->layers[1].index = INT_MIN;
         channel->chunk.index = -1, channel->chunk.bits = 0;
         channel->lowest = p.first_layer, channel->highest = p.last_layer;
         if (p.culling) {
-            channel->lowest = max(channel->lowest, all_shown_slabs[c][0] + channel->view.first_a);
-            channel->highest = min(channel->highest, all_shown_slabs[c][1] + channel->view.first_a);
+            channel->lowest = max(channel->lowest, all_shown_slabs[c][0] + channel->field.view.first_a);
+            channel->highest = min(channel->highest, all_shown_slabs[c][1] + channel->field.view.first_a);
         }
         if (channel->lowest <= channel->highest)
             lowest = min(lowest, channel->lowest), highest = max(highest, channel->highest);
@@ -148,14 +136,14 @@ __kernel void channel_lattice(SHADED_CHANNELS, PER_CHANNEL(__global const int4 *
 #if BLEND == COMPOSITE
             channel->nodes_at[0][n] = channel->nodes_at[1][n] = INT_MIN;
 #else
-            channel->gathered[n] = empty_accumulator(&channel->sample);
+            channel->gathered[n] = empty_accumulator(&channel->field.sample);
 #endif
 #if BLEND == ISO
             channel->surface[n] = INFINITY;
 #endif
         }
     }
-    const SampleParams *first = &channels[0].sample;
+    const SampleParams *first = &channels[0].field.sample;
     Accumulator gathered[TILE_ROWS];
     Interval intervals[TILE_ROWS];
     intv has_ray[TILE_ROWS];
@@ -194,9 +182,10 @@ __kernel void channel_lattice(SHADED_CHANNELS, PER_CHANNEL(__global const int4 *
             passed += min(hidden, slabs) - 1;
             continue;
         }
+        const int ahead = q - RADIUS + 1 - enters + (RADIUS + 1) * p.layer_step;
         for (int c = 0; c < count; c++)
             if (channels[c].over)
-                fetch_ahead(channels[c].voxels, &channels[c].view, &p, &tile, q - RADIUS + 1 - enters + (RADIUS + 1) * p.layer_step);
+                fetch_ahead(channels[c].field.voxels, &channels[c].field.view, &p, &tile, ahead);
         for (int i = 0; i < s; i++) {
             const int l0 = enters ? (q + 1) * s - i : q * s + i, l1 = l0 + p.layer_step;
             // The plane where rays enter, and the distance to the one where they leave.
@@ -213,7 +202,7 @@ __kernel void channel_lattice(SHADED_CHANNELS, PER_CHANNEL(__global const int4 *
                 shown |= channel->shown;
                 if (!channel->shown)
                     continue;
-                const SampleParams *sample = &channel->sample;
+                const SampleParams *sample = &channel->field.sample;
                 if (sample->light.shading && LIT_AT_ENDS) {
                     light_layer(&channel->shading, &p, sample, &tile, s, channel->shown, front);
                     light_layer(&channel->shading, &p, sample, &tile, s, channel->shown, behind);
@@ -229,8 +218,8 @@ __kernel void channel_lattice(SHADED_CHANNELS, PER_CHANNEL(__global const int4 *
                     Channel *channel = &channels[c];
                     const Samples *ends[2] = {channel->front, channel->back};
                     if (channel->shown)
-                        find_middle(&p, &channel->sample, channel->shading.light, channel->integrals, &tile, k, step, channel->shown, ends,
-                                    &channel->middle);
+                        find_middle(&p, &channel->field.sample, channel->shading.light, channel->integrals, &tile, k, step, channel->shown,
+                                    ends, &channel->middle);
                 }
             }
 #endif
@@ -300,9 +289,9 @@ __kernel void channel_lattice(SHADED_CHANNELS, PER_CHANNEL(__global const int4 *
     for (int r = 0; r < tile.rows; r++) {
         realv color[4];
 #if BLEND == COMPOSITE
-        resolve(first, all_tables[0], &gathered[r], &intervals[r], color);
+        resolve(first, channels[0].table, &gathered[r], &intervals[r], color);
 #else
-        resolve_channels(channels, count, all_tables, r, &intervals[r], color);
+        resolve_channels(channels, count, r, &intervals[r], color);
 #endif
         STORE_ROW_COLORS(&p, color, target, &tile, r);
         if (GATHERS_VALUES)

@@ -95,19 +95,6 @@ ALWAYS_INLINE void accumulate_fields(LayerOfField *fields, int count, __global c
 
 #endif
 
-// What a kernel with the arguments SHADED_CHANNELS knows of each field from the beginning.
-#define SET_CHANNELS(channels, count)                                                                                  \
-    __global const VOXEL *const all_voxels[MAX_CHANNELS] = EACH(voxels);                                               \
-    __global const GRADIENT_VOXEL *const all_gradient_voxels[MAX_CHANNELS] = EACH(gradient_voxels);                    \
-    __global const uchar *const all_visible[MAX_CHANNELS] = EACH(visible);                                             \
-    __global const float4 *const all_tables[MAX_CHANNELS] = EACH(tables);                                              \
-    for (int c = 0; c < (count); c++) {                                                                                \
-        set_field(channel_params + c, all_voxels[c], all_gradient_voxels[c], light, sky, &(channels)[c].field);        \
-        (channels)[c].shading = shading_of(&(channels)[c].field);                                                      \
-        (channels)[c].visible = all_visible[c], (channels)[c].table = all_tables[c];                                   \
-        (channels)[c].layer_chunk = (LayerChunk){-1, 0};                                                               \
-    }
-
 // Stores rays n of a tile: of one field as `p` requests, of several the colours.
 #if CHANNELS == 1
 #define STORE_CHANNELS(p, channels, fields, gathered, n, interval, columns, out, total) \

@@ -3,20 +3,16 @@
 // Extinctions add: tau = sum of tau_c. Emission is sum(tau_c C_c) / tau, so that the order of the fields does not matter.
 
 #include "layered/point_tile.cl"
+#include "shared/channel.cl"
 #include "shared/emission.cl"
-
-#ifndef CHANNELS
-#error "CHANNELS: most fields of a scene"
-#endif
 
 // One field of a scene, under a tile.
 typedef struct {
-    __global const VOXEL *voxels;
-    __global const uchar *visible;
-    __global const int4 *integrals;
+    ChannelField field;
     ShadingSource shading;
-    VolumeView view, gradient_view;
-    SampleParams sample;
+    __global const uchar *visible;
+    __global const float4 *table;
+    __global const int4 *integrals;
     // First and last slab with anything visible; the chunk of slabs that the tile is in; patches over which a slab can be visible, and
     // those in which a segment is.
     int lowest, highest;
@@ -48,7 +44,7 @@ typedef struct {
 static inline realv depth_in(const Channel *c, const Part *part, int n) {
 #ifdef THINNED
     const Segment *s = &c->segments[n];
-    if (c->sample.light.shading)
+    if (c->field.sample.light.shading)
         return s->depth * extinction_scale_on_span(&c->front->lit[n], &c->back->lit[n], SEGMENT_PARAMETER(part, s->centroid));
 #endif
     return c->segments[n].depth;
@@ -66,20 +62,20 @@ static inline void composite_channel_subsegments(Channel *channels, int count, i
         Channel *channel = &channels[c];
         if (!(channel->shown >> n & 1))
             continue;
-        values[c] = value_on_span(channel->voxels, &channel->view, &spans[c], SEGMENT_PARAMETER(part, (realv)(0.0f)), lanes);
-        nodes[c] = look_up_node(&channel->sample, channel->integrals, values[c], 0);
+        values[c] = value_on_span(channel->field.voxels, &channel->field.view, &spans[c], SEGMENT_PARAMETER(part, (realv)(0.0f)), lanes);
+        nodes[c] = look_up_node(&channel->field.sample, channel->integrals, values[c], 0);
     }
-    for (int i = 1; i <= MAX_SUBSEGMENTS && ANY(t < 1.0f && a->t > channels[0].sample.segments.opaque); i++) {
+    for (int i = 1; i <= MAX_SUBSEGMENTS && ANY(t < 1.0f && a->t > channels[0].field.sample.segments.opaque); i++) {
         const realv next_t = MIN(i * step, (realv)(1.0f));
         realv sum[3] = {(realv)(0.0f), (realv)(0.0f), (realv)(0.0f)}, whole_depth = 0.0f;
         for (int c = 0; c < count; c++) {
             Channel *channel = &channels[c];
             if (!(channel->shown >> n & 1))
                 continue;
-            const SampleParams *p = &channel->sample;
+            const SampleParams *p = &channel->field.sample;
             const LitSample *front = &channel->front->lit[n], *back = &channel->back->lit[n];
             const realv next_value =
-                value_on_span(channel->voxels, &channel->view, &spans[c], SEGMENT_PARAMETER(part, next_t), lanes);
+                value_on_span(channel->field.voxels, &channel->field.view, &spans[c], SEGMENT_PARAMETER(part, next_t), lanes);
             const Node next = look_up_node(p, channel->integrals, next_value, i & 1);
             const Difference d = difference_between(p, channel->integrals, &nodes[c], &next, values[c], next_value);
             const realv per_extinction = reciprocal(d.extinction == 0.0f ? (realv)(1.0f) : d.extinction);
@@ -113,7 +109,7 @@ static inline void composite_channels(Channel *channels, int count, int n, const
         emissions[c].depth = depth_in(&channels[c], part, n);
         depth += emissions[c].depth;
     }
-    const realv opacity = opacity_of_depth(&channels[0].sample, depth);
+    const realv opacity = opacity_of_depth(&channels[0].field.sample, depth);
     *active += COUNT_IF(opacity > 0.0f);
     realv sum[3] = {(realv)(0.0f), (realv)(0.0f), (realv)(0.0f)};
     for (int c = 0; c < count; c++) {
@@ -122,9 +118,10 @@ static inline void composite_channels(Channel *channels, int count, int n, const
             continue;
         const Segment *s = &channel->segments[n];
         const LitSample *front = &channel->front->lit[n], *back = &channel->back->lit[n];
-        if (channel->sample.light.shading)
-            emissions[c].lighting = interpolate_lighting(&channel->sample, front, back, SEGMENT_PARAMETER(part, visible_origin(s, depth)));
-        add_emission(&channel->sample, s->r, s->g, s->b, &emissions[c], sum);
+        if (channel->field.sample.light.shading)
+            emissions[c].lighting =
+                interpolate_lighting(&channel->field.sample, front, back, SEGMENT_PARAMETER(part, visible_origin(s, depth)));
+        add_emission(&channel->field.sample, s->r, s->g, s->b, &emissions[c], sum);
     }
 #ifdef DIMMED
     const Accumulator before = *a;
@@ -146,7 +143,7 @@ static inline void composite_channels(Channel *channels, int count, int n, const
 #else
 
 // Colour of a ray: the colours of all channels, added and clamped to 1; of surfaces, that of the nearest one.
-static inline void resolve_channels(const Channel *channels, int count, __global const float4 *const *tables, int r,
+static inline void resolve_channels(const Channel *channels, int count, int r,
                                     const Interval *interval, realv *color) {
     realv nearest = INFINITY;
     for (int i = 0; i < 4; i++)
@@ -154,14 +151,14 @@ static inline void resolve_channels(const Channel *channels, int count, __global
     for (int c = 0; c < count; c++) {
 #if BLEND == ISO
         realv own[4];
-        resolve(&channels[c].sample, tables[c], &channels[c].gathered[r], interval, own);
+        resolve(&channels[c].field.sample, channels[c].table, &channels[c].gathered[r], interval, own);
         const realv at = channels[c].surface[r];
         const intv is_nearer = at < nearest;
         nearest = is_nearer ? at : nearest;
         for (int i = 0; i < 4; i++)
             color[i] = is_nearer ? own[i] : color[i];
 #else
-        add_resolved(&channels[c].sample, tables[c], &channels[c].gathered[r], interval, color);
+        add_resolved(&channels[c].field.sample, channels[c].table, &channels[c].gathered[r], interval, color);
 #endif
     }
 }

@@ -131,6 +131,7 @@ __kernel void splat_lattice(SHADED_CHANNELS, __global const LayerOffset *offsets
     intv counts[TILE_ROWS]; // of samples with opacity, in each patch
     for (int c = 0; c < FIELDS(count); c++) {
         Channel *channel = &channels[c];
+        channel->layer_chunk = (LayerChunk){-1, 0};
         // A part of a volume may lack further slabs.
         channel->last_slab = min(p.last_layer + 1, channel->field.view.dims_a) - channel->field.view.first_a;
         for (int i = 0; i < 3; i++)

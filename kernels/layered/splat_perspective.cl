@@ -61,6 +61,7 @@ __kernel void splat_perspective(SHADED_CHANNELS, __global const float2 *nodes, _
     SET_CHANNELS(channels, FIELDS(count));
     for (int c = 0; c < FIELDS(count); c++) {
         Channel *channel = &channels[c];
+        channel->layer_chunk = (LayerChunk){-1, 0};
         // A part of a volume may lack further slabs.
         channel->last_slab = min(p.last_layer + 1, channel->field.view.dims_a) - channel->field.view.first_a;
         channel->splats_gradients = GATHERS_VALUES ? 0 : SPLATS_GRADIENTS ? channel->field.sample.light.shading : 0;

@@ -52,3 +52,15 @@ ALWAYS_INLINE ShadingSource shading_of(const ChannelField *field) {
 #endif
     return source;
 }
+
+// What a kernel with the arguments SHADED_CHANNELS knows of each field from the beginning.
+#define SET_CHANNELS(channels, count)                                                                                  \
+    __global const VOXEL *const all_voxels[MAX_CHANNELS] = EACH(voxels);                                               \
+    __global const GRADIENT_VOXEL *const all_gradient_voxels[MAX_CHANNELS] = EACH(gradient_voxels);                    \
+    __global const uchar *const all_visible[MAX_CHANNELS] = EACH(visible);                                             \
+    __global const float4 *const all_tables[MAX_CHANNELS] = EACH(tables);                                              \
+    for (int c = 0; c < (count); c++) {                                                                                \
+        set_field(channel_params + c, all_voxels[c], all_gradient_voxels[c], light, sky, &(channels)[c].field);        \
+        (channels)[c].shading = shading_of(&(channels)[c].field);                                                      \
+        (channels)[c].visible = all_visible[c], (channels)[c].table = all_tables[c];                                   \
+    }
