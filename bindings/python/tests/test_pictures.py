@@ -1,5 +1,6 @@
 """Pictures are bit-identical to those of the command."""
 
+import inspect
 import io
 
 import numpy as np
@@ -67,6 +68,48 @@ def test_the_commands_pictures(array, command, tmp_path, settings, place, option
     assert np.array_equal(view.render(), expected)
     floats = view._renderer.render_float(view._camera(), SIZE, view.settings)
     assert floats.dtype == np.float32 and np.array_equal(floats, np.load(tmp_path / "picture.npy"))
+
+
+LIGHT = {"shading": {"light": (1, 2, 0.5)}}
+# Two values of every setting, and what they need beside them.
+VALUES = {
+    "quality": ("standard", "high", {}),
+    "algorithm": ("layered", "raycast", {}),
+    "kernel": ("cubic", "linear", {}),
+    "samples_per_layer": (1, 2, {}),
+    "density": (1, 2, {}),
+    "layer_axis": ("auto", "y", {"azimuth": 0.0, "elevation": 46.0}),
+    "step": (0.5, 0.7, {"algorithm": "raycast"}),
+    "sheet_distance": (1.0, 0.5, {"algorithm": "view-sheets"}),
+    "blend": ("composite", "maximum", {}),
+    "shading": (True, False, {}),
+    "light_space": ("world", "camera", LIGHT),
+    "shadows": (False, True, LIGHT),
+    "ambient_occlusion": (False, True, {}),
+    "light_grid": ("full", "half", {**LIGHT, "shadows": True}),
+    "gradient": ("sobel", "central", {}),
+    "gradient_opacity": (None, [(2, 0), (9, 0.75)], {}),
+    "depth_cue": (0.25, 0.75, {}),
+    "crop": (None, ((3, 2, 1), (20, 21, 17)), {}),
+    "planes": (None, [((12, 10, 9), (1, 0.5, 0))], {}),
+    "unit_distance": (None, 3.0, {}),
+    "extinction": ("exponential", "linear", {}),
+    "early_termination": (True, False, {}),
+}
+
+
+@pytest.mark.parametrize("name", inspect.signature(layersplat.Settings).parameters)
+def test_every_setting_changes_the_picture(array, name):
+    one, other, beside = VALUES[name]
+    place = {key: beside[key] for key in ("azimuth", "elevation") if key in beside}
+    beside = {key: value for key, value in beside.items() if key not in place}
+    all_of_them = [layersplat.Settings(**beside, **{name: value}) for value in (one, other)]
+    assert all_of_them[0] != all_of_them[1]
+    renderer = layersplat.Renderer(layersplat.Volume(array), layersplat.TransferFunction.builtin("fire", (0.0, 255.0)))
+    camera = renderer.camera(40, **{**PLACE, **place})
+    one, other = (renderer.render(camera, 40, settings) for settings in all_of_them)
+    # Rays end where the rest shows in no picture of 8 bits.
+    assert name == "early_termination" or not np.array_equal(one, other)
 
 
 def test_every_light_option_changes_the_picture(array, picture):

@@ -47,6 +47,76 @@ fn fields_reach_the_library() {
     );
 }
 
+/// All fields of the header but the size, each with what its value needs.
+#[test]
+fn every_field_changes_the_settings() {
+    let standard = from_quality(Quality::Standard);
+    let side = Light { direction: [1.0, 0.0, 0.0], strength: 0.5 };
+    let plane = Plane { point: [1.0; 3], normal: [0.0, 0.0, 2.0] };
+    let raycast = Settings { algorithm: AlgorithmChoice::Raycast as i32, ..standard };
+    let cropped = Settings { cropped: 1, crop_highest: [9.0; 3], ..standard };
+    let (lit, cut) = (Settings { light_count: 1, lights: [side; 4], ..standard }, Settings { plane_count: 1, ..standard });
+    let edges = Settings { gradient_point_count: 1, ..standard };
+    let gaussian = Settings { gradient: GradientChoice::Gaussian as i32, ..standard };
+    let (cued, shadowed) = (Settings { depth_cue: 0.5, ..standard }, Settings { shadows: 1, ..standard });
+    let (iso, occluded) = (Settings { blend: 4, ..standard }, Settings { ambient_occlusion: 1, ..standard });
+    type Change = fn(&mut Settings);
+    let all: [(&str, Settings, Change); 38] = [
+        ("quality", standard, |s| s.quality = 2),
+        ("algorithm", standard, |s| s.algorithm = 4),
+        ("kernel", standard, |s| s.kernel = 2),
+        ("splatted", standard, |s| s.splatted = 1),
+        ("blend", standard, |s| s.blend = 1),
+        ("lit", standard, |s| s.lit = 0),
+        ("light_count", Settings { light_count: 0, ..lit }, |s| s.light_count = 1),
+        ("early_termination", standard, |s| s.early_termination = 0),
+        ("cropped", Settings { cropped: 0, ..cropped }, |s| s.cropped = 1),
+        ("plane_count", standard, |s| s.plane_count = 1),
+        ("gradient_point_count", standard, |s| s.gradient_point_count = 1),
+        ("step", raycast, |s| s.step = 0.25),
+        ("iso_value", iso, |s| s.iso_value = 3.0),
+        ("ambient", standard, |s| s.ambient = 0.5),
+        ("diffuse", standard, |s| s.diffuse = 0.5),
+        ("specular", standard, |s| s.specular = 0.5),
+        ("power", standard, |s| s.power = 5.0),
+        ("lights", lit, |s| s.lights[0].strength = 1.0),
+        ("unit_distance", standard, |s| s.unit_distance = 2.0),
+        ("gradient_opacity", edges, |s| s.gradient_opacity[0] = [1.0, 0.5]),
+        ("crop_lowest", cropped, |s| s.crop_lowest = [1.0; 3]),
+        ("crop_highest", cropped, |s| s.crop_highest = [8.0; 3]),
+        ("planes", cut, |s| s.planes[0].normal[0] = 1.0),
+        ("gradient", standard, |s| s.gradient = 1),
+        ("gradient_sigma", gaussian, |s| s.gradient_sigma = 0.5),
+        ("depth_cue", standard, |s| s.depth_cue = 0.5),
+        ("depth_cue_color", cued, |s| s.depth_cue_color = [1.0; 3]),
+        ("shadows", standard, |s| s.shadows = 1),
+        ("ambient_occlusion", standard, |s| s.ambient_occlusion = 1),
+        ("light_grid", standard, |s| s.light_grid = 1),
+        ("lights_in_camera_space", lit, |s| s.lights_in_camera_space = 1),
+        ("shadow_strength", shadowed, |s| s.shadow_strength = 0.5),
+        ("shadow_forgiveness", shadowed, |s| s.shadow_forgiveness = 2.0),
+        ("ao_reach", occluded, |s| s.ao_reach = 5.0),
+        ("ao_gain", occluded, |s| s.ao_gain = 5.0),
+        ("light_angles", lit, |s| s.light_angles[0] = 5.0),
+        ("light_colors", lit, |s| s.light_colors[0] = [0.5; 3]),
+        ("ambient_color", standard, |s| s.ambient_color = [0.5; 3]),
+    ];
+    for (name, beside, change) in &all {
+        let mut changed = Settings { planes: if *name == "planes" { beside.planes } else { [plane; 6] }, ..*beside };
+        let before = changed.checked().unwrap();
+        change(&mut changed);
+        assert_ne!(changed.checked().unwrap(), before, "{name}");
+    }
+    let header = include_str!("../../include/layersplat.h");
+    let (_, fields) = header.split_once("typedef struct layersplat_settings {").unwrap();
+    let (fields, _) = fields.split_once("} layersplat_settings;").unwrap();
+    let names = fields.lines().filter_map(|line| line.trim().strip_suffix(';')?.split(' ').next_back());
+    let names = names.map(|name| name.split('[').next().unwrap()).filter(|&name| name != "size");
+    let names: Vec<_> = names.collect();
+    assert_eq!(names.len(), all.len(), "{names:?}");
+    assert!(names.iter().all(|name| all.iter().any(|(known, ..)| known == name)), "{names:?}");
+}
+
 #[test]
 fn shadows_and_ambient_occlusion_reach_the_library() {
     let standard = from_quality(Quality::Standard);
