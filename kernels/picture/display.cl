@@ -8,9 +8,25 @@
 
 #include "shared/elementary.cl"
 
-// background.w is 1 for an opaque background; 0 keeps the picture transparent.
+#ifdef GAMMA
+// Raises the straight colour of a premultiplied one to a power.
+static inline float4 raised(float4 color, float exponent) {
+    if (!(color.w >= MIN_OPACITY))
+        return color;
+    return (float4)(pow(MAX(color.xyz / color.w, (float3)(0.0f)), (float3)(exponent)) * color.w, color.w);
+}
+#define FOUR_AT_ONCE(background) false
+#else
+#define FOUR_AT_ONCE(background) ((background).w > 0.0f)
+#endif
+
+// background.w is 1 for an opaque background; 0 keeps the picture transparent. With GAMMA it is the exponent of straight colours, negative
+// for a transparent picture.
 static inline uchar4 displayed(float4 color, float4 background) {
     float4 shown = 0.0f;
+#ifdef GAMMA
+    color = raised(color, fabs(background.w));
+#endif
     if (background.w > 0.0f)
         shown = (float4)(fma((float3)(1.0f - color.w), background.xyz, color.xyz), 1.0f);
     else if (color.w >= MIN_OPACITY)
@@ -28,7 +44,7 @@ static inline uchar4 displayed(float4 color, float4 background) {
 
 // Four pixels at once.
 static inline uchar16 displayed_four(float16 colors, float4 background) {
-    if (!(background.w > 0.0f))
+    if (!FOUR_AT_ONCE(background))
         return (uchar16)(displayed(colors.s0123, background), displayed(colors.s4567, background), displayed(colors.s89ab, background),
                          displayed(colors.scdef, background));
     const float4 behind = (float4)(background.xyz, 0.0f);

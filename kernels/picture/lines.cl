@@ -9,7 +9,7 @@
 #error "BLOCK_COLUMNS: pixels of a block: about a tile of the lattice"
 #endif
 
-// Rows of pixels cross lines of constant u. Without this flag they cross lines of constant v.
+// Which lines rows of pixels cross: those of constant u; otherwise those of constant v.
 #define LINES_OF_U 1
 
 // The lattice as lines that a row of pixels crosses.

@@ -1,8 +1,8 @@
 // Colours of labels over a scan, in programs with TINTED.
 //
 // A voxel of the labels has the index of a colour: red, green and blue times their weight, and the weight, as bytes, so that voxels without
-// a label do not bleed a colour. Colour 0 stands for no label. The four numbers are interpolated linearly, on the grid of the labels. Beyond it, the
-// outer voxels are repeated.
+// a label do not bleed a colour. Colour 0 is that of no label. These four are interpolated linearly, on a grid of their own. Beyond it, the
+// outer voxels go on for a while.
 
 #include "shared/elementary.cl"
 #include "shared/point.cl"

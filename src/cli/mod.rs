@@ -192,6 +192,7 @@ fn log(verbose: u8) {
 fn exit_code(error: &Error) -> u8 {
     match error {
         Error::OutOfRange { .. }
+        | Error::Argument { .. }
         | Error::UnknownName { .. }
         | Error::Settings { .. }
         | Error::Camera { .. }

@@ -161,7 +161,8 @@ impl<'a> Studio<'a> {
             blend: settings.blend,
             background: self.background,
         };
-        Ok((Some(self.annotations.drawn_beside(frame, size, shown)?), report))
+        let frame = self.annotations.drawn_beside(frame, size, shown)?.with_gamma(settings.gamma);
+        Ok((Some(frame), report))
     }
 
     /// Depths of a picture, along rays through the pixel centres, and the ids of its labels there.

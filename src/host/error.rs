@@ -99,6 +99,20 @@ pub enum Error {
         /// Accepted values.
         expected: &'static str,
     },
+    /// An argument of [`Settings::from_arguments`](crate::settings::Settings::from_arguments) with a value that it cannot have.
+    #[error("{name}{} is {value}: expected {expected}", in_brackets(part))]
+    Argument {
+        /// Name of the argument.
+        name: &'static str,
+        /// Name of a value in it.
+        part: Option<&'static str>,
+        /// The value, as code in Python.
+        value: String,
+        /// Accepted values.
+        expected: &'static str,
+        /// Whether the value is of another kind, and not out of range.
+        is_of_other_kind: bool,
+    },
     /// An invalid camera.
     #[error("camera: {problem}")]
     Camera {
@@ -364,7 +378,7 @@ impl Error {
     pub fn fields(&self) -> &[&'static str] {
         match self {
             Error::Settings { field, .. } | Error::Unnamed { field, .. } => std::slice::from_ref(field),
-            Error::OutOfRange { name, .. } => std::slice::from_ref(name),
+            Error::OutOfRange { name, .. } | Error::Argument { name, .. } => std::slice::from_ref(name),
             Error::UnknownName { what, .. } => std::slice::from_ref(what),
             Error::FileSize { .. } => &["dims", "voxel_type", "header_bytes"],
             Error::DeviceFailed { .. } => &["device", "device_unchecked"],
@@ -396,6 +410,11 @@ impl Error {
     pub fn volume(path: &Path, problem: impl Into<String>) -> Self {
         Error::Volume { path: path.into(), problem: problem.into() }
     }
+}
+
+/// The name of a part as code in Python, or nothing.
+fn in_brackets(part: &Option<&'static str>) -> String {
+    part.map_or_else(String::new, |part| format!("['{part}']"))
 }
 
 /// The reasons in parentheses, or nothing.

@@ -129,7 +129,7 @@ impl Picture {
         let background = Float4([0.0; 4]);
         let (p, warped) = (onto.params(*tiles, share), Warped::Frame(&picture));
         let arguments = WarpArguments { lattice, active_samples, p, background, picture: warped };
-        self.warp.launch(device, (), &arguments)?;
+        self.warp.launch(device, false, &arguments)?;
         Ok(Finished::Floats(picture))
     }
 
@@ -139,14 +139,14 @@ impl Picture {
         device: &Device,
         target: &Target,
         onto: WarpInputs,
-        background: Background,
+        (background, gamma): (Background, f64),
     ) -> Result<Finished, Error> {
         let Drawn { samples: lattice, active_samples, tiles } = &target.drawn();
         let picture = target.arena.get(&RGBA);
         let p = WarpParams { displayed: 1, ..onto.params(*tiles, Share::WHOLE) };
-        let (background, warped) = (for_kernels(background), Warped::Displayed(&picture));
+        let (background, warped) = (for_kernels(background, gamma), Warped::Displayed(&picture));
         let arguments = WarpArguments { lattice, active_samples, p, background, picture: warped };
-        self.warp.launch(device, (), &arguments)?;
+        self.warp.launch(device, gamma != 1.0, &arguments)?;
         Ok(Finished::Rgba8(picture))
     }
 
@@ -157,11 +157,11 @@ impl Picture {
         target: &Target,
         frame: &Buffer<Float4>,
         viewport: Viewport,
-        background: Background,
+        (background, gamma): (Background, f64),
     ) -> Result<Finished, Error> {
         let rgba = target.arena.get(&RGBA);
-        let (pixels, background) = (viewport.pixels() as i32, for_kernels(background));
-        self.present.launch(device, (), &PresentArguments { frame, background, pixels, rgba: &rgba })?;
+        let (pixels, background) = (viewport.pixels() as i32, for_kernels(background, gamma));
+        self.present.launch(device, gamma != 1.0, &PresentArguments { frame, background, pixels, rgba: &rgba })?;
         Ok(Finished::Rgba8(rgba))
     }
 }
@@ -177,10 +177,12 @@ pub(super) fn read_displayed(device: &Device, rgba: &Buffer<[u8; 4]>, viewport: 
     Ok(picture.into_flattened())
 }
 
-fn for_kernels(background: Background) -> Float4 {
+fn for_kernels(background: Background, gamma: f64) -> Float4 {
+    let exponent = gamma.recip() as f32;
     match background {
-        Background::Color([r, g, b]) => Float4([r, g, b, 1.0]),
-        Background::Transparent => Float4([0.0; 4]),
+        Background::Color([r, g, b]) => Float4([r, g, b, exponent]),
+        Background::Transparent if gamma == 1.0 => Float4([0.0; 4]),
+        Background::Transparent => Float4([0.0, 0.0, 0.0, -exponent]),
     }
 }
 

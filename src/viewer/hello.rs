@@ -10,7 +10,7 @@ use super::slices;
 use crate::framing::Side;
 use crate::layers::{GradientEstimator, Kernel};
 use crate::renderer::ColorOpacity;
-use crate::settings::{Blend, Method, Quality};
+use crate::settings::{Blend, Kind, Method, Quality, Setting, Settings};
 use crate::shown::{Shown, name_of};
 use crate::transfer::TransferFunction;
 use crate::volume::{Label, LabelLayer, Statistics};
@@ -56,6 +56,7 @@ impl SharedScene {
                 "blend": Blend::ALL.map(Blend::name), "quality": Quality::ALL.map(Quality::name),
                 "kernel": Kernel::OF_LAYERS.map(Kernel::name), "gradient": GradientEstimator::ALL.map(|gradient| gradient.to_string()),
             },
+            "settings": Setting::plain().map(described).collect::<Vec<_>>(),
             "camera": camera, "camera_is_given": camera_is_given, "look": look,
             "transfer": NamedTransfer::from(transfer),
             "palettes": TransferFunction::palette_colors().map(|(name, colors)| json!({ "name": name, "colors": colors })).collect::<Vec<_>>(),
@@ -145,6 +146,17 @@ impl SharedScene {
     fn preview(&self, name: &str) -> Vec<[f64; 3]> {
         TransferFunction::builtin(name, self.values()).map_or_else(|_| Vec::new(), |map| strip(&map))
     }
+}
+
+/// What a control of a setting needs.
+fn described(setting: &Setting) -> Value {
+    let (names, range) = match setting.kind {
+        Kind::Choice(names) => (Some(names()), None),
+        Kind::Number(number) => (None, Some(number.range())),
+        _ => (None, None),
+    };
+    let default = setting.get(&Settings::default());
+    json!({ "name": setting.name, "help": setting.help, "default": default, "names": names, "range": range })
 }
 
 fn histogram(statistics: &Statistics) -> Value {

@@ -6,9 +6,15 @@ use crate::choice::by_name;
 use crate::error::Error;
 use crate::image::Background;
 use crate::layers::{GradientEstimator, Kernel};
-use crate::settings::{Blend, ClipPlane, Clipping, CropBox, Light, LightSpace, Lights, Quality, Settings, Shadows, WHITE};
+use crate::settings::{
+    Argument, Blend, ClipPlane, Clipping, CropBox, Light, LightSpace, Lights, Quality, Setting, Settings, Shadows, WHITE,
+};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// Longest name and value of a plain setting.
+const LONGEST_PLAIN: usize = 60;
 
 /// The look of a picture. Names and ranges are those of the command's options.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
@@ -43,6 +49,8 @@ pub struct Look {
     pub clips: Vec<[f64; 6]>,
     /// Estimation of gradients by its name on the command line; `None`: by algorithm.
     pub gradient: Option<String>,
+    /// Plain settings that are not the default.
+    pub plain: BTreeMap<String, Argument>,
     /// A colour bar, in parallel projections with a scale bar, over the picture.
     pub legend: bool,
     /// The bounding box.
@@ -105,6 +113,7 @@ impl Look {
             crop,
             clips: settings.clipping.planes.iter().flatten().map(clip).collect(),
             gradient: settings.gradient.map(|gradient| gradient.to_string()),
+            plain: plain_of(settings),
             legend: false,
             bounding_box: false,
             axes: false,
@@ -112,6 +121,18 @@ impl Look {
             channels: Vec::new(),
             labels: PageLabels::default(),
         }
+    }
+
+    /// Settings with the plain ones of the look.
+    ///
+    /// # Errors
+    /// For names and values that no plain setting has.
+    pub(super) fn with_plain(&self, settings: Settings) -> Result<Settings, Error> {
+        let default = Settings::default();
+        let reset = Setting::plain().map(|setting| (setting.name, setting.get(&default)));
+        let reset: Vec<_> = reset.filter(|(name, _)| !self.plain.contains_key(*name)).collect();
+        let own = self.plain.iter().map(|(name, argument)| (name.as_str(), argument));
+        settings.with_plain(reset.iter().map(|(name, argument)| (*name, argument)).chain(own))
     }
 
     /// Annotations over the whole picture. `length_units`: the unit of length, if it is known. `list`: in place of the colour bar.
@@ -154,6 +175,13 @@ impl Look {
             let value = gradient.chars().take(20).collect();
             return refuse("gradient", value, "central, sobel, gaussian:SIGMA with SIGMA from 0.3 to 2, or own");
         }
+        for (name, argument) in &self.plain {
+            let words = format!("{name} {argument}");
+            if words.len() > LONGEST_PLAIN {
+                return refuse("look", words.chars().take(20).collect(), "names and values of settings");
+            }
+        }
+        self.with_plain(Settings::default())?.check()?;
         self.check_fields()?;
         self.background().map(|_| ())
     }
@@ -181,6 +209,12 @@ impl PageLight {
         let direction = self.direction.map(DVec3::from_array);
         Light { direction, strength: self.strength, angle: self.angle, color: self.color, ..Light::AT_CAMERA }
     }
+}
+
+fn plain_of(settings: &Settings) -> BTreeMap<String, Argument> {
+    let default = Settings::default();
+    let own = Setting::plain().map(|setting| (setting, setting.get(settings)));
+    own.filter(|(setting, own)| *own != setting.get(&default)).map(|(setting, own)| (setting.name.into(), own)).collect()
 }
 
 /// `transparent`, or the nearest colour in 8 bits as `#rrggbb`.
@@ -213,6 +247,7 @@ mod tests {
         let good = Look::of(&Settings::default(), Background::BLACK, 0.0, [4; 3]);
         let light = PageLight { direction: Some([0.0; 3]), strength: 1.0, angle: 0.0, color: WHITE };
         let fine = PageLight { direction: None, ..light };
+        let plain = |name: &str, argument: Argument| BTreeMap::from([(name.to_owned(), argument)]);
         for (what, bad) in [
             ("a direction of 0", Look { lights: vec![light], ..good.clone() }),
             ("five lights", Look { lights: vec![fine; 5], ..good.clone() }),
@@ -225,6 +260,10 @@ mod tests {
             ("iso", Look { iso: f64::NAN, ..good.clone() }),
             ("gradient", Look { gradient: Some("gaussian:9".into()), ..good.clone() }),
             ("long gradient", Look { gradient: Some("x".repeat(1 << 16)), ..good.clone() }),
+            ("an unknown setting", Look { plain: plain("blur", Argument::Switch(true)), ..good.clone() }),
+            ("a setting that is not plain", Look { plain: plain("quality", Argument::Name("high".into())), ..good.clone() }),
+            ("gamma", Look { plain: plain("gamma", Argument::Number(9.0)), ..good.clone() }),
+            ("no number", Look { plain: plain("gamma", Argument::Name("x".repeat(1 << 16))), ..good.clone() }),
             ("colour", Look { background: "pink".into(), ..good.clone() }),
             ("long colour", Look { background: "x".repeat(1 << 16), ..good.clone() }),
         ] {

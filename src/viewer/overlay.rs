@@ -60,7 +60,7 @@ impl Overlay {
         if look.clips != own.clips {
             settings.clipping = settings.clipping.with_planes(look.planes());
         }
-        Ok(settings)
+        look.with_plain(settings)
     }
 
     fn layered(&self, base: Layered, look: &Look, quality: Option<Quality>) -> Layered {
@@ -132,7 +132,7 @@ fn lights(look: &Look) -> Result<Lights, Error> {
 mod tests {
     use super::*;
     use crate::layers::{Density, GradientEstimator};
-    use crate::settings::{AmbientOcclusion, Blend, ClipPlane, Clipping, CropBox, DepthCue, Evaluation, LightGrid};
+    use crate::settings::{AmbientOcclusion, Argument, Blend, ClipPlane, Clipping, CropBox, DepthCue, Evaluation, LightGrid};
     use crate::viewer::PageLight;
     use glam::DVec3;
 
@@ -206,6 +206,10 @@ mod tests {
             settings(&Look { crop: Some([[0.0; 3], [4.0; 3]]), clips: vec![[1.0, 2.0, 3.0, 0.0, 0.0, 1.0]], ..own.clone() });
         assert_eq!(cut.clipping.crop, Some(CropBox { lowest: DVec3::ZERO, highest: DVec3::splat(4.0) }));
         assert_eq!(cut.clipping.planes[0].unwrap().point, DVec3::new(1.0, 2.0, 3.0));
+        let plain = [("gamma".to_owned(), Argument::Number(2.0)), ("early_termination".to_owned(), Argument::Switch(false))];
+        let plain = settings(&Look { plain: plain.into(), ..own.clone() });
+        // What the page takes back is the default.
+        assert_eq!((plain.gamma, plain.early_termination, plain.unit_distance), (2.0, false, None));
         assert_eq!(settings(&Look { shading: false, ..own }).shading, None);
     }
 

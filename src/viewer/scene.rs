@@ -85,7 +85,7 @@ impl SharedScene {
         Self { number, _held: folder, ..self }
     }
 
-    /// A renderer for one page, or for the program. All renderers share the voxels of a volume, or of the first step of a sequence.
+    /// A renderer of its own for a page, or for the program. All share the voxels, unless these are a step of a sequence: the first one.
     ///
     /// # Errors
     /// Insufficient memory of the device.

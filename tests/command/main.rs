@@ -14,6 +14,7 @@ mod package;
 mod paper;
 mod pictures;
 mod sequences;
+mod settings;
 mod slices;
 mod streams;
 mod transfer;

@@ -270,6 +270,18 @@ fn pictures_are_encoded_as_asked() {
             layersplat::image::read_image(&f.join(name)).unwrap().compare(&plain.clone().over(Background::BLACK)).unwrap();
         assert!(found.max_difference < 0.6 / 65_535.0, "{name}: {}", found.max_difference);
     }
+    // Gamma is for integers.
+    render("-o raised.npy --gamma 2");
+    render("-o raised.png --gamma 2");
+    let raised = |name: &str| layersplat::image::read_image(&f.join(name)).unwrap();
+    assert_eq!(raised("raised.npy"), plain);
+    assert_eq!(decoded(&f.join("raised.png")), plain.clone().with_gamma(2.0).to_rgba8(Background::BLACK));
+    assert_ne!(decoded(&f.join("raised.png")), decoded(&f.join("plain.png")));
+    for (command, folder, file) in [("rotate --frames 2", "turned", "/frame_0001.png"), ("views", "sides.png", "")] {
+        assert_eq!(run(f, &format!("{command} {scene} -o {folder}")), Some(0));
+        assert_eq!(run(f, &format!("{command} {scene} --gamma 2 -o raised-{folder}")), Some(0));
+        assert_ne!(raised(&format!("raised-{folder}{file}")), raised(&format!("{folder}{file}")), "{command}");
+    }
     render("-o dithered.png --dither");
     let [dithered, rounded] = ["dithered.png", "plain.png"].map(|name| decoded(&f.join(name)));
     let steps: Vec<u8> = dithered.iter().zip(&rounded).map(|(a, b)| a.abs_diff(*b)).collect();

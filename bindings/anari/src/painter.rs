@@ -6,7 +6,7 @@ use crate::handle::Handle;
 use crate::kept::{Kept, Renderer, Renderers};
 use crate::types::DataType;
 use crate::volume::{DrawnVolume, Place};
-use anari_sys::ANARI_UFIXED8_VEC4;
+use anari_sys::{ANARI_FLOAT32_VEC4, ANARI_UFIXED8_VEC4};
 use layersplat::renderer::Accumulation;
 use layersplat::settings::Settings;
 use layersplat::{Cancel, Error, Frame, TransferFunction, Viewport};
@@ -134,7 +134,8 @@ impl Picture {
             return Ok((Some(Pixels::from_rgba8(&bytes.expect(ONE_PROCESS), width)), 1.0));
         }
         let (frame, refinement) = self.frame(renderer)?;
-        Ok((Some(Pixels::new(format, frame.pixels(), width, &self.background)), refinement))
+        let frame = if format == ANARI_FLOAT32_VEC4 { frame } else { frame.with_gamma(self.settings.gamma) };
+        Ok((Some(Pixels::new(format, frame.raised().pixels(), width, &self.background)), refinement))
     }
 
     /// The volumes without a background.

@@ -38,6 +38,7 @@ impl RendererSettings {
         let kernel = kernel.unwrap_or_else(|| kernel_of_filter(shown, &mut refused));
         settings.algorithm = with_kernel(settings.algorithm, kernel);
         settings.gradient = renderer.text(c"gradient").and_then(|name| name.parse().ok());
+        settings.gamma = renderer.float(c"gamma").map_or(settings.gamma, f64::from);
         settings.shading = shading(renderer, lights);
         let is_lit = settings.shading.is_some();
         settings.shadows = (lights.is_some() && renderer.is_set(c"shadows")).then(Shadows::default);

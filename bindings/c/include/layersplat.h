@@ -767,6 +767,10 @@ typedef struct layersplat_settings {
    * Red, green and blue of the ambient light, from 0 to 1.
    */
   double ambient_color[3];
+  /**
+   * Gamma of 8-bit pictures, from 0.2 to 5: straight colours are raised to 1/gamma. Floats are unaffected.
+   */
+  double gamma;
 } layersplat_settings;
 
 /**

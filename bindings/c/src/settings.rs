@@ -121,6 +121,8 @@ pub struct Settings {
     pub light_colors: [[f64; 3]; 4],
     /// Red, green and blue of the ambient light, from 0 to 1.
     pub ambient_color: [f64; 3],
+    /// Gamma of 8-bit pictures, from 0.2 to 5: straight colours are raised to 1/gamma. Floats are unaffected.
+    pub gamma: f64,
 }
 
 /// Size in bytes of the first version of the struct, which ends before `shadows`.
@@ -172,6 +174,7 @@ fn from_quality(quality: Quality) -> Settings {
         light_angles: [0.0; 4],
         light_colors: [[1.0; 3]; 4],
         ambient_color: [1.0; 3],
+        gamma: 1.0,
     }
 }
 
@@ -236,6 +239,7 @@ impl Settings {
             depth_cue: (self.depth_cue != 0.0).then_some(DepthCue { strength: self.depth_cue, color: self.depth_cue_color }),
             early_termination: flag("early_termination", self.early_termination)?,
             unit_distance: (self.unit_distance != 0.0).then_some(self.unit_distance),
+            gamma: self.gamma,
             ..settings::Settings::default()
         })
     }

@@ -58,6 +58,7 @@ impl Status {
             | Error::Grid { .. }
             | Error::Transfer { .. }
             | Error::OutOfRange { .. }
+            | Error::Argument { .. }
             | Error::Camera { .. }
             | Error::Settings { .. }
             | Error::UnknownName { .. } => Status::InvalidArgument,

@@ -89,7 +89,7 @@ pub fn refused(name: &'static str, object: &Bound<PyAny>, error: PyErr, accepted
 }
 
 /// The abbreviated `repr` of a value, and its type.
-fn shown(object: &Bound<PyAny>) -> PyResult<String> {
+pub fn shown(object: &Bound<PyAny>) -> PyResult<String> {
     let value: String = object.py().import("reprlib")?.call_method1("repr", (object,))?.extract()?;
     if object.is_none() {
         return Ok(value);
@@ -144,8 +144,6 @@ accepted! {
     (usize, usize): "two whole numbers from 0 on";
     [usize; 3]: "three whole numbers from 0 on";
     [f64; 3]: "three numbers, (x, y, z)";
-    [[f64; 3]; 2]: "two points, ((x, y, z), (x, y, z))";
-    Vec<[[f64; 3]; 2]>: "a list of (point, normal), each of them (x, y, z)";
     Vec<(f64, f64)>: "a list of pairs of numbers";
     Vec<(f64, [f64; 3])>: "a list of (value, (red, green, blue))";
     Vec<Bound<'py, PyAny>>: "a list";

@@ -112,6 +112,7 @@ fn class(error: &Error) -> &'static str {
         | Error::Grid { .. }
         | Error::Transfer { .. }
         | Error::OutOfRange { .. }
+        | Error::Argument { .. }
         | Error::Camera { .. }
         | Error::Settings { .. }
         | Error::UnknownName { .. }

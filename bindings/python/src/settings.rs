@@ -1,19 +1,14 @@
 //! Render settings.
 
-mod light;
-
-use crate::argument::{Argument, accepted, either, extract};
-use crate::errors::{Result, conflict};
+use crate::argument::shown;
+use crate::errors::{Failure, Refusal, Result};
 use crate::pickled::{Reduced, reduced};
-use layersplat::settings::{
-    self, Algorithm, Blend, Classification, ClipPlane, Clipping, CropBox, DepthCue, Evaluation, GradientOpacity, LayerAxis,
-    Layered, LightGrid, LightSpace, Lights,
-};
-use layersplat::{Choice, Density, GradientEstimator, Kernel, Quality, Settings as Ours, transfer::Extinction};
-use light::{Lighting, Occluding, Shadowing};
+use layersplat::settings::{Argument, Setting};
+use layersplat::{Error, Settings as Ours};
+use pyo3::IntoPyObjectExt;
+use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
-use pyo3::{Borrowed, IntoPyObjectExt};
 
 /// Render settings.
 ///
@@ -37,7 +32,9 @@ use pyo3::{Borrowed, IntoPyObjectExt};
 /// bounding box, or (share, (red, green, blue)) for another background. crop: ((x, y, z), (x, y, z)), the lowest and the highest visible
 /// voxel. planes: up to six clipping planes (point, normal) in world coordinates; the side that the normal points to is shown.
 /// unit_distance: thickness in world units at which the opacities apply, by default the smallest spacing. extinction: exponential or
-/// linear. early_termination: whether rays stop at a transmittance below 1/4096.
+/// linear. early_termination: whether rays stop at a transmittance below 1/4096. gamma: that of 8-bit pictures, 0.2 to 5: their colours
+/// are raised to 1/gamma. pixel_aspect: width of a pixel in heights of a pixel, 1/16 to 16; cameras that frame a volume take pixels as
+/// square.
 #[pyclass(frozen, module = "layersplat")]
 pub struct Settings(Ours);
 
@@ -56,142 +53,30 @@ impl Settings {
     }
 }
 
-/// A blend mode by name, or an iso-surface with its value.
-enum BlendName {
-    Named(String),
-    Iso((String, f64)),
-}
-
-accepted! {
-    BlendName: "composite, maximum, minimum, average or ('iso', value)";
-    Cue: "a strength from 0 to 1, or (strength, (red, green, blue))";
-}
-
-impl<'a, 'py> FromPyObject<'a, 'py> for BlendName {
-    type Error = PyErr;
-
-    fn extract(object: Borrowed<'a, 'py, PyAny>) -> PyResult<Self> {
-        match object.extract() {
-            Ok(name) => Ok(BlendName::Named(name)),
-            Err(_) => object.extract().map(BlendName::Iso),
-        }
-    }
-}
-
-impl<'a, 'py> FromPyObject<'a, 'py> for Cue {
-    type Error = PyErr;
-
-    fn extract(object: Borrowed<'a, 'py, PyAny>) -> PyResult<Self> {
-        either(object, Cue::Strength, Cue::Colored)
-    }
-}
-
-/// The strength of depth cueing, and the colour that is faded to if it isn't black.
-enum Cue {
-    Strength(f64),
-    Colored((f64, [f64; 3])),
-}
-
-impl Cue {
-    fn depth_cue(self) -> DepthCue {
-        match self {
-            Cue::Strength(strength) => DepthCue { strength, ..DepthCue::default() },
-            Cue::Colored((strength, color)) => DepthCue { strength, color },
-        }
-    }
-}
-
-/// Algorithm-specific options.
-struct AlgorithmOptions {
-    quality: Option<Quality>,
-    samples_per_layer: Option<u32>,
-    density: Option<u32>,
-    only_some: settings::AlgorithmOptions,
-}
-
 #[pymethods]
 impl Settings {
     #[new]
     #[pyo3(
-        signature = (
-            quality = None, *, algorithm = Argument::Default("layered".into()), kernel = None, samples_per_layer = None, density = None,
-            layer_axis = None, step = None, sheet_distance = None, blend = None, shading = None,
-            light_space = Argument::Default("world".into()), shadows = Argument::Default(Shadowing::Switch(false)),
-            ambient_occlusion = Argument::Default(Occluding::Switch(false)),
-            light_grid = Argument::Default("full".into()), gradient = None, gradient_opacity = None, depth_cue = None, crop = None,
-            planes = None, unit_distance = None, extinction = Argument::Default("exponential".into()),
-            early_termination = Argument::Default(true),
-        ),
+        signature = (quality = None, **arguments),
         text_signature = "(quality=None, *, algorithm='layered', kernel=None, samples_per_layer=None, density=None, layer_axis=None, \
             step=None, sheet_distance=None, blend=None, shading=None, light_space='world', shadows=False, ambient_occlusion=False, \
             light_grid='full', gradient=None, gradient_opacity=None, depth_cue=None, crop=None, planes=None, unit_distance=None, \
-            extinction='exponential', early_termination=True)"
+            extinction='exponential', early_termination=True, gamma=1.0, pixel_aspect=1.0)"
     )]
-    #[allow(clippy::too_many_arguments)] // Python passes them by keyword.
-    fn new(
-        quality: Option<Argument<String>>,
-        algorithm: Argument<String>,
-        kernel: Option<Argument<String>>,
-        samples_per_layer: Option<Argument<u32>>,
-        density: Option<Argument<u32>>,
-        layer_axis: Option<Argument<String>>,
-        step: Option<Argument<f64>>,
-        sheet_distance: Option<Argument<f64>>,
-        blend: Option<Argument<BlendName>>,
-        shading: Option<Argument<Lighting<'_>>>,
-        light_space: Argument<String>,
-        shadows: Argument<Shadowing<'_>>,
-        ambient_occlusion: Argument<Occluding<'_>>,
-        light_grid: Argument<String>,
-        gradient: Option<Argument<String>>,
-        gradient_opacity: Option<Argument<Vec<(f64, f64)>>>,
-        depth_cue: Option<Argument<Cue>>,
-        crop: Option<Argument<[[f64; 3]; 2]>>,
-        planes: Option<Argument<Vec<[[f64; 3]; 2]>>>,
-        unit_distance: Option<Argument<f64>>,
-        extinction: Argument<String>,
-        early_termination: Argument<bool>,
-    ) -> Result<Self> {
-        extract!(quality, algorithm, kernel, samples_per_layer, density, layer_axis, step, sheet_distance);
-        extract!(
-            blend,
-            shading,
-            light_space,
-            shadows,
-            ambient_occlusion,
-            light_grid,
-            gradient,
-            gradient_opacity,
-            depth_cue,
-            crop,
-            planes,
-            unit_distance,
-            extinction,
-            early_termination
-        );
-        let quality = quality.as_deref().map(Quality::from_name).transpose()?;
-        let kernel = kernel.as_deref().map(Kernel::from_name).transpose()?;
-        let layer_axis = layer_axis.as_deref().map(LayerAxis::from_name).transpose()?;
-        let only_some = settings::AlgorithmOptions { kernel, step, sheet_distance, layer_axis };
-        let options = AlgorithmOptions { quality, samples_per_layer, density, only_some };
-        let shadows = shadows.shadows()?;
-        let lights = Lights::default_with(shadows.is_some());
-        let shading = shading.unwrap_or(Lighting::Switch(true)).shading(lights, LightSpace::from_name(&light_space)?)?;
-        Ok(Self(Ours {
-            blend: blend.map_or(Ok(Blend::Composite), |blend| blend.blend())?,
-            clipping: clipping(crop, planes.unwrap_or_default())?,
-            extinction: Extinction::from_name(&extinction)?,
-            shading,
-            shadows,
-            ambient_occlusion: ambient_occlusion.occlusion()?,
-            light_grid: LightGrid::from_name(&light_grid)?,
-            gradient: gradient.as_deref().map(estimator).transpose()?,
-            gradient_opacity: gradient_opacity.map(|points| GradientOpacity::new(&points)).transpose()?,
-            depth_cue: depth_cue.map(Cue::depth_cue),
-            early_termination,
-            unit_distance,
-            ..options.algorithm(Algorithm::from_name(&algorithm)?)?.into()
-        }))
+    fn new(py: Python, quality: Option<Bound<PyAny>>, arguments: Option<Bound<PyDict>>) -> Result<Self> {
+        let given = arguments.unwrap_or_else(|| PyDict::new(py));
+        if let Some(quality) = quality {
+            given.set_item("quality", quality)?;
+        }
+        let mut read = Vec::new();
+        for (name, object) in &given {
+            let name: String = name.extract()?;
+            if Setting::named(&name).is_none() {
+                return Err(PyTypeError::new_err(format!("Settings() got an unexpected keyword argument '{name}'")).into());
+            }
+            read.push((name, argument(&object)?));
+        }
+        Ours::from_arguments(read).map(Self).map_err(|error| shown_as_given(error, &given))
     }
 
     fn __eq__(&self, other: &Self) -> bool {
@@ -199,104 +84,76 @@ impl Settings {
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
-        reduced::<Self>(py, arguments(py, self.0.arguments())?)
+        reduced::<Self>(py, dict(py, self.0.arguments())?)
     }
 
     fn __repr__(&self, py: Python) -> PyResult<String> {
-        let arguments = arguments(py, self.0.arguments())?;
+        let arguments = dict(py, self.0.arguments())?;
         let shown: PyResult<Vec<_>> = arguments.iter().map(|(name, value)| Ok(format!("{name}={}", value.repr()?))).collect();
         Ok(format!("layersplat.Settings({})", shown?.join(", ")))
     }
 }
 
+/// The argument that an object states.
+fn argument(object: &Bound<PyAny>) -> PyResult<Argument> {
+    if object.is_none() {
+        return Ok(Argument::Nothing);
+    }
+    if let Ok(on) = object.extract() {
+        return Ok(Argument::Switch(on));
+    }
+    if let Ok(name) = object.extract() {
+        return Ok(Argument::Name(name));
+    }
+    if let Ok(fields) = object.cast::<PyDict>() {
+        let field = |(name, value): (Bound<PyAny>, Bound<PyAny>)| Ok((name.extract()?, argument(&value)?));
+        return Ok(Argument::Fields(fields.iter().map(field).collect::<PyResult<_>>()?));
+    }
+    if let Ok(values) = object.extract::<Vec<Bound<PyAny>>>() {
+        return Ok(Argument::List(values.iter().map(argument).collect::<PyResult<_>>()?));
+    }
+    match (object.extract(), object.extract()) {
+        (Ok(number), _) => Ok(Argument::Whole(number)),
+        (_, Ok(number)) => Ok(Argument::Number(number)),
+        (_, Err(error)) if error.is_instance_of::<PyTypeError>(object.py()) => Ok(Argument::Other(object.repr()?.to_string())),
+        // An exception of the object's own code.
+        (_, Err(error)) => Err(error),
+    }
+}
+
+/// An error whose value is written as the caller gave it, with its type.
+fn shown_as_given(error: Error, given: &Bound<PyDict>) -> Failure {
+    let Error::Argument { name, part, expected, is_of_other_kind, .. } = error else { return error.into() };
+    let found = given.get_item(name).and_then(|found| {
+        let whole = found.expect("the argument was given");
+        part.map_or_else(|| Ok(whole.clone()), |part| whole.get_item(part))
+    });
+    let shown_name = part.map_or_else(|| name.to_owned(), |part| format!("{name}['{part}']"));
+    let class = if is_of_other_kind { Refusal::Type } else { Refusal::Value };
+    match found.and_then(|object| shown(&object)) {
+        Ok(value) => Failure::Refused { class, message: format!("{shown_name} is {value}: expected {expected}"), field: name },
+        Err(error) => error.into(),
+    }
+}
+
 /// Arguments by name.
-fn arguments<'py>(py: Python<'py>, named: Vec<(&'static str, settings::Argument)>) -> PyResult<Bound<'py, PyDict>> {
+fn dict<'py, Name: AsRef<str>>(py: Python<'py>, named: Vec<(Name, Argument)>) -> PyResult<Bound<'py, PyDict>> {
     let dict = PyDict::new(py);
-    named.into_iter().try_for_each(|(name, value)| dict.set_item(name, object(py, value)?))?;
+    named.into_iter().try_for_each(|(name, value)| dict.set_item(name.as_ref(), object(py, value)?))?;
     Ok(dict)
 }
 
-fn object<'py>(py: Python<'py>, argument: settings::Argument) -> PyResult<Bound<'py, PyAny>> {
-    use settings::Argument;
+/// The object that states an argument.
+fn object<'py>(py: Python<'py>, argument: Argument) -> PyResult<Bound<'py, PyAny>> {
     let objects = |values: Vec<Argument>| values.into_iter().map(|value| object(py, value)).collect::<PyResult<Vec<_>>>();
     match argument {
         Argument::Nothing => Ok(py.None().into_bound(py)),
         Argument::Switch(on) => on.into_bound_py_any(py),
         Argument::Whole(number) => number.into_bound_py_any(py),
         Argument::Number(number) => number.into_bound_py_any(py),
-        Argument::Name(name) => name.into_bound_py_any(py),
+        Argument::Name(name) | Argument::Other(name) => name.into_bound_py_any(py),
         Argument::Tuple(values) => Ok(PyTuple::new(py, objects(values)?)?.into_any()),
         Argument::List(values) => objects(values)?.into_bound_py_any(py),
-        Argument::Fields(fields) => Ok(arguments(py, fields)?.into_any()),
-    }
-}
-
-fn estimator(name: &str) -> Result<GradientEstimator> {
-    name.parse().map_err(|problem| conflict("gradient", problem))
-}
-
-impl BlendName {
-    fn blend(self) -> Result<Blend> {
-        match self {
-            BlendName::Iso((name, value)) => match Blend::from_name(&name)? {
-                Blend::Iso(_) => Ok(Blend::Iso(value)),
-                _ => Err(conflict("blend", format!("{name} takes no value; only iso does"))),
-            },
-            BlendName::Named(name) => match Blend::from_name(&name)? {
-                Blend::Iso(_) => Err(conflict("blend", "an iso-surface needs its data value: give ('iso', value)")),
-                blend => Ok(blend),
-            },
-        }
-    }
-}
-
-fn clipping(crop: Option<[[f64; 3]; 2]>, planes: Vec<[[f64; 3]; 2]>) -> Result<Clipping> {
-    if planes.len() > Clipping::MAX_PLANES {
-        let problem = format!("there are {} planes, more than {}: leave some out", planes.len(), Clipping::MAX_PLANES);
-        return Err(conflict("clipping", problem));
-    }
-    let crop = crop.map(|[lowest, highest]| CropBox { lowest: lowest.into(), highest: highest.into() });
-    let planes = planes.into_iter().map(|[point, normal]| ClipPlane { point: point.into(), normal: normal.into() });
-    Ok(Clipping { crop, ..Clipping::default() }.with_planes(planes))
-}
-
-impl AlgorithmOptions {
-    /// The algorithm with its options. Rejects options of other algorithms.
-    fn algorithm(&self, algorithm: Algorithm) -> Result<Algorithm> {
-        if let Algorithm::Layered(_) = algorithm {
-            return Ok(Algorithm::from(self.layered()?).with(self.only_some)?);
-        }
-        algorithm.reject(&[
-            ("quality", self.quality.is_some()),
-            ("samples_per_layer", self.samples_per_layer.is_some()),
-            ("density", self.density.is_some()),
-        ])?;
-        Ok(algorithm.with(self.only_some)?)
-    }
-
-    /// The options of the quality, overridden by explicit ones.
-    fn layered(&self) -> Result<Layered> {
-        let mut layered = self.quality.unwrap_or_default().layered();
-        match &mut layered.classification {
-            Classification::Preintegrated { samples_per_layer, .. } => {
-                *samples_per_layer = self.samples_per_layer.unwrap_or(*samples_per_layer);
-                layered.adapts_to_opacity = self.samples_per_layer.is_none();
-            }
-            Classification::Post(_) => {
-                let fixed =
-                    [("kernel", self.only_some.kernel.is_some()), ("samples_per_layer", self.samples_per_layer.is_some())];
-                if let Some((field, _)) = fixed.iter().find(|(_, is_set)| *is_set) {
-                    return Err(conflict(field, "this quality uses the paper's own: leave it out, or choose another quality"));
-                }
-            }
-        }
-        match (self.density, layered.evaluation) {
-            (None, _) => {}
-            (Some(density), Evaluation::Lattice(_)) => layered.evaluation = Evaluation::Lattice(Density::Fixed(density)),
-            (Some(_), Evaluation::Direct) => {
-                return Err(conflict("density", "this quality has no lattice: leave it out, or choose another quality"));
-            }
-        }
-        Ok(layered)
+        Argument::Fields(fields) => Ok(dict(py, fields)?.into_any()),
     }
 }

@@ -95,6 +95,8 @@ VALUES = {
     "unit_distance": (None, 3.0, {}),
     "extinction": ("exponential", "linear", {}),
     "early_termination": (True, False, {}),
+    "gamma": (1.0, 2.2, {}),
+    "pixel_aspect": (1.0, 1.5, {}),
 }
 
 

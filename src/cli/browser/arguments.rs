@@ -5,7 +5,7 @@ use super::given::{GivenOption, GivenOptions};
 use crate::cli::blending::BlendOptions;
 use crate::cli::options::{QualityOptions, quoted};
 use crate::error::Error;
-use crate::settings::{Blend, Quality, Settings, WHITE};
+use crate::settings::{Argument, Blend, Quality, Setting, Settings, WHITE};
 use crate::transfer::Value;
 use crate::viewer::{FilmWanted, Look, PageProjection, Wanted};
 use crate::viewport::Viewport;
@@ -75,6 +75,14 @@ pub(super) fn of_look(look: &Look, quality: Option<Quality>, is_layered: bool) -
     }
     for clip in &look.clips {
         add("--clip", list(clip));
+    }
+    for (setting, argument) in Setting::plain().filter_map(|setting| Some((setting, look.plain.get(setting.name)?))) {
+        let value = match argument {
+            Argument::Switch(on) => if *on { "on" } else { "off" }.into(),
+            Argument::Name(name) => name.clone(),
+            number => number.to_string(),
+        };
+        words.extend([format!("--{}", setting.option.expect("plain settings have options")), value]);
     }
     words
 }
@@ -259,6 +267,16 @@ mod tests {
             Look { lights: vec![light], lights_follow: true, shadows: true, shadow_strength: 0.4, ..look() },
             Look { ambient_occlusion: true, ..look() },
             Look { gradient: Some("gaussian:0.7".into()), ..look() },
+            Look {
+                plain: [
+                    ("gamma".to_owned(), Argument::Number(1.0 / 3.0)),
+                    ("unit_distance".to_owned(), Argument::Number(0.7)),
+                    ("extinction".to_owned(), Argument::Name("linear".into())),
+                    ("early_termination".to_owned(), Argument::Switch(false)),
+                ]
+                .into(),
+                ..look()
+            },
             Look {
                 crop: Some([[0.0, 1.5, 2.0], [3.0, 4.0, 1.0 / 3.0 + 5.0]]),
                 clips: vec![[1.0, 2.0, 3.0, -1.0, 0.0, 0.5]; 2],

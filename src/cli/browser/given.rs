@@ -5,12 +5,13 @@ use crate::cli::blending::BlendOptions;
 use crate::cli::channels::ChannelOptions;
 use crate::cli::colors::ColorOptions;
 use crate::cli::options::{BoundOptions, DeviceOptions, LabelOptions, QualityOptions, VolumeOptions};
+use crate::settings::Setting;
 use clap::parser::ValueSource;
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, CommandFactory};
 use std::ffi::OsString;
 use std::path::Path;
 
-/// Options whose values are part of the page's look.
+/// Options whose values are part of the page's look, besides those of plain settings.
 const OF_THE_PAGE: [&str; 16] = [
     "ambient_occlusion",
     "blend",
@@ -80,7 +81,8 @@ impl GivenOptions {
         reading.push("up".into());
         let running = ids::<DeviceOptions>().into_iter().chain(ids::<BoundOptions>()).collect();
         let drawing = ids::<QualityOptions>().into_iter().chain(ids::<BlendOptions>());
-        let drawing = drawing.filter(|id| !OF_THE_PAGE.contains(&id.as_str())).collect();
+        let is_plain = |id: &String| Setting::plain().any(|setting| setting.name == id);
+        let drawing = drawing.filter(|id| !OF_THE_PAGE.contains(&id.as_str()) && !is_plain(id)).collect();
         let more = names("more");
         Self { volume: name, more, reading: options(reading), running: options(running), drawing: options(drawing) }
     }
@@ -142,7 +144,7 @@ mod tests {
     #[test]
     fn options_that_the_page_does_not_change_are_kept_as_given() {
         let line = "layersplat view /secret/folder/head.raw --dims 4x5x6 --type uint16 --up z --sublayers 2 --quality high --shadows on \
-                    --gradient-opacity 5:0,20:1 --iso 3 --blend iso --device-unchecked --port 7 --azimuth 12";
+                    --gradient-opacity 5:0,20:1 --gamma 2 --iso 3 --blend iso --device-unchecked --port 7 --azimuth 12";
         let given = given(line);
         let words =
             |options: &[GivenOption]| options.iter().flat_map(|option| option.words.clone()).collect::<Vec<_>>().join(" ");

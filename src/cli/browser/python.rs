@@ -33,7 +33,9 @@ pub(super) fn program(
     }
     lines.push(String::new());
     let fields = fields.missing_in_python().map(str::to_owned);
-    lines.extend(fields.into_iter().chain(missing(given, look)).map(|what| format!("# Not included: {what}.")));
+    let gamma =
+        (settings.gamma != 1.0 && is_averaged && format == SavedFormat::Png).then(|| format!("--gamma {}", settings.gamma));
+    lines.extend(fields.into_iter().chain(missing(given, look)).chain(gamma).map(|what| format!("# Not included: {what}.")));
     lines.push(format!(
         "volume = layersplat.Volume.open({})",
         arguments(vec![string(&source.volume)], reading(given, source.frame))

@@ -6,6 +6,7 @@ mod labels;
 mod light;
 mod light_fields;
 mod mask;
+mod plain;
 mod quality;
 mod volume;
 
@@ -14,6 +15,7 @@ pub(super) use encoding::{EncodingOptions, quoted};
 pub(super) use labels::LabelOptions;
 pub(super) use light::LightOptions;
 pub(super) use mask::Mask;
+use plain::PlainOptions;
 pub(super) use quality::QualityOptions;
 pub(super) use volume::{Described, FileOptions, VolumeOptions};
 

@@ -1,6 +1,6 @@
 //! Options for quality and shading.
 
-use super::LightOptions;
+use super::{LightOptions, PlainOptions};
 use crate::cli::algorithm::AlgorithmOptions;
 use crate::cli::{names, parse};
 use crate::image::Background;
@@ -8,7 +8,6 @@ use crate::layers::{Correction, Density, GradientEstimator, Kernel};
 use crate::settings::{
     Algorithm, Classification, DepthCue, Evaluation, Footprints, GradientOpacity, LayerAxis, Layered, Quality, Settings,
 };
-use crate::transfer::Extinction;
 use clap::Args;
 
 /// Quality preset, and options that override its choices.
@@ -29,9 +28,6 @@ pub(in crate::cli) struct QualityOptions {
     /// Samples per layer, 1 to 8; with --classification post 1 to 16 [default: by --quality, more where opacity is steep]
     #[arg(long, value_parser = parse::sub_layers, value_name = "N", allow_hyphen_values = true)]
     sublayers: Option<u32>,
-    /// How opacity grows with the length of a ray segment
-    #[arg(long, value_name = "NAME", value_parser = names::of::<Extinction>())]
-    extinction: Option<Extinction>,
     /// Estimation of gradients: central (differences), sobel (smoothed, hides terraces and noise), gaussian:SIGMA (smoothed more, SIGMA 0.3 to
     /// 2 voxels) or own (derivative of the kernel) [default: sobel for layers; central for splats; ray casting: own if the kernel has one]
     #[arg(long, value_name = "NAME")]
@@ -48,15 +44,11 @@ pub(in crate::cli) struct QualityOptions {
     /// Footprint evaluation: exact, or the paper's set (needs --lattice direct, implies --classification post)
     #[arg(long, value_name = "NAME", value_parser = names::of::<Footprints>())]
     footprints: Option<Footprints>,
-    /// Stop tiles once all their rays are opaque
-    #[arg(long, value_parser = parse::switch, value_name = "on|off")]
-    early_termination: Option<bool>,
     /// Layer axis; auto is the most parallel to the view (45° rule)
     #[arg(long, default_value = "auto", value_parser = names::of::<LayerAxis>(), value_name = "AXIS")]
     layer_axis: LayerAxis,
-    /// Thickness in world units at which the given opacity applies [default: the smallest spacing]
-    #[arg(long, value_parser = parse::number(Settings::UNIT_DISTANCE), value_name = "D", allow_hyphen_values = true)]
-    unit_distance: Option<f64>,
+    #[command(flatten)]
+    plain: PlainOptions,
     // Last, since a flattened group's heading also applies to the options behind it.
     #[command(flatten)]
     pub light: LightOptions,
@@ -88,14 +80,11 @@ impl QualityOptions {
             Algorithm::Layered(own) => self.layered(own)?.into(),
             other => other,
         };
-        let settings = light.apply(Settings::from(algorithm))?;
+        let settings = self.plain.apply(light.apply(Settings::from(algorithm))?)?;
         Ok(Settings {
-            unit_distance: self.unit_distance,
-            extinction: self.extinction.unwrap_or(settings.extinction),
             gradient: self.gradient.or(settings.gradient),
             gradient_opacity: self.gradient_opacity,
             depth_cue: self.depth_cue.map(|strength| DepthCue { strength, color: color_under_picture(background) }),
-            early_termination: self.early_termination.unwrap_or(settings.early_termination),
             ..settings
         })
     }

@@ -11,6 +11,15 @@ pub(super) fn over([r, g, b, a]: [f32; 4], color: [f32; 3]) -> [f32; 4] {
     [on(r, color[0]), on(g, color[1]), on(b, color[2]), 1.0]
 }
 
+/// Raises the straight colour of a premultiplied pixel to a power.
+pub(super) fn raised([r, g, b, a]: [f32; 4], exponent: f32) -> [f32; 4] {
+    if a.is_nan() || a < LEAST_OPACITY {
+        return [r, g, b, a];
+    }
+    let raised = |c: f32| (c / a).max(0.0).powf(exponent) * a;
+    [raised(r), raised(g), raised(b), a]
+}
+
 /// Composites a premultiplied pixel over an opaque colour, or converts it to straight alpha.
 pub(super) fn straight(pixel: [f32; 4], background: Background) -> [f32; 4] {
     let [r, g, b, a] = pixel;

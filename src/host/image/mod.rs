@@ -43,6 +43,7 @@ use std::path::Path;
 pub struct Frame {
     viewport: Viewport,
     pixels: Vec<[f32; 4]>,
+    gamma: f64,
 }
 
 impl Frame {
@@ -52,7 +53,23 @@ impl Frame {
     /// If `pixels` has another length.
     pub fn new(viewport: Viewport, pixels: Vec<[f32; 4]>) -> Self {
         assert_eq!(pixels.len(), viewport.pixels());
-        Self { viewport, pixels }
+        Self { viewport, pixels, gamma: 1.0 }
+    }
+
+    /// Conversions to 8 and 16 bits raise straight colours to 1/`gamma`. Floats stay as they are, and frames that are made of this one have
+    /// no gamma.
+    pub fn with_gamma(self, gamma: f64) -> Self {
+        Self { gamma, ..self }
+    }
+
+    /// The frame as it is converted to integers: its straight colours are raised to 1/gamma.
+    #[doc(hidden)]
+    pub fn raised(&self) -> Cow<'_, Self> {
+        if self.gamma == 1.0 {
+            return Cow::Borrowed(self);
+        }
+        let pixels = self.pixels.iter().map(|&pixel| display::raised(pixel, self.gamma.recip() as f32));
+        Cow::Owned(Self::new(self.viewport, pixels.collect()))
     }
 
     /// Number of columns.
@@ -93,7 +110,7 @@ impl Frame {
     /// Converts to 8-bit RGBA: over an opaque colour, or with straight alpha. Halves are rounded up. The bytes equal those of
     /// `Renderer::render_rgba8`.
     pub fn to_rgba8(&self, background: Background) -> Vec<u8> {
-        self.pixels.iter().flat_map(|&pixel| display::displayed(pixel, background)).collect()
+        self.raised().pixels.iter().flat_map(|&pixel| display::displayed(pixel, background)).collect()
     }
 
     /// Writes a `.png`, `.jpg`, `.tif`, `.webp` (8 bits), `.exr` or `.npy` (float32, H×W×4) file atomically. Without a background, `.exr` and
@@ -133,7 +150,8 @@ impl Frame {
         format.accept(background)?;
         encoding.check(format)?;
         depths.map_or(Ok(()), |depths| depths.check_size(self.viewport))?;
-        file::write(path, self, format, background, encoding, depths)
+        let frame = if format.has_floats() { Cow::Borrowed(self) } else { self.raised() };
+        file::write(path, &frame, format, background, encoding, depths)
     }
 
     /// The picture over an opaque colour if given, else unchanged.

@@ -1,130 +1,197 @@
-//! Settings as arguments by name, as the package for Python takes them.
+//! What the arguments of settings state, and back.
 
+use super::argument::{Argument, OTHER_KIND, Stated, stated};
 use super::{
-    Algorithm, AmbientOcclusion, Blend, Classification, ClipPlane, Evaluation, GradientOpacity, LayerAxis, Layered, Light,
-    LightSpace, Lights, Quality, Settings, Shading, Shadows,
+    Algorithm, AmbientOcclusion, Blend, Classification, ClipPlane, Clipping, CropBox, DepthCue, Evaluation, GradientOpacity,
+    LayerAxis, Layered, Light, LightGrid, LightSpace, Lights, Quality, Shading, Shadows,
 };
-use crate::choice::Choice;
-use crate::layers::{Density, Kernel};
-use std::fmt;
+use crate::choice::{Choice, in_words};
+use crate::error::Error;
+use crate::layers::{Density, GradientEstimator, Kernel};
+use crate::transfer::Extinction;
 
-/// The value of an argument. It is displayed as code in Python.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Argument {
-    /// No value.
-    Nothing,
-    /// True or false.
-    Switch(bool),
-    /// A whole number.
-    Whole(u32),
-    /// A number.
-    Number(f64),
-    /// A name.
-    Name(String),
-    /// Values of fixed meaning and number.
-    Tuple(Vec<Argument>),
-    /// Any number of values.
-    List(Vec<Argument>),
-    /// Values by name.
-    Fields(Vec<(&'static str, Argument)>),
+/// States values of enumerations by their names.
+macro_rules! by_name {
+    ($($type:ty),+) => {
+        $(stated!($type: String::EXPECTED;
+            |argument| Self::from_name(&String::read(argument)?);
+            |own| Argument::Name(own.name().into()));)+
+    };
 }
 
-impl From<f64> for Argument {
-    fn from(number: f64) -> Self {
-        Argument::Number(number)
-    }
-}
+by_name!(Algorithm, Extinction, Kernel, LayerAxis, LightGrid, LightSpace, Quality);
 
-impl From<[f64; 3]> for Argument {
-    fn from(numbers: [f64; 3]) -> Self {
-        Argument::Tuple(numbers.map(Argument::Number).into())
-    }
-}
+/// States structures by the names of their fields.
+macro_rules! by_field {
+    ($type:ty, $name:literal; $($key:literal $field:ident),+) => {
+        impl $type {
+            /// The fields that an argument states, and the others as they are here.
+            fn with_fields(mut self, argument: &Argument) -> Result<Self, Error> {
+                let Argument::Fields(fields) = argument else { return Err(OTHER_KIND) };
+                for (key, value) in fields {
+                    match key.as_str() {
+                        $($key => self.$field = value.part($key)?,)+
+                        _ => return Err(Error::UnknownName { what: $name, name: key.clone(), known: in_words([$($key),+].into_iter()) }),
+                    }
+                }
+                Ok(self)
+            }
 
-impl From<&str> for Argument {
-    fn from(name: &str) -> Self {
-        Argument::Name(name.into())
-    }
-}
-
-/// A tuple of two values.
-fn pair(first: impl Into<Argument>, second: impl Into<Argument>) -> Argument {
-    Argument::Tuple(vec![first.into(), second.into()])
-}
-
-impl fmt::Display for Argument {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        let list = |values: &[Argument]| values.iter().map(Argument::to_string).collect::<Vec<_>>().join(", ");
-        match self {
-            Argument::Nothing => f.write_str("None"),
-            Argument::Switch(on) => f.write_str(if *on { "True" } else { "False" }),
-            Argument::Whole(number) => write!(f, "{number}"),
-            Argument::Number(number) if number.is_finite() => write!(f, "{number}"),
-            Argument::Number(number) => write!(f, "float(\"{number}\")"),
-            Argument::Name(name) => write!(f, "{name:?}"),
-            Argument::Tuple(values) => write!(f, "({})", list(values)),
-            Argument::List(values) => write!(f, "[{}]", list(values)),
-            Argument::Fields(fields) => {
-                let fields: Vec<_> = fields.iter().map(|(name, value)| format!("{name:?}: {value}")).collect();
-                write!(f, "{{{}}}", fields.join(", "))
+            /// All fields that have a value.
+            fn fields(&self) -> Vec<(String, Argument)> {
+                let fields = [$(($key.to_owned(), self.$field.argument())),+];
+                fields.into_iter().filter(|(_, argument)| *argument != Argument::Nothing).collect()
             }
         }
-    }
+    };
 }
 
-impl Settings {
-    /// The arguments that make equal settings, without those that are the default. Layers that no argument describes are those of the
-    /// quality that resembles them.
-    pub fn arguments(&self) -> Vec<(&'static str, Argument)> {
-        let default = Settings::default();
-        // All fields: one that is new needs an argument, or a reason to have none.
-        #[rustfmt::skip]
-        let Self {
-            algorithm, blend, clipping, extinction, shading, shadows, ambient_occlusion, light_grid, gradient, gradient_opacity, depth_cue,
-            early_termination, unit_distance,
-            // The package has square pixels, and verifies nothing.
-            pixel_aspect: _, culling: _,
-        } = *self;
-        let mut all = of_algorithm(algorithm);
-        let mut add = |name, value: Option<Argument>| all.extend(value.map(|value| (name, value)));
-        let of_blend = || if let Blend::Iso(value) = blend { pair("iso", value) } else { blend.name().into() };
-        add("blend", (blend != default.blend).then(of_blend));
-        let lights = Lights::default_with(shadows.is_some());
-        let is_default = shading == Some(Shading { lights, ..Shading::default() });
-        add("shading", (!is_default).then(|| of_shading(shading, lights)));
-        let follows = |light: &Light| light.space == LightSpace::Camera;
-        let follow = |shading: Shading| shading.lights != lights && shading.lights.as_slice().iter().any(follows);
-        add("light_space", shading.is_some_and(follow).then(|| "camera".into()));
-        let parts = |own: Shadows| vec![("strength", own.strength.into()), ("forgiveness", own.forgiveness.into())];
-        add("shadows", shadows.map(|own| Argument::Fields(parts(own))));
-        let parts =
-            |own: AmbientOcclusion| own.reach.map(|reach| ("reach", reach.into())).into_iter().chain([("gain", own.gain.into())]);
-        add("ambient_occlusion", ambient_occlusion.map(|own| Argument::Fields(parts(own).collect())));
-        add("light_grid", (light_grid != default.light_grid).then(|| light_grid.name().into()));
-        add("gradient", gradient.map(|gradient| Argument::Name(gradient.to_string())));
-        let points = |function: GradientOpacity| function.points().iter().map(|&(length, factor)| pair(length, factor)).collect();
-        add("gradient_opacity", gradient_opacity.map(|function| Argument::List(points(function))));
-        add("depth_cue", depth_cue.map(|cue| pair(cue.strength, cue.color)));
-        add("crop", clipping.crop.map(|crop| pair(crop.lowest.to_array(), crop.highest.to_array())));
-        let plane = |plane: &ClipPlane| pair(plane.point.to_array(), plane.normal.to_array());
-        let planes: Vec<_> = clipping.planes.iter().flatten().map(plane).collect();
-        add("planes", (!planes.is_empty()).then_some(Argument::List(planes)));
-        add("unit_distance", unit_distance.map(Argument::Number));
-        add("extinction", (extinction != default.extinction).then(|| extinction.name().into()));
-        add("early_termination", (!early_termination).then_some(Argument::Switch(early_termination)));
-        all
-    }
+by_field!(Shading, "shading"; "ambient" ambient, "ambient_color" ambient_color, "diffuse" diffuse, "specular" specular, "power" power, "light" lights);
+by_field!(Shadows, "shadows"; "strength" strength, "forgiveness" forgiveness);
+by_field!(AmbientOcclusion, "ambient_occlusion"; "reach" reach, "gain" gain);
+
+stated!(Option<Shading>: "True, False, or a dict of ambient, ambient_color, diffuse, specular, power and light";
+    |argument| {
+        let default = Shading::default();
+        if let Argument::Switch(on) = argument { Ok(on.then_some(default)) } else { default.with_fields(argument).map(Some) }
+    };
+    |own| of_shading(*own, Lights::default()));
+
+/// What differs from the default, which has these lights.
+pub(super) fn of_shading(shading: Option<Shading>, lights: Lights) -> Argument {
+    let Some(own) = shading else { return Argument::Switch(false) };
+    let fields = own.fields().into_iter().zip(Shading::default().fields());
+    let differ = |(field, default): &(_, _)| field != default;
+    let mut all: Vec<_> = fields.filter(|(field, _)| field.0 != "light").filter(differ).map(|(field, _)| field).collect();
+    // Lights of other axes are stated alike.
+    all.extend((own.lights != lights).then(|| ("light".into(), own.lights.argument())));
+    Argument::Fields(all)
 }
 
-fn of_algorithm(algorithm: Algorithm) -> Vec<(&'static str, Argument)> {
+stated!(Option<Shadows>: "True, False, a strength from 0 to 1, or a dict of strength and forgiveness";
+    |argument| {
+        let default = Shadows::default();
+        match argument {
+            Argument::Switch(on) => Ok(on.then_some(default)),
+            Argument::Fields(_) => default.with_fields(argument).map(Some),
+            strength => Ok(Some(Shadows { strength: f64::read(strength)?, ..default })),
+        }
+    };
+    |own| own.map_or(Argument::Switch(false), |own| Argument::Fields(own.fields())));
+
+stated!(Option<AmbientOcclusion>: "True, False, or a dict of reach and gain";
+    |argument| {
+        let default = AmbientOcclusion::default();
+        if let Argument::Switch(on) = argument {
+            return Ok(on.then_some(default));
+        }
+        let own = default.with_fields(argument)?;
+        Ok(Some(AmbientOcclusion { reach: own.reach.filter(|&reach| reach != f64::INFINITY), ..own }))
+    };
+    |own| own.map_or(Argument::Switch(false), |own| Argument::Fields(own.fields())));
+
+stated!(GradientEstimator: String::EXPECTED;
+    |argument| String::read(argument)?.parse().map_err(|problem| Error::Settings { field: "gradient", problem });
+    |own| Argument::Name(own.to_string()));
+
+stated!(Blend: "composite, maximum, minimum, average or ('iso', value)";
+|argument| {
+    let (name, value) = match argument {
+        Argument::Name(name) => (name.clone(), None),
+        _ => <(String, f64)>::read(argument).map(|(name, value)| (name, Some(value)))?,
+    };
+    let problem = match (Blend::from_name(&name)?, value) {
+        (Blend::Iso(_), Some(value)) => return Ok(Blend::Iso(value)),
+        (Blend::Iso(_), None) => "an iso-surface needs its data value: give ('iso', value)".into(),
+        (blend, None) => return Ok(blend),
+        (_, Some(_)) => format!("{name} takes no value; only iso does"),
+    };
+    Err(Error::Settings { field: "blend", problem })
+};
+|own| {
+    let name = own.name().to_owned();
+    if let Blend::Iso(value) = *own { (name, value).argument() } else { name.argument() }
+});
+
+stated!(GradientOpacity: "a list of pairs of numbers";
+    |argument| GradientOpacity::new(&<Vec<_>>::read(argument)?);
+    |own| own.points().to_vec().argument());
+
+stated!(DepthCue: "a strength from 0 to 1, or (strength, (red, green, blue))";
+    |argument| {
+        let (strength, color) = match argument.values() {
+            Ok(_) => Stated::read(argument)?,
+            Err(_) => (f64::read(argument)?, DepthCue::default().color),
+        };
+        Ok(DepthCue { strength, color })
+    };
+    |own| (own.strength, own.color).argument());
+
+stated!(CropBox: "two points, ((x, y, z), (x, y, z))";
+    |argument| {
+        let (lowest, highest) = <([f64; 3], [f64; 3])>::read(argument)?;
+        Ok(CropBox { lowest: lowest.into(), highest: highest.into() })
+    };
+    |own| (own.lowest.to_array(), own.highest.to_array()).argument());
+
+stated!([Option<ClipPlane>; Clipping::MAX_PLANES]: "a list of (point, normal), each of them (x, y, z)";
+|argument| {
+    let planes = <Vec<([f64; 3], [f64; 3])>>::read(argument)?;
+    if planes.len() > Clipping::MAX_PLANES {
+        let problem = format!("there are {} planes, more than {}: leave some out", planes.len(), Clipping::MAX_PLANES);
+        return Err(Error::Settings { field: "clipping", problem });
+    }
+    let plane = |(point, normal): ([f64; 3], [f64; 3])| ClipPlane { point: point.into(), normal: normal.into() };
+    Ok(Clipping::default().with_planes(planes.into_iter().map(plane)).planes)
+};
+|own| {
+    let planes = own.iter().flatten().map(|plane| (plane.point.to_array(), plane.normal.to_array()));
+    planes.collect::<Vec<_>>().argument()
+});
+
+// Direction and strength, then the angle and the colour if they are not the default.
+stated!(Light: "a light";
+|argument| {
+    let mut light = Light::AT_CAMERA;
+    let alone = <Option<[f64; 3]>>::read(argument);
+    let direction = match (alone, argument.values()) {
+        (Err(_), Ok([direction, rest @ ..])) if rest.len() <= 3 => {
+            light.strength = rest.first().map_or(Ok(light.strength), f64::read)?;
+            light.angle = rest.get(1).map_or(Ok(light.angle), f64::read)?;
+            light.color = rest.get(2).map_or(Ok(light.color), <[f64; 3]>::read)?;
+            <Option<[f64; 3]>>::read(direction)
+        }
+        (alone, _) => alone,
+    };
+    Ok(Light { direction: direction?.map(Into::into), ..light })
+};
+|own| {
+    let direction = own.direction.map(|direction| direction.to_array());
+    let is_white = own.color == Light::AT_CAMERA.color;
+    let mut parts = vec![direction.argument(), own.strength.argument()];
+    parts.extend((!is_white || own.angle != 0.0).then(|| own.angle.argument()));
+    parts.extend((!is_white).then(|| own.color.argument()));
+    Argument::Tuple(parts)
+});
+
+// The axes of their directions are an argument of their own.
+stated!(Lights: "a direction (x, y, z), None, (direction, strength), (direction, strength, angle), (direction, strength, angle, (r, g, b)), or a list of up to four of these";
+    |argument| {
+        let lights = Light::read(argument).map(|light| vec![light]).or_else(|_| Stated::read(argument));
+        Lights::new(&lights?)
+    };
+    |own| own.as_slice().to_vec().argument());
+
+/// Arguments of an algorithm. Layers that no argument describes are those of the quality that resembles them.
+pub(super) fn of_algorithm(algorithm: Algorithm) -> Vec<(&'static str, Argument)> {
     let mut all = match algorithm {
         Algorithm::Layered(layered) => return of_layers(layered),
-        Algorithm::AxisSheets { layer_axis } => vec![("layer_axis", layer_axis.name().into())],
-        Algorithm::ViewSheets { sheet_distance } => vec![("sheet_distance", sheet_distance.into())],
-        Algorithm::Slicing { step } => vec![("step", step.into())],
-        Algorithm::Raycast { kernel, step } => vec![("kernel", kernel.name().into()), ("step", step.into())],
+        Algorithm::AxisSheets { layer_axis } => vec![("layer_axis", layer_axis.argument())],
+        Algorithm::ViewSheets { sheet_distance } => vec![("sheet_distance", sheet_distance.argument())],
+        Algorithm::Slicing { step } => vec![("step", step.argument())],
+        Algorithm::Raycast { kernel, step } => vec![("kernel", kernel.argument()), ("step", step.argument())],
     };
-    all.insert(0, ("algorithm", algorithm.name().into()));
+    all.insert(0, ("algorithm", algorithm.argument()));
     all
 }
 
@@ -147,36 +214,11 @@ fn of_layers(layered: Layered) -> Vec<(&'static str, Argument)> {
     };
     let (kernel, is_splatted) = (kernel_of(layered), quality == Quality::Paper);
     let all = [
-        ("quality", (quality != Quality::default()).then(|| quality.name().into())),
-        ("kernel", (!is_splatted && kernel != kernel_of(quality.layered())).then(|| kernel.name().into())),
-        ("samples_per_layer", (!is_splatted && !layered.adapts_to_opacity).then_some(Argument::Whole(samples))),
-        ("density", density.map(Argument::Whole)),
-        ("layer_axis", (layered.layer_axis != LayerAxis::Auto).then(|| layered.layer_axis.name().into())),
+        ("quality", (quality != Quality::default()).then(|| quality.argument())),
+        ("kernel", (!is_splatted && kernel != kernel_of(quality.layered())).then(|| kernel.argument())),
+        ("samples_per_layer", (!is_splatted && !layered.adapts_to_opacity).then(|| samples.argument())),
+        ("density", density.map(|density| density.argument())),
+        ("layer_axis", (layered.layer_axis != LayerAxis::Auto).then(|| layered.layer_axis.argument())),
     ];
     all.into_iter().filter_map(|(name, value)| Some((name, value?))).collect()
-}
-
-/// The numbers that are not the default, and the lights unless they are `default_lights`.
-fn of_shading(shading: Option<Shading>, default_lights: Lights) -> Argument {
-    let (Some(own), default) = (shading, Shading::default()) else { return Argument::Switch(false) };
-    let numbers = [
-        ("ambient", own.ambient, default.ambient),
-        ("diffuse", own.diffuse, default.diffuse),
-        ("specular", own.specular, default.specular),
-        ("power", own.power, default.power),
-    ];
-    let numbers = numbers.into_iter().filter(|(_, own, default)| own != default).map(|(name, own, _)| (name, own.into()));
-    let color = (own.ambient_color != default.ambient_color).then(|| ("ambient_color", own.ambient_color.into()));
-    let lights = || ("light", Argument::List(own.lights.as_slice().iter().map(of_light).collect()));
-    Argument::Fields(numbers.chain(color).chain((own.lights != default_lights).then(lights)).collect())
-}
-
-/// Direction and strength, then the angle and the colour if they are not the default.
-fn of_light(light: &Light) -> Argument {
-    let direction = light.direction.map_or(Argument::Nothing, |direction| direction.to_array().into());
-    let is_white = light.color == Light::AT_CAMERA.color;
-    let mut parts = vec![direction, light.strength.into()];
-    parts.extend((!is_white || light.angle != 0.0).then_some(light.angle.into()));
-    parts.extend((!is_white).then(|| light.color.into()));
-    Argument::Tuple(parts)
 }

@@ -1,10 +1,12 @@
 //! Render settings: common and algorithm-specific options.
 
 mod algorithm;
+mod argument;
 mod arguments;
 mod blend;
 mod clipping;
 mod depth_cue;
+mod described;
 mod gradient_opacity;
 mod layered;
 mod lights;
@@ -15,10 +17,11 @@ mod shading;
 mod shadows;
 
 pub use algorithm::{Algorithm, AlgorithmOptions};
-pub use arguments::Argument;
+pub use argument::Argument;
 pub use blend::Blend;
 pub use clipping::{ClipPlane, Clipping, CropBox};
 pub use depth_cue::DepthCue;
+pub use described::{Kind, Setting};
 pub use gradient_opacity::GradientOpacity;
 pub use layered::{Classification, Evaluation, Footprints, LayerAxis, Layered};
 #[doc(hidden)]
@@ -80,6 +83,9 @@ pub struct Settings {
     pub pixel_aspect: f64,
     /// World distance to which the opacities apply. Default: the smallest spacing.
     pub unit_distance: Option<f64>,
+    /// Gamma of pictures of 8 and 16 bits, 0.2 … 5: their straight colours are raised to 1/gamma. Pictures of floats are unaffected.
+    /// Default: 1.
+    pub gamma: f64,
     /// Whether invisible layers are skipped. Does not change any bit of the picture; disabling it serves verification only.
     pub culling: bool,
 }
@@ -108,6 +114,7 @@ impl From<Algorithm> for Settings {
             early_termination: true,
             pixel_aspect: 1.0,
             unit_distance: None,
+            gamma: 1.0,
             culling: true,
         }
     }
@@ -128,6 +135,9 @@ impl Settings {
     pub const PIXEL_ASPECT: Number = Number::new("pixel_aspect", 1.0 / 16.0, 16.0, "a ratio of width to height from 1/16 to 16");
     /// Range of [`Settings::unit_distance`].
     pub const UNIT_DISTANCE: Number = Number::new("unit_distance", ABOVE_0, f64::MAX, "a finite number above 0");
+
+    /// Range of [`Settings::gamma`].
+    pub const GAMMA: Number = Number::new("gamma", 0.2, 5.0, "a gamma from 0.2 to 5");
 
     /// Options of layered rendering; `None` for other algorithms.
     pub fn layered(&self) -> Option<Layered> {
@@ -196,6 +206,7 @@ impl Settings {
         self.depth_cue.map_or(Ok(()), |cue| cue.check())?;
         self.check_light()?;
         Self::PIXEL_ASPECT.check(self.pixel_aspect)?;
+        Self::GAMMA.check(self.gamma)?;
         self.unit_distance.map_or(Ok(()), |distance| Self::UNIT_DISTANCE.check(distance))
     }
 

@@ -32,6 +32,11 @@ impl Number {
         (self.least..=self.most).contains(&value)
     }
 
+    /// The least and the largest value.
+    pub fn range(&self) -> [f64; 2] {
+        [self.least, self.most]
+    }
+
     /// What values are expected.
     pub fn expected(&self) -> &'static str {
         self.expected

@@ -60,8 +60,8 @@ impl TransferFunction {
         builtin::names()
     }
 
-    /// Derives a transfer function from a sample of the volume's voxels. Each material, a mode among voxels of weak gradient, gets
-    /// another colour; materials in front of others are translucent shells. A field without materials becomes nested shells. Air and noise are
+    /// Derives a transfer function from a sample of the volume's voxels. Each material, a mode among voxels of weak gradient, gets a colour
+    /// of its own; materials in front of others are translucent shells. A field without materials becomes nested shells. Air and noise are
     /// transparent. CT in Hounsfield units shows skin, soft tissue and bone.
     ///
     /// Two built-in volumes have fixed ones: the Shepp–Logan phantom shows the interior of the head, the Marschner–Lobb signal a surface.

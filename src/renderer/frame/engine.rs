@@ -299,7 +299,7 @@ impl Engine {
     }
 
     fn step(&mut self, view: View, frame: &Frame, step: &Step, done: &mut Done) -> Result<(), Error> {
-        let View { device, rays, viewport, .. } = view;
+        let View { device, rays, viewport, settings, .. } = view;
         match *step {
             Step::Sweep { light, group, slab } => self.with_scene(view, |scene| scene.sweep_slab(light, group, slab))?,
             Step::FinishLight(light) => self.with_scene(view, |scene| scene.finish_light(light))?,
@@ -333,11 +333,12 @@ impl Engine {
             }
             Step::WarpDisplayed { lattice, background } => {
                 let onto = WarpInputs { lattice, rays, viewport };
-                done.finished = self.passes.picture.warp_displayed(device, &self.target, onto, background)?;
+                done.finished = self.passes.picture.warp_displayed(device, &self.target, onto, (background, settings.gamma))?;
             }
             Step::Present(background) => {
                 let Finished::Floats(floats) = &done.finished else { unreachable!("floats are displayed") };
-                done.finished = self.passes.picture.present(device, &self.target, floats, viewport, background)?;
+                done.finished =
+                    self.passes.picture.present(device, &self.target, floats, viewport, (background, settings.gamma))?;
             }
         }
         Ok(())

@@ -343,7 +343,7 @@ fn light_takes_what_it_declares() {
     }
 }
 
-/// Rays from a light estimate gradients by themselves where the frame draws with another kernel.
+/// Rays from a light have gradients of their own where the frame's are those of another kernel.
 #[test]
 fn gradient_opacity_does_not_depend_on_the_kernel_of_the_frame() {
     let ball = volume([30; 3], DVec3::ONE, |p| p.distance(DVec3::splat(14.5)) < 9.0);

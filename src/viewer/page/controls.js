@@ -21,6 +21,48 @@ export function fill(choices) {
   }
 }
 
+/** @typedef {{ name: string, help: string, default: unknown, names: string[] | null, range: number[] | null }} Setting */
+
+/** Settings that have a control because the program describes them. @type {Setting[]} */
+let described = [];
+
+/** Makes their controls. @param {Setting[]} settings @param {(change: (look: Look) => void, isDone: boolean) => void} change */
+export function make(settings, change) {
+  described = settings;
+  element("plain").replaceChildren(...settings.map((setting) => {
+    const { name, help, names, range } = setting;
+    const label = document.createElement("label");
+    const control = /** @type {HTMLInputElement} */ (document.createElement(names ? "select" : "input"));
+    control.id = `setting-${name}`;
+    if (names) control.append(...names.map((choice) => new Option(choice, choice)));
+    else if (range) Object.assign(control, { type: "number", step: "any", min: String(range[0]), max: String(range[1]) });
+    else control.type = "checkbox";
+    const words = name[0].toUpperCase() + name.slice(1).replaceAll("_", " ");
+    const isCheck = control.type === "checkbox";
+    [label.title, label.className] = [help, isCheck ? "check" : "line"];
+    label.append(...(isCheck ? [control, words] : [words, control]));
+    control.addEventListener("change", () => {
+      if (!control.checkValidity()) return;
+      const number = Number.isFinite(control.valueAsNumber) ? control.valueAsNumber : setting.default;
+      const value = isCheck ? control.checked : range ? number : control.value;
+      change((look) => {
+        if (value === setting.default) delete look.plain[name];
+        else look.plain[name] = value;
+      }, true);
+    });
+    return label;
+  }));
+}
+
+/** @param {Look} look */
+function showDescribed(look) {
+  for (const setting of described) {
+    const [control, value] = [element(`setting-${setting.name}`), look.plain[setting.name] ?? setting.default];
+    if (control.type === "checkbox") control.checked = value === true;
+    else if (control !== document.activeElement || control.type !== "number") control.value = String(value ?? "");
+  }
+}
+
 /** @param {(change: (look: Look) => void, isDone: boolean) => void} change */
 export function listen(change) {
   const choose = (/** @type {string} */ id, /** @type {(look: Look, value: string) => void} */ set) => {
@@ -60,6 +102,7 @@ export function show(look, isLayered) {
   element("quality").disabled = !isLayered;
   element("kernel").disabled = !isLayered || look.quality === "paper";
   showGradient(look.gradient);
+  showDescribed(look);
   [element("legend").checked, element("bounding-box").checked, element("axes").checked] = [look.legend, look.bounding_box, look.axes];
   element("iso-line").hidden = look.blend !== "iso";
   element("iso").value = String(look.iso);

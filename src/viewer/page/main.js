@@ -156,6 +156,7 @@ function begin(hello) {
   cutting.setVolume(volume);
   controls.setRange(histogram.lowest, histogram.highest);
   controls.fill(hello.choices);
+  controls.make(hello.settings, changeLook);
   sides.set(hello.sides);
   channels.begin(hello);
   lighting.unavailable = hello.unavailable;

@@ -6,7 +6,7 @@
  * @typedef {{ direction: number[] | null, strength: number, angle: number, color?: number[] }} Light
  * @typedef {{ quality: string | null, kernel: string | null, blend: string, iso: number, shading: boolean, lights: Light[],
  *   lights_follow: boolean, shadows: boolean, shadow_strength: number, ambient_occlusion: boolean, background: string,
- *   crop: number[][] | null, clips: number[][], gradient: string | null, legend: boolean, bounding_box: boolean, axes: boolean,
+ *   crop: number[][] | null, clips: number[][], gradient: string | null, plain: Record<string, unknown>, legend: boolean, bounding_box: boolean, axes: boolean,
  *   frame: number, channels: { visible: boolean, factor: number, color: string }[],
  *   labels: { only: string[], hidden: string[], colors: [string, string][] } }} Look
  * @typedef {{ name: string, colors: [number, number[]][], opacities: [number, number][] }} Transfer

@@ -403,6 +403,7 @@ pub const UNCHANGED: &[(&str, &str)] = &[
     ("--depth", "writes depths beside the picture; tests/command/pictures.rs has some"),
     ("--bits", "says how a file is encoded; tests/command/pictures.rs reads some"),
     ("--dither", "says how a file is encoded; tests/command/pictures.rs"),
+    ("--gamma", "changes pictures of 8 and 16 bits, not floats; tests/command/pictures.rs"),
     ("--dpi", "says how a file is encoded; tests/command/pictures.rs"),
     ("--font-size", "needs --dpi, which NumPy files refuse; src/host/annotation/tests.rs and tests/command/pictures.rs"),
     ("--legend-only", "writes the colour bar instead of a picture; tests/command/pictures.rs"),

@@ -3,7 +3,7 @@
 
 import assert from "node:assert/strict";
 import { describe } from "node:test";
-import { answered, DIFFERENT, isDifferent, isSame, pages, section, set, state } from "./shared.js";
+import { answered, DIFFERENT, isDifferent, isSame, pages, SAME, section, set, state } from "./shared.js";
 import { difference, drag, measured, pixels, refined } from "./viewer.js";
 
 const on = pages("builtin:hydrogen@32", "--quality", "standard");
@@ -283,6 +283,33 @@ describe("light", () => {
     await page.locator("#gradient").selectOption("gaussian:1");
     assert.ok(difference(await refined(page), before) > 0.05, "gradients");
     void first;
+  });
+});
+
+describe("settings", () => {
+  /** Values other than the default, of all settings whose controls the program describes. @type {Record<string, string | number | boolean>} */
+  const VALUES = { unit_distance: 4, extinction: "linear", early_termination: false, gamma: 2 };
+
+  on("every described control changes the picture, and its default is as before", async (page, first) => {
+    await section(page, "Look");
+    const names = await page.locator("#plain [id]").evaluateAll((controls) => controls.map(({ id }) => id.replace("setting-", "")));
+    assert.deepEqual(names, Object.keys(VALUES));
+    for (const [name, value] of Object.entries(VALUES)) {
+      const id = `#setting-${name}`;
+      const defaultValue = await page.locator(id).inputValue();
+      const put = async (/** @type {string | number | boolean} */ to) => {
+        if (typeof value === "boolean") await page.locator(id).click();
+        else if (typeof value === "string") await page.locator(id).selectOption(String(to));
+        else await set(page, id, to);
+      };
+      await answered(page, () => put(value));
+      assert.equal((await state(page)).look.plain[name], value);
+      const least = name === "early_termination" ? -1 : SAME;
+      assert.ok(difference(await refined(page), first) > least, name);
+      await answered(page, () => put(defaultValue));
+      assert.deepEqual((await state(page)).look.plain, {});
+      isSame(await refined(page), first, name);
+    }
   });
 });
 

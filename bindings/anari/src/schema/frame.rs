@@ -162,6 +162,14 @@ pub static RENDERER: Class = Class {
             default: DefaultValue::Integer(&0),
             ..PLAIN
         },
+        Parameter {
+            name: c"gamma",
+            types: &[ANARI_FLOAT32],
+            description: c"colours of bytes are raised to 1/gamma; floats are unaffected",
+            default: DefaultValue::Floats(&[1.0]),
+            range: Some(&[0.2, 5.0]),
+            ..PLAIN
+        },
     ],
     ..OBJECT
 };
@@ -171,7 +179,7 @@ pub static UNSUPPORTED: Class = Class { description: c"an object that is not dra
 #[cfg(test)]
 mod tests {
     use super::*;
-    use layersplat::{GradientEstimator, Kernel, Quality};
+    use layersplat::{GradientEstimator, Kernel, Quality, Settings};
     use std::collections::BTreeSet;
     use std::ffi::CStr;
 
@@ -187,6 +195,8 @@ mod tests {
         assert_eq!(kernels, Kernel::OF_LAYERS.map(Kernel::name).into());
         // A Gaussian has a number.
         let plain = GradientEstimator::ALL.into_iter().filter(|estimator| !matches!(estimator, GradientEstimator::Gaussian(_)));
+        let gamma = RENDERER.parameter(c"gamma").unwrap().range.unwrap();
+        assert_eq!(*gamma, Settings::GAMMA.range().map(|end| end as f32));
         assert_eq!(names(c"gradient"), plain.map(GradientEstimator::name).collect::<Vec<_>>());
     }
 }

@@ -13,7 +13,11 @@ const STEP: f64 = 1.0;
 type Change = fn(&Scene, &mut Expected);
 
 /// Parameters of camera, lights and renderer, each with the library's settings.
-const CHANGES: [(&str, Change); 17] = [
+const CHANGES: [(&str, Change); 18] = [
+    ("gamma", |scene, expected| {
+        scene.renderer.set(c"gamma", 2.0f32).commit();
+        expected.settings.gamma = 2.0;
+    }),
     ("clip to bounds", |scene, expected| {
         scene.renderer.set_flag(c"clipToBounds", true).commit();
         let highest = DVec3::splat(SIDE as f64 - 1.0);

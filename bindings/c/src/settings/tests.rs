@@ -61,7 +61,7 @@ fn every_field_changes_the_settings() {
     let (cued, shadowed) = (Settings { depth_cue: 0.5, ..standard }, Settings { shadows: 1, ..standard });
     let (iso, occluded) = (Settings { blend: 4, ..standard }, Settings { ambient_occlusion: 1, ..standard });
     type Change = fn(&mut Settings);
-    let all: [(&str, Settings, Change); 38] = [
+    let all: [(&str, Settings, Change); 39] = [
         ("quality", standard, |s| s.quality = 2),
         ("algorithm", standard, |s| s.algorithm = 4),
         ("kernel", standard, |s| s.kernel = 2),
@@ -100,6 +100,7 @@ fn every_field_changes_the_settings() {
         ("light_angles", lit, |s| s.light_angles[0] = 5.0),
         ("light_colors", lit, |s| s.light_colors[0] = [0.5; 3]),
         ("ambient_color", standard, |s| s.ambient_color = [0.5; 3]),
+        ("gamma", standard, |s| s.gamma = 2.0),
     ];
     for (name, beside, change) in &all {
         let mut changed = Settings { planes: if *name == "planes" { beside.planes } else { [plane; 6] }, ..*beside };

@@ -247,7 +247,9 @@ class Settings:
     back of the volume's bounding box, or (share, (red, green, blue)) for another background. crop: ((x, y, z), (x, y, z)), the lowest
     and the highest visible voxel. planes: up to six clipping planes (point, normal) in world coordinates; the side that the normal
     points to is shown. unit_distance: thickness in world units at which the opacities apply, by default the smallest spacing.
-    extinction: exponential or linear. early_termination: whether rays stop at a transmittance below 1/4096.
+    extinction: exponential or linear. early_termination: whether rays stop at a transmittance below 1/4096. gamma: that of 8-bit
+    pictures, 0.2 to 5: their colours are raised to 1/gamma. pixel_aspect: width of a pixel in heights of a pixel, 1/16 to 16; cameras
+    that frame a volume take pixels as square.
     """
 
     def __new__(
@@ -275,6 +277,8 @@ class Settings:
         unit_distance: Optional[float] = None,
         extinction: Literal["exponential", "linear"] = "exponential",
         early_termination: bool = True,
+        gamma: float = 1.0,
+        pixel_aspect: float = 1.0,
     ) -> Settings: ...
     def __eq__(self, other: object, /) -> bool: ...
 

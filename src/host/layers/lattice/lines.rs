@@ -20,7 +20,7 @@ pub struct Lines {
 }
 
 impl Lines {
-    /// Lines that rows of pixels cross: lines of constant u or of constant v. `None` if rows of pixels cross neither well.
+    /// Lines that rows of pixels cross; `None` where neither those of one u nor those of one v are crossed well.
     pub fn new(lattice: &Lattice, rays: &Rays, viewport: Viewport) -> Option<Self> {
         let from_screen = lattice.from_screen(rays);
         let upright = if lattice.is_parallel() { upright_lines(&from_screen, viewport) } else { None };

@@ -77,8 +77,8 @@ impl PixelRays {
         row[0] / row[1]
     }
 
-    /// Coefficients a, b, c and d of the drift: column i of a tile begins lower than the column before by (a + b j) / (c + d i) rows. Rows of
-    /// samples then follow rows of voxels. i and j are the column and the row of the lattice.
+    /// Numbers a, b, c, d: the next column of a tile begins (a + b j) / (c + d i) rows farther down, so that rows of samples follow rows of
+    /// voxels.
     pub fn drift_terms(&self) -> [f64; 4] {
         let ([column, row], depth) = (self.steps.map(|step| step[1]), self.depth_steps);
         let turn = row * depth[0] - column * depth[1];

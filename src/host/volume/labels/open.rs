@@ -232,7 +232,7 @@ impl LabelLayer {
         &self.grid
     }
 
-    /// Names and looks of all labels, whether the table or the voxels have them.
+    /// Names and looks of all labels: those of the table, and those of voxels.
     pub fn table(&self) -> &LabelTable {
         &self.table
     }
