@@ -140,9 +140,10 @@ pub(crate) fn behind(a: Option<&[f32]>, b: &[f32], before: &[f32]) -> Vec<f32> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::tests::{SIZE, device, light_of, shadow_of, transfer, volume};
+    use super::super::tests::{SIZE, light_of, shadow_of, transfer, volume};
     use super::*;
     use crate::camera::{Camera, Orbit};
+    use crate::device::Device;
     use crate::renderer::parts::{LatticeView, SeenVolume};
     use crate::renderer::{PartRenderer, UploadedVolume};
     use crate::settings::{AmbientOcclusion, Light};
