@@ -110,7 +110,9 @@ fn user_cache_folder() -> Option<PathBuf> {
     set("XDG_CACHE_HOME").or_else(|| set("HOME").map(|home| home.join(".cache")))
 }
 
-/// Begin of a note with the build id of an ELF file: length of its name (`GNU`), of the id (20 bytes), and its type.
+/// Bytes at the begin of an ELF file that have the note with its build id.
+const FIRST_BYTES: u64 = 4096;
+/// Begin of that note: length of its name (`GNU`), of the id (20 bytes), and its type.
 const BUILD_ID: &[u8] = b"\x04\0\0\0\x14\0\0\0\x03\0\0\0GNU\0";
 
 /// Hash of the running executable, which covers host code, `-D` options and launch geometry.
@@ -123,12 +125,11 @@ fn executable_hash() -> io::Result<u64> {
     let mut file = File::open("/proc/self/exe").or_else(|_| File::open(env::current_exe()?))?;
     let mut hasher = DefaultHasher::new();
     file.metadata()?.len().hash(&mut hasher);
-    let mut chunk = vec![0; 4096];
-    let begin = file.read(&mut chunk)?;
-    hasher.write(&chunk[..begin]);
-    if !chunk.windows(BUILD_ID.len()).any(|bytes| bytes == BUILD_ID) {
-        file.read_to_end(&mut chunk)?;
-        hasher.write(&chunk);
+    let mut bytes = Vec::new();
+    file.by_ref().take(FIRST_BYTES).read_to_end(&mut bytes)?;
+    if !bytes.windows(BUILD_ID.len()).any(|found| found == BUILD_ID) {
+        file.read_to_end(&mut bytes)?;
     }
+    hasher.write(&bytes);
     Ok(hasher.finish())
 }
