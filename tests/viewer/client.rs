@@ -43,10 +43,18 @@ impl Viewer {
             command.current_dir(folder).env("TMPDIR", folder.join("temporary"));
         }
         command.arg("view").args(arguments).arg("--no-browser").env_remove("SSH_CONNECTION");
-        let mut process = command.stdout(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
+        let mut process = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        // Read to its end, so that the viewer never waits for it.
+        let mut stderr = process.stderr.take().unwrap();
+        let messages = std::thread::spawn(move || {
+            let mut bytes = Vec::new();
+            stderr.read_to_end(&mut bytes).map(|_| String::from_utf8_lossy(&bytes).into_owned()).unwrap_or_default()
+        });
         let mut line = String::new();
         BufReader::new(process.stdout.take().unwrap()).read_line(&mut line).unwrap();
-        let (page, token) = line.trim().split_once("?token=").unwrap_or_else(|| panic!("no address: {line}"));
+        let Some((page, token)) = line.trim().split_once("?token=") else {
+            panic!("no address: {line} {:?} {}", process.wait(), messages.join().unwrap_or_default());
+        };
         let address = page.strip_prefix("http://").and_then(|p| p.strip_suffix('/')).unwrap().parse().unwrap();
         Self { process, address, token: token.into() }
     }
