@@ -3,7 +3,7 @@
 use super::blending::BlendOptions;
 use super::channels::{ChannelOptions, Field, FieldLook};
 use super::check;
-use super::colors::ColorOptions;
+use super::colors::{ColorOptions, reject_value_options};
 use super::options::{
     BoundOptions, CameraOptions, DeviceOptions, Fit, LabelOptions, LightOptions, QualityOptions, TransferOptions, VolumeOptions,
 };
@@ -128,6 +128,7 @@ impl OpenedScene {
             None => options.colors.open(&options.volume, &options.labels, options.camera.size)?,
             Some(_) => None,
         };
+        shown.as_ref().map_or(Ok(()), |shown| reject_value_options(shown, options))?;
         let volume = match sequence {
             None if shown.is_some() => shown.as_ref().map(|shown| shown.volume().clone()).expect("colours or labels"),
             None => match options.channels.first_component() {

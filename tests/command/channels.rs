@@ -127,6 +127,45 @@ fn labels_of_a_file_are_drawn_as_such() {
     refused(f, &["render", labels, "--label-surfaces", "round", "-o", "no.png"], 2, &["round", "smooth", "voxels"]);
 }
 
+/// Options for values are refused, with what serves instead, where labels or colours are drawn; no picture leaves one out in silence.
+#[test]
+fn options_that_cannot_apply_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let f = folder.path();
+    components(f);
+    std::fs::copy(files().join("labels/layers.seg.nrrd"), f.join("l.seg.nrrd")).unwrap();
+    let of_values = [
+        (["--transfer", "fire"], "transfer:"),
+        (["--preset", "ct-bone"], "preset:"),
+        (["--palette", "calm"], "palette:"),
+        (["--transfer-range", "0,9"], "transfer_range:"),
+        (["--window", "5,2"], "window:"),
+        (["--opacity", "0:0,9:1"], "opacity:"),
+        (["--tent", "5,2"], "tent:"),
+        (["--background-value", "5"], "background_value:"),
+        (["--kernel", "bspline"], "kernel:"),
+    ];
+    let of_labels = [
+        (["--field", "0,factor=2"], "field:"),
+        (["--with", "rgb.nrrd"], "--label-colors"),
+        (["--channels", "0"], "--label-colors"),
+        (["--mask", "l.seg.nrrd"], "--label IDS:only"),
+        (["--label-colors", "l.seg.nrrd"], "label_colors:"),
+    ];
+    for (option, problem) in of_values.iter().chain(&of_labels) {
+        refused(f, &[&["render", "l.seg.nrrd"], &option[..], &["-o", "no.png"]].concat(), 2, &[problem]);
+    }
+    let colors = ["render", "rgb.nrrd", "--colors", "direct", "-o", "no.png"];
+    for (option, problem) in
+        of_values.iter().filter(|(_, problem)| ["preset:", "palette:", "background_value:", "kernel:"].contains(problem))
+    {
+        refused(f, &[&colors[..], option].concat(), 2, &[problem]);
+    }
+    // A file of labels beside a scan, and the opacity of colours that are not drawn.
+    refused(f, &["render", "builtin:cube@8", "--with", "l.seg.nrrd", "-o", "no.png"], 1, &["l.seg.nrrd", "--label-colors"]);
+    refused(f, &["render", "builtin:cube@8", "--channels", "0", "--color-opacity", "alpha", "-o", "no.png"], 2, &["color"]);
+}
+
 /// Depths of labels come with the ids that are seen there: of visible ones, and none beside them.
 #[test]
 fn ids_stand_beside_depths_of_labels() {

@@ -104,7 +104,12 @@ impl ChannelOptions {
 
     /// Whether options ask for several fields, or say how they are shown.
     pub fn are_given(&self) -> bool {
-        self.name_fields() || !self.field.is_empty()
+        self.name_fields() || self.change_fields()
+    }
+
+    /// Whether options change how fields are shown.
+    pub fn change_fields(&self) -> bool {
+        !self.field.is_empty()
     }
 
     /// Whether options name fields beside the volume, or instead of it.

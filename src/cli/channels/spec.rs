@@ -9,7 +9,7 @@ use crate::error::Error;
 use crate::files;
 use crate::settings::{Blend, GradientOpacity};
 use crate::transfer::{TransferFunction, Value};
-use crate::volume::{ChannelDescription, Grid, Volume};
+use crate::volume::{ChannelDescription, Grid, Labels, Volume};
 use glam::{DAffine3, DMat3, DVec3};
 use std::path::{Path, PathBuf};
 
@@ -129,7 +129,12 @@ impl FieldSpec {
     /// Opens its file.
     pub fn open(&self) -> Result<Volume<'static>, Error> {
         let file = self.file.as_deref().expect("a field beside the first one names its file");
-        let volume = Volume::open(file, &open_options(self))?;
+        let options = open_options(self);
+        if Labels::are_declared(file, &options)? {
+            let problem = "it holds labels, whose ids are no values: draw the scan in their colours with --label-colors, or the labels alone";
+            return Err(Error::volume(file, problem));
+        }
+        let volume = Volume::open(file, &options)?;
         self.placed(self.masked(&volume)?.unwrap_or(volume))
     }
 

@@ -30,6 +30,11 @@ pub(in crate::cli) struct LabelOptions {
 }
 
 impl LabelOptions {
+    /// Whether `--mask` is given.
+    pub fn has_mask(&self) -> bool {
+        self.mask.is_some()
+    }
+
     /// Applies `--mask`.
     pub fn masked(&self, volume: Volume<'static>) -> Result<Volume<'static>, Error> {
         let Some(mask) = &self.mask else { return Ok(volume) };
@@ -69,6 +74,10 @@ impl LabelOptions {
     /// Opens the labels of a file and applies all changes; `None` if neither the options nor the file say that its voxels are labels.
     pub fn open(&self, path: &Path, options: &OpenOptions) -> Result<Option<Labels>, Error> {
         let is_asked = self.is_given();
+        if self.label_colors.is_some() && Labels::are_declared(path, options).unwrap_or(false) {
+            let problem = "colour values, and the volume holds labels itself: omit it, or name the scan as the volume".into();
+            return Err(Error::Settings { field: "label_colors", problem });
+        }
         if self.label_colors.is_some() || (!is_asked && !Labels::are_declared(path, options).unwrap_or(true)) {
             return Ok(None);
         }

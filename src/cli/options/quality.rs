@@ -115,7 +115,6 @@ impl QualityOptions {
     }
 
     /// The kernel that was given.
-    #[cfg(feature = "viewer")]
     pub fn given_kernel(&self) -> Option<Kernel> {
         self.algorithm.kernel
     }

@@ -93,6 +93,11 @@ impl VolumeOptions {
         self.file.spacing.is_some()
     }
 
+    /// Whether a background value is given.
+    pub fn has_background_value(&self) -> bool {
+        self.background_value.is_some()
+    }
+
     /// Whether one of several frames is chosen.
     pub fn has_frame(&self) -> bool {
         self.file.frame.is_some()
