@@ -140,7 +140,7 @@ impl OpenedScene {
         let mut fields = options.channels.open(&options.volume, &volume, options.camera.size)?;
         let volume = fields.first.take().unwrap_or(volume);
         // Steps of a sequence are masked when they are read.
-        let volume = if sequence.is_some() { volume } else { options.labels.masked(volume)? };
+        let volume = if sequence.is_some() { volume } else { options.labels.masked(volume, options.volume.placement())? };
         let overview = sequence.map(Sequence::overview).transpose()?;
         let values = overview.as_ref().unwrap_or(&volume);
         let first_pass = opened_at.elapsed();
@@ -165,7 +165,11 @@ impl OpenedScene {
         };
         let look = fields.first_look(&volume);
         let labels = shown.as_ref().map_or_else(|| Ok(Vec::new()), |shown| shown.tables(&[]))?;
-        let label_colors = options.labels.label_colors()?.map(|labels| labels.over(volume.description())).transpose()?;
+        let label_colors = options
+            .labels
+            .label_colors(options.volume.placement())?
+            .map(|labels| labels.over(volume.description()))
+            .transpose()?;
         let entries = fields.entries(&volume, &transfer)?;
         let legend = fields.legend(&entries).or_else(|| shown.as_ref().and_then(|shown| shown.legend(&labels)));
         let legend = match &label_colors {

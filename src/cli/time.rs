@@ -45,7 +45,7 @@ impl TimeOptions {
             let problem = "it has one volume, and a sequence has several: name a file with a time axis, or several files";
             return Err(Error::volume(&scene.volume.volume, problem));
         }
-        scene.labels.masked_steps(sequence).map(Some)
+        scene.labels.masked_steps(sequence, scene.volume.placement()).map(Some)
     }
 }
 

@@ -249,7 +249,7 @@ fn masks_leave_what_lies_within() {
     assert!(whole > all && all > ball && ball > whole / 6, "{whole}, {all}, {ball}");
     let far = header.replace("(-0.5,-0.5,0.5)", "(500,0,0)");
     std::fs::write(f.join("far.nrrd"), [far.as_bytes(), &[3; 512]].concat()).unwrap();
-    refused(f, &["render", "block_16x16x16_uint8.raw", "--mask", "far.nrrd"], 1, &["within a visible label"]);
+    refused(f, &["render", "block_16x16x16_uint8.raw", "--mask", "far.nrrd"], 1, &["lie outside"]);
     refused(f, &["render", "block_16x16x16_uint8.raw", "--mask", "mask.nrrd:5"], 2, &["no label has the id 5"]);
 }
 
@@ -310,7 +310,7 @@ fn each_field_has_a_mask_of_its_own() {
     );
     std::fs::write(f.join("far.nrrd"), [far.as_bytes(), &ids].concat()).unwrap();
     for (mask, code, words) in [
-        ("far.nrrd", 1, &["none of its 16x16x16 voxels", "far.nrrd", "placement"][..]),
+        ("far.nrrd", 1, &["lie outside", "far.nrrd", "placement"][..]),
         ("sub/ids.nrrd:9", 2, &["no label has the id 9", "1 to 4"]),
         ("nothing.nrrd:1", 1, &["nothing.nrrd"]),
     ] {

@@ -1,7 +1,8 @@
 //! Volumes of labels with their tables, written by other programs.
 
 use crate::files::folder;
-use layersplat::volume::{Label, LabelLayer, LabelTable, Labels, OpenOptions};
+use layersplat::glam::DVec3;
+use layersplat::volume::{Grid, Label, LabelLayer, LabelTable, Labels, OpenOptions, Placement, Volume};
 use std::path::{Path, PathBuf};
 
 /// Ids of the sparse volumes: 1, 2²⁶ + 1, …, all beyond what 32-bit floats tell apart.
@@ -145,4 +146,56 @@ fn volumes_without_ids_are_refused() {
     // Negative floats are none; positive 64-bit integers are.
     assert!(Labels::open(folder().join("nifti/float32_1.nii.gz"), &OpenOptions::default(), None).is_err());
     assert!(Labels::open(folder().join("nrrd/uint64.nrrd"), &OpenOptions::default(), None).is_ok());
+}
+
+/// Voxels of a ball's mask along each axis, their spacing, and the ball's radius. Its centre is that of the volume.
+const COARSE: usize = 12;
+const STEP: f64 = 4.0;
+const RADIUS: f64 = 18.0;
+/// Voxels of the masked volume along each axis.
+const FINE: usize = 48;
+/// Largest distance of the border of a coarse mask from the ball, in voxels of the volume: half a voxel of the mask, and half of its own
+/// diagonal. Nearest voxels of the mask reach 3.3.
+const BORDER: f64 = 2.9;
+
+/// The mask of a ball, with or without a placement.
+fn ball_mask(path: &Path, placement: &str) {
+    let centre = |n: usize| (n as f64 + 0.5) * STEP - 0.5 - (FINE as f64 - 1.0) / 2.0;
+    let id = |n: usize| {
+        u8::from(DVec3::from_array([n % COARSE, n / COARSE % COARSE, n / COARSE / COARSE].map(centre)).length() < RADIUS)
+    };
+    let header = format!("NRRD0004\ntype: uint8\ndimension: 3\nsizes: {COARSE} {COARSE} {COARSE}\n{placement}encoding: raw\n\n");
+    let ids: Vec<u8> = (0..COARSE.pow(3)).map(id).collect();
+    std::fs::write(path, [header.as_bytes(), &ids].concat()).unwrap();
+}
+
+/// Masks lie where their own grid places them, with a smooth border.
+#[test]
+fn coarse_masks_have_smooth_borders() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("ball.nrrd");
+    let grid = Grid::new([FINE; 3], DVec3::ONE).unwrap();
+    let voxels: Vec<u8> = (0..FINE.pow(3)).map(|n| u8::from(n > 0)).collect();
+    let volume = Volume::new("block", grid.clone(), voxels).unwrap();
+    let placed = "space dimension: 3\nspace directions: (4,0,0) (0,4,0) (0,0,4)\nspace origin: (1.5,1.5,1.5)\n";
+    ball_mask(&path, placed);
+    let masked = volume.masked(&Labels::open(&path, &OpenOptions::default(), None).unwrap()).unwrap();
+    let distances = (0..FINE.pow(3)).map(|n| {
+        let distance =
+            (grid.index_to_world().transform_point3(DVec3::from_array(grid.place(n).map(|i| i as f64))) - grid.centre()).length();
+        (distance, masked.value(n) > 0.0)
+    });
+    let (farthest, nearest) = distances.fold((0f64, f64::MAX), |(farthest, nearest), (distance, kept)| {
+        if kept { (farthest.max(distance), nearest) } else { (farthest, nearest.min(distance)) }
+    });
+    assert!(farthest < RADIUS + BORDER && nearest > RADIUS - BORDER, "{farthest} {nearest}");
+    // Of another size and without a placement, a mask would cut elsewhere.
+    ball_mask(&path, "");
+    let unplaced = Labels::open(&path, &OpenOptions::default(), None).unwrap();
+    let problem = volume.masked(&unplaced).unwrap_err().to_string();
+    assert!(problem.contains("12x12x12") && problem.contains("48x48x48"), "{problem}");
+    // With the assumed one it is the same.
+    let unstated = Placement { spacing: Some(DVec3::splat(STEP)), origin: Some(DVec3::splat(1.5)) };
+    let again = volume.masked(&Labels::open(&path, &OpenOptions { unstated, ..OpenOptions::default() }, None).unwrap()).unwrap();
+    assert!((0..FINE.pow(3)).all(|n| again.value(n) == masked.value(n)));
 }

@@ -63,7 +63,7 @@ impl Arguments {
         if sequence.len() == 1 {
             return Ok(None);
         }
-        labels.masked_steps(sequence).map(Some)
+        labels.masked_steps(sequence, volume.placement()).map(Some)
     }
 
     /// Opens the volume, or the first step of a sequence.

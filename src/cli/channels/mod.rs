@@ -23,7 +23,7 @@ pub(super) struct ChannelOptions {
     /// Draw these components of the file together, e.g. 0,2, or all, in the colours that the file states or by their names; other options are for the first [default: the first alone]
     #[arg(long, value_parser = components, value_name = "N,N|all", conflicts_with_all = ["channel", "scene"])]
     channels: Option<Components>,
-    /// Draw another volume together with this one. Keys: transfer, range, opacity, color, factor, iso, gradient-opacity, channel, frame, array, at, mask, visible; see the guide. Repeatable
+    /// Draw another volume together with this one. Keys: transfer, range, opacity, color, factor, iso, gradient-opacity, channel, frame, array, spacing, origin, at, mask, visible; see the guide. Repeatable
     #[arg(long, value_parser = FieldSpec::from_text, value_name = "FILE[,KEY=VALUE]", conflicts_with = "scene")]
     with: Vec<FieldSpec>,
     /// Draw the fields of a scene file together: JSON, see the guide
@@ -144,17 +144,18 @@ impl ChannelOptions {
                 fields.others.push(spec(number));
             }
         }
+        let unstated = options.placement();
         let mut specs = self.with.clone();
         if let Some(path) = &self.scene {
             specs = scene_file::read(path)?;
             if options.is_default() || specs[0].file.is_none() {
                 let spec = specs.remove(0);
-                fields.first = if spec.file.is_some() { Some(spec.open()?) } else { spec.masked(first)? };
+                fields.first = if spec.file.is_some() { Some(spec.open(unstated)?) } else { spec.masked(first, unstated)? };
                 fields.first_spec = spec;
             }
         }
         for spec in specs {
-            fields.opened.push(spec.open()?);
+            fields.opened.push(spec.open(unstated)?);
             fields.others.push(spec);
         }
         let count = 1 + fields.others.len();
@@ -257,5 +258,6 @@ impl Field {
 
 /// Options of a file that is named beside others.
 fn open_options(spec: &FieldSpec) -> OpenOptions {
-    OpenOptions { channel: spec.channel, frame: spec.frame, array: spec.array.clone(), ..OpenOptions::default() }
+    let FieldSpec { channel, frame, spacing, origin, .. } = *spec;
+    OpenOptions { channel, frame, array: spec.array.clone(), spacing, origin, ..OpenOptions::default() }
 }

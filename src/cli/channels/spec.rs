@@ -9,7 +9,7 @@ use crate::error::Error;
 use crate::files;
 use crate::settings::{Blend, GradientOpacity};
 use crate::transfer::{TransferFunction, Value};
-use crate::volume::{ChannelDescription, Grid, Labels, Volume};
+use crate::volume::{ChannelDescription, Grid, Labels, OpenOptions, Placement, Volume};
 use glam::{DAffine3, DMat3, DVec3};
 use std::path::{Path, PathBuf};
 
@@ -21,6 +21,8 @@ pub(super) struct FieldSpec {
     pub channel: Option<usize>,
     pub frame: Option<usize>,
     pub array: Option<String>,
+    pub spacing: Option<DVec3>,
+    pub origin: Option<DVec3>,
     transfer: Option<PathBuf>,
     range: Option<(Value, Value)>,
     opacity: Option<Opacities>,
@@ -39,8 +41,7 @@ pub(super) struct FieldSpec {
 }
 
 /// Keys, for messages.
-const KEYS: &str =
-    "transfer, range, opacity, color, factor, iso, gradient-opacity, channel, frame, array, at, mask, visible and name";
+const KEYS: &str = "transfer, range, opacity, color, factor, iso, gradient-opacity, channel, frame, array, spacing, origin, at, mask, visible and name";
 
 impl FieldSpec {
     /// Parses `FILE,KEY=VALUE,…`.
@@ -95,6 +96,8 @@ impl FieldSpec {
             "channel" => self.channel = Some(number()?),
             "frame" => self.frame = Some(number()?),
             "array" => self.array = Some(value.into()),
+            "spacing" => self.spacing = Some(parse::spacing(value)?),
+            "origin" => self.origin = Some(parse::vector(value)?),
             "transfer" => self.transfer = Some(value.into()),
             "range" => self.range = Some(parse::range(value)?),
             "opacity" => self.opacity = Some(parse::opacities(value)?),
@@ -126,23 +129,23 @@ impl FieldSpec {
         self
     }
 
-    /// Opens its file.
-    pub fn open(&self) -> Result<Volume<'static>, Error> {
+    /// Opens its file. `unstated`: the placement of files that state none.
+    pub fn open(&self, unstated: Placement) -> Result<Volume<'static>, Error> {
         let file = self.file.as_deref().expect("a field beside the first one names its file");
-        let options = open_options(self);
+        let options = OpenOptions { unstated, ..open_options(self) };
         if Labels::are_declared(file, &options)? {
             let problem = "it holds labels, whose ids are no values: draw the scan in their colours with --label-colors, or the labels alone";
             return Err(Error::volume(file, problem));
         }
         let volume = Volume::open(file, &options)?;
-        self.placed(self.masked(&volume)?.unwrap_or(volume))
+        self.placed(self.masked(&volume, unstated)?.unwrap_or(volume))
     }
 
     /// What of a volume lies within the labels of the mask, or `None` without one. The mask is in the world of the field's file.
-    pub fn masked(&self, volume: &Volume) -> Result<Option<Volume<'static>>, Error> {
+    pub fn masked(&self, volume: &Volume, unstated: Placement) -> Result<Option<Volume<'static>>, Error> {
         let Some(text) = &self.mask else { return Ok(None) };
         let mask = Mask::from_text(text).map_err(|problem| Error::Settings { field: "mask", problem })?;
-        mask.applied_to(volume).map(Some)
+        mask.applied_to(volume, unstated).map(Some)
     }
 
     /// The volume where `at` places it.

@@ -3,7 +3,7 @@
 use super::mask::Mask;
 use crate::Error;
 use crate::cli::{names, parse};
-use crate::volume::{LabelChange, LabelSurfaces, Labels, OpenOptions, Sequence, Volume};
+use crate::volume::{LabelChange, LabelSurfaces, Labels, OpenOptions, Placement, Sequence, Volume};
 use clap::Args;
 use std::path::{Path, PathBuf};
 
@@ -35,16 +35,16 @@ impl LabelOptions {
         self.mask.is_some()
     }
 
-    /// Applies `--mask`.
-    pub fn masked(&self, volume: Volume<'static>) -> Result<Volume<'static>, Error> {
+    /// Applies `--mask`. `unstated`: the placement of files that state none.
+    pub fn masked(&self, volume: Volume<'static>, unstated: Placement) -> Result<Volume<'static>, Error> {
         let Some(mask) = &self.mask else { return Ok(volume) };
-        mask.applied_to(&volume)
+        mask.applied_to(&volume, unstated)
     }
 
     /// Applies `--mask` to all steps.
-    pub fn masked_steps(&self, sequence: Sequence) -> Result<Sequence, Error> {
+    pub fn masked_steps(&self, sequence: Sequence, unstated: Placement) -> Result<Sequence, Error> {
         match &self.mask {
-            Some(mask) => mask.applied_to_steps(sequence),
+            Some(mask) => mask.applied_to_steps(sequence, unstated),
             None => Ok(sequence),
         }
     }
@@ -55,9 +55,9 @@ impl LabelOptions {
     }
 
     /// The labels that colour the volume, with all changes.
-    pub fn label_colors(&self) -> Result<Option<Labels>, Error> {
+    pub fn label_colors(&self, unstated: Placement) -> Result<Option<Labels>, Error> {
         let Some(file) = &self.label_colors else { return Ok(None) };
-        self.changed(Labels::open(file, &OpenOptions::default(), self.table())?).map(Some)
+        self.changed(Labels::open(file, &OpenOptions { unstated, ..OpenOptions::default() }, self.table())?).map(Some)
     }
 
     /// The table of names and colours.

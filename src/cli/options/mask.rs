@@ -2,7 +2,7 @@
 
 use crate::Error;
 use crate::cli::parse;
-use crate::volume::{LabelChange, Labels, OpenOptions, Sequence, Volume};
+use crate::volume::{LabelChange, Labels, OpenOptions, Placement, Sequence, Volume};
 use std::path::{Path, PathBuf};
 
 /// Labels within which a volume shows.
@@ -23,12 +23,12 @@ impl Mask {
         }
     }
 
-    /// The labels, of which the chosen ones are visible.
+    /// The labels, of which the chosen ones are visible. `unstated`: the placement of files that state none.
     ///
     /// # Errors
     /// As [`Labels::open`] and [`Labels::change`].
-    fn labels(&self) -> Result<Labels, Error> {
-        let mut labels = Labels::open(&self.file, &OpenOptions::default(), None)?;
+    fn labels(&self, unstated: Placement) -> Result<Labels, Error> {
+        let mut labels = Labels::open(&self.file, &OpenOptions { unstated, ..OpenOptions::default() }, None)?;
         self.only.iter().try_for_each(|change| labels.change(change))?;
         Ok(labels)
     }
@@ -37,15 +37,15 @@ impl Mask {
     ///
     /// # Errors
     /// As [`Labels::open`], [`Labels::change`] and [`Sequence::with_mask`].
-    pub fn applied_to_steps(&self, sequence: Sequence) -> Result<Sequence, Error> {
-        sequence.with_mask(&self.labels()?)
+    pub fn applied_to_steps(&self, sequence: Sequence, unstated: Placement) -> Result<Sequence, Error> {
+        sequence.with_mask(&self.labels(unstated)?)
     }
 
     /// A copy of a volume that shows only what lies within the labels.
     ///
     /// # Errors
     /// As [`Labels::open`], [`Labels::change`] and [`Volume::masked`].
-    pub fn applied_to(&self, volume: &Volume) -> Result<Volume<'static>, Error> {
-        volume.masked(&self.labels()?)
+    pub fn applied_to(&self, volume: &Volume, unstated: Placement) -> Result<Volume<'static>, Error> {
+        volume.masked(&self.labels(unstated)?)
     }
 }

@@ -6,7 +6,7 @@ use crate::cli::{parse, standard};
 #[cfg(feature = "viewer")]
 use crate::renderer::Channel;
 use crate::viewport::Viewport;
-use crate::volume::{ChannelDescription, Endian, Labels, Level, OpenOptions, ScalarType, Sequence, Volume};
+use crate::volume::{ChannelDescription, Endian, Labels, Level, OpenOptions, Placement, ScalarType, Sequence, Volume};
 use clap::{Args, ValueEnum};
 use glam::DVec3;
 use std::path::{Path, PathBuf};
@@ -36,9 +36,12 @@ pub(in crate::cli) struct FileOptions {
     /// Voxel type, if the file does not state it: uint or int with 8, 16, 32 or 64 (e.g. uint8), float16, float32, float64
     #[arg(long = "type", value_name = "TYPE", help_heading = "Volume")]
     voxel_type: Option<ScalarType>,
-    /// Distances between voxels along x, y and z [default: those of the file, or 1,1,1]
+    /// Distances between voxels along x, y and z, also of other files that state none [default: those of the file, or 1,1,1]
     #[arg(long, value_parser = parse::spacing, value_name = "X,Y,Z", allow_hyphen_values = true, help_heading = "Volume")]
     spacing: Option<DVec3>,
+    /// World position of the first voxel, also of other files that state no spacing [default: that of the file, or 0,0,0]
+    #[arg(long, value_parser = parse::vector, value_name = "X,Y,Z", allow_hyphen_values = true, help_heading = "Volume")]
+    origin: Option<DVec3>,
     /// Byte order of raw data [default: little]
     #[arg(long, value_name = "ORDER", help_heading = "Volume")]
     endian: Option<EndianName>,
@@ -91,6 +94,11 @@ impl VolumeOptions {
     /// Whether the spacing is given.
     pub fn has_spacing(&self) -> bool {
         self.file.spacing.is_some()
+    }
+
+    /// The placement of further files that state none.
+    pub fn placement(&self) -> Placement {
+        Placement { spacing: self.file.spacing, origin: self.file.origin }
     }
 
     /// Whether a background value is given.
@@ -166,7 +174,7 @@ impl VolumeOptions {
             Ok((volume, labels, channels))
         })?;
         // Those that colour the volume are listed, too.
-        let labels = labels.map_or_else(|| label_options.label_colors(), |labels| Ok(Some(labels)))?;
+        let labels = labels.map_or_else(|| label_options.label_colors(self.placement()), |labels| Ok(Some(labels)))?;
         Ok(Described { volume: self.with_background(volume)?, labels, channels })
     }
 
@@ -210,7 +218,7 @@ impl FileOptions {
             EndianName::Little => Endian::Little,
             EndianName::Big => Endian::Big,
         });
-        let Self { dims, voxel_type, spacing, header_bytes, frame, .. } = *self;
+        let Self { dims, voxel_type, spacing, origin, header_bytes, frame, .. } = *self;
         let channel = if let Some(ChannelChoice::Number(n)) = self.channel { Some(n) } else { None };
         let magnitude = matches!(self.channel, Some(ChannelChoice::Magnitude));
         let (array, series) = (self.array.clone(), self.series.clone());
@@ -227,6 +235,8 @@ impl FileOptions {
             dims,
             voxel_type,
             spacing,
+            origin,
+            unstated: Placement::default(),
             endian,
             header_bytes,
             frame,

@@ -83,6 +83,15 @@ impl Grid {
         Self::oriented(dims, spacing, index_to_world.translation, axes * DMat3::from_diagonal(1.0 / spacing))
     }
 
+    /// The same grid with voxel (0, 0, 0) at `origin`.
+    ///
+    /// # Errors
+    /// As [`Grid::oriented`].
+    pub(super) fn with_origin(&self, origin: DVec3) -> Result<Self, Error> {
+        let moved = Self::oriented(self.dims, self.spacing, origin, self.direction)?;
+        Ok(Self { has_anatomy: self.has_anatomy, ..moved })
+    }
+
     /// Declares that the world is a patient's: x points to the right side of the body (R), y to the front (A), z to the head (S).
     ///
     /// ```

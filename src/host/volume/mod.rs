@@ -34,7 +34,7 @@ pub use covering::{reach, spacing_along};
 pub use description::Description;
 #[doc(hidden)]
 pub use description::Stored;
-pub use format::{Level, OpenOptions};
+pub use format::{Level, OpenOptions, Placement};
 pub use grid::Grid;
 #[doc(hidden)]
 pub use labels::grid_over;

@@ -52,6 +52,14 @@ pub const SCENES: &[Row] = &[
     row("--dims", "--dims 10x12x14", |s| s.raw.dims = Some([10, 12, 14])),
     row("--type", "--type int8", |s| s.raw.voxel_type = Some(ScalarType::Int8)),
     row("--spacing", "--spacing 1,2.5,2.5", |s| s.raw.spacing = Some(DVec3::new(1.0, 2.5, 2.5))),
+    // A plane of the world cuts the moved volume elsewhere.
+    beside(
+        "--clip 6,5,4,1,-2,-0.5",
+        |s| s.settings.clipping = Clipping::default().with_planes([plane()]),
+        "--origin",
+        "--origin 3,1,0",
+        |s| s.raw.origin = Some(DVec3::new(3.0, 1.0, 0.0)),
+    ),
     // Slices at another distance than their pixels stand upright.
     row("--spacing", "--spacing 1,2.5,0.75", |s| (s.raw.spacing, s.up) = (Some(DVec3::new(1.0, 2.5, 0.75)), Up::Z)),
     beside(

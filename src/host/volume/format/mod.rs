@@ -32,7 +32,7 @@ mod vtk;
 mod zarr;
 
 pub(super) use load::Header;
-pub use options::{Level, OpenOptions};
+pub use options::{Level, OpenOptions, Placement};
 pub(super) use raw::told_by_name;
 
 use super::ChannelDescription;
@@ -217,8 +217,24 @@ fn open(path: &Path, options: &OpenOptions) -> Result<Opened, Error> {
     }
 }
 
-/// Opens a file that is no collection.
+/// Opens a file that is no collection, where `options` place it.
 fn open_one(path: &Path, options: &OpenOptions) -> Result<Opened, Error> {
+    let mut opened = open_stated(path, options)?;
+    let load::Header { grid, contents, .. } = &mut opened.header;
+    let of_file = |e: Error| Error::volume(path, e.to_string());
+    let is_assumed = !contents.states_spacing && options.spacing.is_none() && options.unstated != Placement::default();
+    if is_assumed {
+        *grid = options.unstated.grid(grid.dims()).map_err(of_file)?;
+        contents.states_spacing = true;
+    }
+    if let Some(origin) = options.origin {
+        *grid = grid.with_origin(origin).map_err(of_file)?;
+    }
+    Ok(opened)
+}
+
+/// Opens a file that is no collection, as it states its placement.
+fn open_stated(path: &Path, options: &OpenOptions) -> Result<Opened, Error> {
     if let Some(files) = slices::files(path)? {
         return slices::open(path, files, options);
     }

@@ -2,7 +2,7 @@
 
 use crate::error::Error;
 use crate::volume::{Endian, Grid, ScalarType};
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 
 /// Properties that a file does not declare, or declares wrongly, and the selection of one of several volumes in it. Fields that are set
 /// override the file. The default spacing is 1, 1, 1.
@@ -26,6 +26,10 @@ pub struct OpenOptions {
     pub voxel_type: Option<ScalarType>,
     /// World distance between voxels along x, y, z. Replaces the file's grid by an axis-aligned one at the origin.
     pub spacing: Option<DVec3>,
+    /// World position of the first voxel.
+    pub origin: Option<DVec3>,
+    /// Spacing and origin of files that state no spacing, unless [`spacing`](Self::spacing) is set.
+    pub unstated: Placement,
     /// Byte order; little-endian by default.
     pub endian: Option<Endian>,
     /// Bytes before the first voxel, after decompression; 0 by default.
@@ -49,6 +53,39 @@ pub struct OpenOptions {
     pub memory: Option<u64>,
     /// Refuses a header that names other files. For files of unknown origin, which could otherwise show any file of this machine.
     pub alone: bool,
+}
+
+/// Spacing and origin that are assumed of files which state none: several files of one scene share them.
+///
+/// ```
+/// use layersplat::glam::DVec3;
+/// use layersplat::volume::{OpenOptions, Placement, Volume};
+/// # let folder = tempfile::tempdir().expect("a folder");
+/// # let path = folder.path().join("mask.nrrd");
+/// # let header = "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 2 2 1\nencoding: raw\n\n";
+/// # std::fs::write(&path, [header.as_bytes(), &[0, 7, 7, 12]].concat()).expect("a file");
+///
+/// let unstated = Placement { spacing: Some(DVec3::splat(0.5)), origin: None };
+/// let volume = Volume::open(&path, &OpenOptions { unstated, ..OpenOptions::default() })?;
+/// assert_eq!(volume.grid().spacing(), DVec3::splat(0.5));
+/// # Ok::<(), layersplat::Error>(())
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Placement {
+    /// World distance between voxels along x, y, z; 1 by default.
+    pub spacing: Option<DVec3>,
+    /// World position of the first voxel; 0 by default.
+    pub origin: Option<DVec3>,
+}
+
+impl Placement {
+    /// The axis-aligned grid of `dims` voxels.
+    ///
+    /// # Errors
+    /// As [`Grid::oriented`].
+    pub(in crate::volume) fn grid(&self, dims: [usize; 3]) -> Result<Grid, Error> {
+        Grid::oriented(dims, self.spacing.unwrap_or(DVec3::ONE), self.origin.unwrap_or_default(), DMat3::IDENTITY)
+    }
 }
 
 /// Selects one of several resolutions of a volume.
@@ -79,8 +116,8 @@ impl Level {
 }
 
 impl OpenOptions {
-    /// Axis-aligned grid of `dims` voxels with the given spacing.
+    /// Axis-aligned grid of `dims` voxels with the given spacing and origin.
     pub(in crate::volume) fn grid(&self, dims: [usize; 3]) -> Result<Grid, Error> {
-        Grid::new(dims, self.spacing.unwrap_or(DVec3::ONE))
+        Placement { spacing: self.spacing, origin: self.origin }.grid(dims)
     }
 }

@@ -1,9 +1,9 @@
 //! Volumes of which only the voxels within labels are left.
 
-use super::Labels;
+use super::{Labels, grid_over};
 use crate::error::Error;
 use crate::memory;
-use crate::volume::{Grid, Storage, Volume, VoxelType};
+use crate::volume::{Description, Grid, Storage, Volume, VoxelType};
 use bytemuck::Zeroable;
 use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
@@ -12,11 +12,12 @@ use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 
 impl Volume<'_> {
-    /// A copy in which voxels outside the visible labels have the background's value. A voxel takes the label of the nearest voxel of the
-    /// mask; their grids may differ.
+    /// A copy in which voxels outside the visible labels have the background's value. The mask has a grid of its own: between its voxels its
+    /// border is smooth, as surfaces of labels are. A mask that states no placement has that of a volume of its size.
     ///
     /// # Errors
-    /// [`Error::Volume`] if no voxel of the volume lies within a visible label, and if memory is too small.
+    /// [`Error::Volume`] if no voxel of the volume lies within a visible label, for a mask of another size without a placement
+    /// ([`Labels::over`]), and if memory is too small.
     pub fn masked(&self, mask: &Labels) -> Result<Volume<'static>, Error> {
         Mask::new(mask)?.applied_to(self)
     }
@@ -82,12 +83,12 @@ impl Mask {
         }
         let [x, y, z] = grid.dims();
         let mut kept: Vec<u8> = memory::zeroed(volume.name(), grid.voxel_count())?;
-        let moves: Vec<DAffine3> = self.layers.iter().map(|layer| layer.transform_from(grid)).collect();
+        let layers = self.layers.iter().map(|layer| layer.placed(&self.name, volume.description()));
+        let layers = layers.collect::<Result<Vec<_>, Error>>()?;
         kept.par_chunks_mut(x).enumerate().for_each(|(row, kept)| {
             for (i, kept) in kept.iter_mut().enumerate() {
                 let place = DVec3::new(i as f64, (row % y) as f64, (row / y) as f64);
-                let is_inside = self.layers.iter().zip(&moves).any(|(layer, moved)| layer.shows(moved.transform_point3(place)));
-                *kept = u8::from(is_inside);
+                *kept = u8::from(layers.iter().any(|layer| layer.shows(place)));
             }
         });
         if kept.iter().all(|&kept| kept == 0) {
@@ -116,14 +117,83 @@ struct Layer {
     shown: Vec<bool>,
 }
 
+/// A layer over the voxels of a volume.
+struct Placed<'a> {
+    layer: &'a Layer,
+    /// From voxels of the volume to those of the layer.
+    moved: DAffine3,
+    /// Of each voxel of the layer, its share of labels that show, 0 to 255. `None` if the voxels of the volume are voxels of the layer.
+    shares: Option<Vec<u8>>,
+}
+
+/// Weights of voxels with labels that show, among the 27 around a voxel, between which the share rises from 0 to 1; 64 together. As in
+/// kernels/volume/label_voxels.cl, so that the border of a mask is the surface of its labels.
+const SHARED_BETWEEN: [f64; 2] = [10.0, 54.0];
+/// Least share of a voxel whose label shows: thin and small labels stay.
+const OWN_SHARE: f64 = 0.9;
+/// Distance of voxels that coincide.
+const SAME: f64 = 1e-3;
+
 impl Layer {
-    /// Transform from voxels of a grid to those of the layer.
-    fn transform_from(&self, grid: &Grid) -> DAffine3 {
-        self.indices.grid().index_to_world().inverse() * grid.index_to_world()
+    /// # Errors
+    /// As [`grid_over`], and if memory is too small.
+    fn placed(&self, name: &str, volume: &Description) -> Result<Placed<'_>, Error> {
+        let grid = grid_over(name, (self.indices.grid(), self.indices.contents().states_spacing), volume)?;
+        let moved = grid.index_to_world().inverse() * volume.grid().index_to_world();
+        let coincide = volume.grid().corner_voxels().into_iter().all(|corner| {
+            let place = moved.transform_point3(corner);
+            let steps = place - moved.translation;
+            place.distance(place.round()) < SAME && steps.distance(corner) < SAME
+        });
+        let shares = if coincide { None } else { Some(self.shares(name)?) };
+        Ok(Placed { layer: self, moved, shares })
     }
 
-    /// Whether the voxel nearest to a place, in voxels, has a label that shows.
-    fn shows(&self, place: DVec3) -> bool {
-        self.indices.grid().nearest_voxel(place).is_some_and(|n| self.shown[self.indices.value(n) as usize])
+    /// Whether the label of a voxel shows.
+    fn is_shown(&self, voxel: usize) -> bool {
+        self.shown[self.indices.value(voxel) as usize]
+    }
+
+    fn shares(&self, name: &str) -> Result<Vec<u8>, Error> {
+        let dims = self.indices.grid().dims();
+        let [x, y, _] = dims;
+        let shown: Vec<u8> = filled(name, dims.iter().product(), |n| u8::from(self.is_shown(n)))?;
+        filled(name, shown.len(), |n| {
+            let place = [n % x, n / x % y, n / x / y];
+            let weight: f64 = (0..27)
+                .map(|around| {
+                    let offset = [around % 3, around / 3 % 3, around / 9];
+                    let near: [usize; 3] = std::array::from_fn(|i| (place[i] + offset[i]).saturating_sub(1).min(dims[i] - 1));
+                    let weight: f64 = offset.iter().map(|&i| if i == 1 { 2.0 } else { 1.0 }).product();
+                    weight * f64::from(shown[(near[2] * y + near[1]) * x + near[0]])
+                })
+                .sum();
+            let [from, to] = SHARED_BETWEEN;
+            let share = ((weight - from) / (to - from)).clamp(if shown[n] > 0 { OWN_SHARE } else { 0.0 }, 1.0);
+            (share * 255.0).round() as u8
+        })
+    }
+}
+
+impl Placed<'_> {
+    /// Whether a voxel of the volume is kept.
+    fn shows(&self, voxel: DVec3) -> bool {
+        let place = self.moved.transform_point3(voxel);
+        let grid = self.layer.indices.grid();
+        let Some(nearest) = grid.nearest_voxel(place) else { return false };
+        let Some(shares) = &self.shares else { return self.layer.is_shown(nearest) };
+        let [x, y, _] = grid.dims();
+        let last = DVec3::from_array(grid.dims().map(|n| n as f64 - 1.0));
+        let place = place.clamp(DVec3::ZERO, last);
+        let (low, t) = (place.floor(), place - place.floor());
+        let share: f64 = (0..8)
+            .map(|corner| {
+                let upper = DVec3::new(f64::from(corner & 1), f64::from(corner >> 1 & 1), f64::from(corner >> 2));
+                let [i, j, k] = (low + upper).min(last).to_array().map(|i| i as usize);
+                let weight = (DVec3::ONE - upper - t).abs().element_product();
+                weight * f64::from(shares[(k * y + j) * x + i])
+            })
+            .sum();
+        share >= 127.5
     }
 }
