@@ -3,6 +3,8 @@
 mod anatomy;
 mod channels;
 mod damage;
+#[cfg(feature = "dicom")]
+mod dicom_encodings;
 mod files;
 mod labels;
 mod nrrd_axes;

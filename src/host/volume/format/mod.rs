@@ -280,11 +280,13 @@ pub(super) fn channels(path: &Path, options: &OpenOptions, count: usize) -> Resu
     format.map_or(Ok(Vec::new()), |format| format.channels(&file, options, count))
 }
 
-/// All files of a folder.
+/// All files of a folder, except hidden ones: macOS leaves a `._NAME` beside each file on foreign disks.
 fn listed(folder: &Path) -> Result<Vec<PathBuf>, Error> {
     let failed = |e| Error::read(folder, e);
     let entries: Result<Vec<_>, _> = std::fs::read_dir(folder).map_err(failed)?.collect();
-    Ok(entries.map_err(failed)?.into_iter().map(|entry| entry.path()).filter(|path| path.is_file()).collect())
+    let is_hidden = |path: &Path| path.file_name().is_some_and(|name| name.as_encoded_bytes().starts_with(b"."));
+    let paths = entries.map_err(failed)?.into_iter().map(|entry| entry.path());
+    Ok(paths.filter(|path| !is_hidden(path) && path.is_file()).collect())
 }
 
 /// Whether a folder has a file with this extension.

@@ -1,10 +1,13 @@
 //! DICOM data sets: elements before the pixels, and the location of the pixels.
 
+use super::beginning::{self, Encoding, START};
 use crate::error::Error;
 use crate::memory;
 use crate::volume::format::bytes;
-use dicom_core::{PrimitiveValue, Tag};
-use dicom_dictionary_std::tags;
+use dicom_core::dictionary::{DataDictionary, DataDictionaryEntry};
+use dicom_core::header::DataElementHeader;
+use dicom_core::{PrimitiveValue, Tag, VR};
+use dicom_dictionary_std::{StandardDataDictionary, tags};
 use dicom_encoding::TransferSyntaxIndex;
 use dicom_parser::StatefulDecode;
 use dicom_parser::dataset::LazyDataToken;
@@ -17,9 +20,6 @@ use std::io::{self, BufReader, Cursor, Read, Seek, SeekFrom};
 use std::path::Path;
 use std::sync::Arc;
 
-/// Bytes before the magic number.
-const PREAMBLE: usize = 128;
-const MARK: &[u8] = b"DICM";
 /// Longest value that is kept, in bytes. Offsets of many slices are the longest ones needed.
 const LONGEST: u64 = 1 << 20;
 /// Limits of nested sequences and of their items; images have fewer.
@@ -30,13 +30,9 @@ const LIMIT: u64 = 1032;
 /// Bytes inflated at a time.
 const PIECE: usize = 1 << 20;
 
-const EXPLICIT_LITTLE: &str = "1.2.840.10008.1.2.1";
 const DEFLATED: &str = "1.2.840.10008.1.2.1.99";
-
-/// Whether a file starts like a DICOM file.
-pub(super) fn is_start(start: &[u8]) -> bool {
-    start.get(PREAMBLE..).is_some_and(|rest| rest.starts_with(MARK))
-}
+/// Longest sequence of unknown representation, in bytes.
+const LONGEST_SEQUENCE: u64 = 1 << 28;
 
 /// Elements and sequences, by tag.
 #[derive(Default)]
@@ -115,8 +111,9 @@ pub(super) struct Found {
     /// `None` if the file is not an image.
     pub pixels: Option<PixelData>,
     pub source: Source,
-    /// UID of the transfer syntax.
+    /// UID of the transfer syntax of the pixels.
     pub syntax: String,
+    pub encoding: Encoding,
 }
 
 /// Reads all elements before the pixels.
@@ -127,48 +124,26 @@ pub(super) fn read(path: &Path) -> Result<Found, Error> {
         _ => Error::read(path, e),
     };
     let mut file = BufReader::new(File::open(path).map_err(failed)?);
-    let (syntax, behind) = meta(&mut file).map_err(failed)?;
-    let (source, start) = if syntax == DEFLATED {
+    let (syntax, behind) = beginning::meta(&mut file).map_err(failed)?;
+    let (source, start) = if syntax.as_deref() == Some(DEFLATED) {
         (Source::Inflated(inflated(path, file, behind)?), 0)
     } else {
         (Source::File(path.into()), behind)
     };
     let mut from = source.open().map_err(failed)?;
+    let mut first = Vec::new();
+    from.seek(SeekFrom::Start(start)).map_err(failed)?;
+    from.by_ref().take(START as u64).read_to_end(&mut first).map_err(failed)?;
+    let declared = syntax.as_deref().map(Encoding::of_syntax);
+    let encoding = Encoding::of_elements(&first, declared);
+    let encoding = encoding.ok_or_else(|| damaged("it has no transfer syntax, and its first elements tell none".into()))?;
     from.seek(SeekFrom::Start(start)).map_err(failed)?;
     let end = source.len().map_err(failed)?;
-    let (dataset, pixels) = parsed(from, end, &syntax).map_err(damaged)?;
-    Ok(Found { dataset, pixels, source, syntax })
-}
-
-/// Reads the file meta information, which is always explicit little-endian. Returns the transfer syntax and the byte after it.
-fn meta(from: &mut (impl Read + Seek)) -> io::Result<(String, u64)> {
-    let mut at = (PREAMBLE + MARK.len()) as u64;
-    let mut syntax = None;
-    loop {
-        from.seek(SeekFrom::Start(at))?;
-        let mut head = [0; 8];
-        from.read_exact(&mut head)?;
-        let [group, element] = [0, 2].map(|i| u16::from_le_bytes([head[i], head[i + 1]]));
-        if group != 2 {
-            let missing = || io::Error::new(io::ErrorKind::InvalidData, "it has no transfer syntax");
-            return syntax.ok_or_else(missing).map(|syntax| (syntax, at));
-        }
-        let len = if matches!(&head[4..6], b"OB" | b"OW" | b"OF" | b"OD" | b"OL" | b"SQ" | b"UC" | b"UR" | b"UT" | b"UN") {
-            let mut len = [0; 4];
-            from.read_exact(&mut len)?;
-            at += 12;
-            u32::from_le_bytes(len)
-        } else {
-            at += 8;
-            u16::from_le_bytes([head[6], head[7]]).into()
-        };
-        if element == 0x10 {
-            let mut text = vec![0; len.min(64) as usize];
-            from.read_exact(&mut text)?;
-            syntax = Some(String::from_utf8_lossy(&text).trim_matches(['\0', ' ']).to_owned());
-        }
-        at += u64::from(len);
-    }
+    let (dataset, pixels) = parsed(from, end, encoding).map_err(damaged)?;
+    // The pixels of a file that states another encoding than it has are encoded as its elements.
+    let is_plain = declared.is_none_or(|declared| syntax.as_deref() == Some(declared.syntax()));
+    let syntax = syntax.filter(|_| !is_plain).unwrap_or_else(|| encoding.syntax().into());
+    Ok(Found { dataset, pixels, source, syntax, encoding })
 }
 
 /// Inflates the data after byte `start`, as far as memory allows.
@@ -197,14 +172,18 @@ enum Open {
 }
 
 /// Parses the elements before the pixels. Values longer than the file are rejected before they are read.
-fn parsed(from: Box<dyn Reading>, end: u64, syntax: &str) -> Result<(Dataset, Option<PixelData>), String> {
-    let known = TransferSyntaxRegistry.get(if syntax == DEFLATED { EXPLICIT_LITTLE } else { syntax });
-    let known = known.ok_or_else(|| format!("its transfer syntax {syntax} is unknown"))?;
+fn parsed(from: Box<dyn Reading>, end: u64, encoding: Encoding) -> Result<(Dataset, Option<PixelData>), String> {
+    let known = TransferSyntaxRegistry.get(encoding.syntax()).ok_or("its transfer syntax is unknown")?;
     let mut reader = LazyDataSetReader::new_with_ts(from, known).map_err(|e| e.to_string())?;
     let (mut open, mut items) = (vec![Open::Item(Dataset::default())], 0);
     let mut pixels = None;
     while let Some(token) = reader.advance() {
         match token.map_err(|e| e.to_string())? {
+            LazyDataToken::PixelSequenceStart | LazyDataToken::SequenceStart { tag: tags::PIXEL_DATA, .. } if open.len() == 1 => {
+                let at = reader.into_decoder().position();
+                pixels = Some(PixelData { tag: tags::PIXEL_DATA, at, len: None, words: false });
+                break;
+            }
             LazyDataToken::SequenceStart { tag, .. } => open.push(Open::Sequence(tag, Vec::new())),
             LazyDataToken::ItemStart { .. } => {
                 items += 1;
@@ -214,13 +193,22 @@ fn parsed(from: Box<dyn Reading>, end: u64, syntax: &str) -> Result<(Dataset, Op
             LazyDataToken::LazyValue { header, decoder } => {
                 let (at, len) = (decoder.position(), u64::from(header.len.0));
                 if is_pixels(header.tag) && open.len() == 1 {
-                    pixels = Some(PixelData { tag: header.tag, at, len: Some(len), words: header.vr == dicom_core::VR::OW });
+                    pixels = Some(PixelData { tag: header.tag, at, len: Some(len), words: header.vr == VR::OW });
                     break;
                 }
                 if at.saturating_add(len) > end {
                     return Err(format!("element {} is {len} bytes long", header.tag));
                 }
-                if len > LONGEST || !is_wanted(header.tag) {
+                let header = DataElementHeader { vr: representation(&header), ..header };
+                if header.vr == VR::SQ && len <= LONGEST_SEQUENCE {
+                    let mut items = sequence_head(header.tag, header.len.0);
+                    decoder.read_to_vec(header.len.0, &mut items).map_err(|e| e.to_string())?;
+                    let end = items.len() as u64;
+                    let (found, _) = parsed(Box::new(Cursor::new(items)), end, Encoding::Implicit)?;
+                    if let Some(Open::Item(item)) = open.last_mut() {
+                        item.sequences.extend(found.sequences);
+                    }
+                } else if len > LONGEST || !is_wanted(header.tag) {
                     decoder.skip_bytes(header.len.0).map_err(|e| e.to_string())?;
                 } else {
                     let value = decoder.read_value_preserved(&header).map_err(|e| e.to_string())?;
@@ -228,11 +216,6 @@ fn parsed(from: Box<dyn Reading>, end: u64, syntax: &str) -> Result<(Dataset, Op
                         item.values.insert(header.tag, value);
                     }
                 }
-            }
-            LazyDataToken::PixelSequenceStart if open.len() == 1 => {
-                let at = reader.into_decoder().position();
-                pixels = Some(PixelData { tag: tags::PIXEL_DATA, at, len: None, words: false });
-                break;
             }
             token => token.skip().map_err(|e| e.to_string())?,
         }
@@ -244,6 +227,21 @@ fn parsed(from: Box<dyn Reading>, end: u64, syntax: &str) -> Result<(Dataset, Op
         Open::Item(dataset) => Ok((dataset, pixels)),
         Open::Sequence(..) => Err("it begins within a sequence".into()),
     }
+}
+
+/// Representation of a value. Attributes of the standard whose representation a file leaves unknown (UN), as archives write, or as bytes have
+/// that of the dictionary.
+fn representation(header: &DataElementHeader) -> VR {
+    let known = || StandardDataDictionary.by_tag(header.tag).map(|entry| entry.vr().relaxed());
+    match header.vr {
+        VR::UN | VR::OB => known().unwrap_or(header.vr),
+        vr => vr,
+    }
+}
+
+/// Tag and length before the items of a sequence. Those of unknown representation are implicit, whatever the file is.
+fn sequence_head(tag: Tag, len: u32) -> Vec<u8> {
+    [&tag.0.to_le_bytes()[..], &tag.1.to_le_bytes(), &len.to_le_bytes()].concat()
 }
 
 /// Closes the innermost item or sequence.

@@ -1,5 +1,6 @@
 //! An image file of a series, with one or several frames.
 
+use super::beginning::Encoding;
 use super::dataset::{Dataset, Found, PixelData, Source};
 use super::packed::{Packing, Shape};
 use crate::error::Error;
@@ -60,13 +61,13 @@ pub(super) struct Image {
 impl Image {
     pub fn new(path: &Path, found: Found) -> Result<Self, Error> {
         let wrong = |problem: String| Error::volume(path, problem);
-        let Found { dataset, pixels, source, syntax } = found;
+        let Found { dataset, pixels, source, syntax, encoding } = found;
         let pixels = pixels.ok_or_else(|| wrong("it has no pixels".into()))?;
         let size =
             |tag: Tag, name: &str| dataset.whole(tag).filter(|&n| n > 0).ok_or_else(|| wrong(format!("its image has no {name}")));
         let (rows, columns) = (size(tags::ROWS, "rows")?, size(tags::COLUMNS, "columns")?);
         let channels = dataset.whole(tags::SAMPLES_PER_PIXEL).unwrap_or(1);
-        let kind = kind(&dataset, pixels, channels, &syntax).map_err(wrong)?;
+        let kind = kind(&dataset, pixels, channels, &syntax, encoding).map_err(wrong)?;
         let count = frames_of(&dataset);
         if count > MOST_FRAMES || !(1..=4).contains(&channels) || rows > 65535 || columns > 65535 {
             return Err(wrong(format!(
@@ -90,7 +91,7 @@ pub(super) fn frames_of(dataset: &Dataset) -> usize {
     dataset.whole(tags::NUMBER_OF_FRAMES).unwrap_or(1).max(1)
 }
 
-fn kind(dataset: &Dataset, pixels: PixelData, channels: usize, syntax: &str) -> Result<Kind, String> {
+fn kind(dataset: &Dataset, pixels: PixelData, channels: usize, syntax: &str, encoding: Encoding) -> Result<Kind, String> {
     let packing = match syntax {
         "1.2.840.10008.1.2" | "1.2.840.10008.1.2.1" | "1.2.840.10008.1.2.1.99" | "1.2.840.10008.1.2.2" => None,
         "1.2.840.10008.1.2.5" => Some(Packing::Rle),
@@ -106,6 +107,16 @@ fn kind(dataset: &Dataset, pixels: PixelData, channels: usize, syntax: &str) -> 
     };
     if pixels.len.is_some() != packing.is_none() {
         return Err("its transfer syntax and its pixel data disagree on whether the pixels are compressed".into());
+    }
+    if dataset.text(tags::IMAGE_TYPE).is_some_and(|kind| kind.split('\\').any(|word| word == "MOSAIC")) {
+        return Err("its slices are tiles of one picture (a Siemens mosaic): separate them, for example with dcm2niix".into());
+    }
+    if dataset.item(tags::MODALITY_LUT_SEQUENCE, 0).is_some() {
+        return Err(
+            "a table maps its stored numbers to values (Modality LUT), which is not supported: apply it, for example with \
+                    pydicom's apply_modality_lut"
+                .into(),
+        );
     }
     let photometric = dataset.text(tags::PHOTOMETRIC_INTERPRETATION).unwrap_or_default();
     let luminance = photometric.starts_with("YBR");
@@ -129,7 +140,7 @@ fn kind(dataset: &Dataset, pixels: PixelData, channels: usize, syntax: &str) -> 
     let declared = |tag: Tag| dataset.whole(tag).and_then(|n| u32::try_from(n).ok()).filter(|_| whole);
     let bits = declared(tags::BITS_STORED).filter(|bits| (1..=all).contains(bits)).unwrap_or(all);
     let highest = declared(tags::HIGH_BIT).filter(|&highest| highest < all && highest + 1 >= bits).unwrap_or(bits - 1);
-    let big_endian = syntax == "1.2.840.10008.1.2.2";
+    let big_endian = encoding == Encoding::ExplicitBigEndian;
     if big_endian && pixels.words && scalar.bytes() == 1 {
         return Err("its bytes are stored in big-endian words: convert it to a little-endian transfer syntax".into());
     }

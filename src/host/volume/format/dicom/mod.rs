@@ -1,5 +1,6 @@
 //! DICOM image series (<https://www.dicomstandard.org>): a folder, one of its files, or a multi-frame file.
 
+mod beginning;
 mod dataset;
 mod image;
 mod packed;
@@ -21,7 +22,7 @@ pub(super) struct Dicom;
 
 impl Format for Dicom {
     fn recognises(&self, file: &Found, _options: &OpenOptions) -> bool {
-        if file.folder { files(file.path).is_ok_and(|files| !files.is_empty()) } else { dataset::is_start(&file.start) }
+        if file.folder { files(file.path).is_ok_and(|files| !files.is_empty()) } else { beginning::is_start(&file.start) }
     }
 
     fn chooses(&self) -> &'static [&'static str] {
@@ -71,7 +72,7 @@ fn scale(image: &Image, frame: usize) -> [u64; 2] {
 /// All DICOM files of a folder.
 fn files(folder: &Path) -> Result<Vec<PathBuf>, Error> {
     let mut files = listed(folder)?;
-    files.retain(|file| Found::look(file).is_ok_and(|found| dataset::is_start(&found.start)));
+    files.retain(|file| Found::look(file).is_ok_and(|found| beginning::is_start(&found.start)));
     files.sort();
     Ok(files)
 }
@@ -107,7 +108,10 @@ impl Candidate {
 fn series(folder: &Path, wanted: Option<&str>) -> Result<Vec<Image>, Error> {
     let mut all = Vec::new();
     for file in files(folder)? {
-        all.extend(Candidate::new(&file)?);
+        match Candidate::new(&file) {
+            Ok(found) => all.extend(found),
+            Err(e) => tracing::warn!("{e}: left out"),
+        }
     }
     let identifiers =
         |all: &mut dyn Iterator<Item = &Candidate>| all.map(|file| file.series.clone()).collect::<BTreeSet<String>>();

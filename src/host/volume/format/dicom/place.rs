@@ -133,15 +133,22 @@ fn check_even<'a>(path: &Path, heights: &[f64], file: impl Fn(usize) -> &'a std:
     Err(Error::volume(path, problem))
 }
 
-/// Rejects stacks that are sheared.
+/// Rejects stacks that are sheared visibly, and says of others that they are.
 fn check_upright(path: &Path, places: &[DVec3], normal: DVec3, spacing: [f64; 2]) -> Result<(), Error> {
     let way = places[places.len() - 1] - places[0];
     let along = way.dot(normal);
     let sideways = (way - normal * along).length();
-    if sideways <= SHIFTED * spacing[0].min(spacing[1]) {
+    let (degrees, pixel) = (sideways.atan2(along).to_degrees(), spacing[0].min(spacing[1]));
+    if sideways <= SHIFTED * pixel {
+        if sideways > SAME_PLACE * pixel {
+            let share = sideways / pixel;
+            tracing::warn!(
+                "{}: a gantry tilt of {degrees:.2} degrees shifts its last slice by {share:.2} of a pixel: shown as if upright",
+                path.display()
+            );
+        }
         return Ok(());
     }
-    let degrees = sideways.atan2(along).to_degrees();
     let problem = format!(
         "its slices are sheared by a gantry tilt of {degrees:.2} degrees, and sheared grids cannot be rendered: resample it onto \
          orthogonal axes, or ignore the tilt by giving a spacing"
