@@ -97,6 +97,10 @@ impl Default for ChannelDescription {
 }
 
 impl ChannelDescription {
+    /// Name of an opacity by which colours are multiplied in a file.
+    #[doc(hidden)]
+    pub const ASSOCIATED_ALPHA: &str = "associated alpha";
+
     /// What a file states about each of its channels: OME-Zarr's `omero`, OME-XML in TIFF, and ImageJ's TIFF. Components of colours are
     /// named red, green, blue and alpha. No voxels are read.
     ///

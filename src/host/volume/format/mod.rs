@@ -23,6 +23,8 @@ mod options;
 mod parts;
 mod png;
 mod raw;
+#[cfg(any(feature = "dicom", feature = "tiff"))]
+mod runs;
 mod slices;
 mod text;
 #[cfg(feature = "tiff")]

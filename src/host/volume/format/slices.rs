@@ -102,7 +102,7 @@ pub(super) fn open(path: &Path, files: Vec<PathBuf>, options: &OpenOptions) -> R
 fn describe(header: &Header) -> String {
     let ([x, y, z], scalar) = (header.grid.dims(), header.scalar);
     let slices = if z > 1 { format!("{z} slices of ") } else { String::new() };
-    let channels = match header.strides[0] / scalar.bytes() as u64 {
+    let channels = match header.contents.channels {
         0 | 1 => String::new(),
         channels => format!(" with {channels} channels"),
     };
@@ -111,7 +111,7 @@ fn describe(header: &Header) -> String {
 
 fn alike(a: &Header, b: &Header) -> bool {
     let layout = |h: &Header| (h.grid.dims(), h.scalar, h.endian, h.first, [h.strides[0], h.strides[1]]);
-    layout(a) == layout(b) && a.rescale == b.rescale
+    layout(a) == layout(b) && a.rescale == b.rescale && a.contents.channels == b.contents.channels
 }
 
 #[cfg(test)]

@@ -99,11 +99,12 @@ pub(super) fn is_start(start: &[u8]) -> bool {
     if start.get(PREAMBLE..).is_some_and(|rest| rest.starts_with(MARK)) {
         return true;
     }
-    let start = start.strip_prefix(MARK).unwrap_or(start);
-    // File meta information, or an identifying group.
+    // Behind file meta information, if there is some, comes an identifying group.
+    let Ok((_, at)) = meta(&mut io::Cursor::new(start)) else { return false };
+    let elements = start.get(at as usize..).unwrap_or_default();
     let begins = |encoding: &Encoding| {
-        let found = encoding.element(start).is_some_and(|(tag, ..)| matches!(tag, Tag(2 | 8, 0..=0x18)));
-        found && encoding.fits(start)
+        let found = encoding.element(elements).is_some_and(|(tag, ..)| matches!(tag, Tag(8, 0..=0x18)));
+        found && encoding.fits(elements)
     };
     Encoding::ALL.iter().any(begins)
 }

@@ -1,6 +1,7 @@
 //! Compressed frames, in one or more fragments each.
 
 use super::dataset::{PixelData, Reading, Source};
+use crate::volume::format::runs::unpack;
 use jpeg_decoder::{ColorTransform, Decoder, PixelFormat};
 use std::io::{self, SeekFrom};
 
@@ -125,25 +126,6 @@ fn offset(bytes: &[u8]) -> usize {
     u32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]) as usize
 }
 
-/// Passes decoded bytes to `take` until it returns false.
-fn unpack(mut runs: &[u8], mut take: impl FnMut(u8) -> bool) {
-    while let [count, rest @ ..] = runs {
-        let count = *count as i8;
-        let (used, repeat) = match count {
-            0.. => (count as usize + 1, 1),
-            i8::MIN => (0, 0),
-            _ => (1, 1 - isize::from(count)),
-        };
-        let used = used.min(rest.len());
-        for &value in &rest[..used] {
-            if !(0..repeat).all(|_| take(value)) {
-                return;
-            }
-        }
-        runs = &rest[used..];
-    }
-}
-
 /// Decodes a JPEG frame. The size is compared with `shape` before decoding. `luminance`: whether colours are stored as luminance and
 /// chrominance.
 pub(super) fn jpeg(packed: &[u8], shape: Shape, luminance: bool) -> io::Result<Vec<u8>> {
@@ -175,19 +157,4 @@ pub(super) fn jpeg(packed: &[u8], shape: Shape, luminance: bool) -> io::Result<V
         return Ok(if bytes == 2 { numbers.chunks_exact(2).flat_map(little).collect() } else { numbers });
     }
     Ok(numbers.into_iter().flat_map(|number| std::iter::once(number).chain(std::iter::repeat_n(0, shape.bytes - 1))).collect())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn runs_and_literals_are_unpacked() {
-        let mut found = Vec::new();
-        unpack(&[2, 1, 2, 3, 0xfe, 9, 0x80, 0, 7], |value| {
-            found.push(value);
-            true
-        });
-        assert_eq!(found, [1, 2, 3, 9, 9, 9, 7]);
-    }
 }

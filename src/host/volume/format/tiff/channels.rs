@@ -1,35 +1,47 @@
-//! Names, colours and windows of channels: ImageJ's tags (IJMetadata) and OME-XML.
+//! Names, colours and windows of channels: ImageJ's tags (IJMetadata), and samples of colours.
 
+use super::directory::{Reader, failed};
 use super::layout::Layout;
-use super::pages::Reader;
+use super::page::{Extra, Page};
 use crate::error::Error;
 use crate::volume::ChannelDescription;
 use std::path::Path;
-use tiff::tags::{ByteOrder, Tag};
 
 /// Numbers of bytes of the parts of [`DATA`]: of its header, and of what the header lists.
-const COUNTS: Tag = Tag::Unknown(50838);
-const DATA: Tag = Tag::Unknown(50839);
+const COUNTS: u16 = 50838;
+const DATA: u16 = 50839;
 /// First number of the header of [`DATA`].
 const MARK: u32 = u32::from_be_bytes(*b"IJIJ");
 /// Bytes of a colour table: 256 of red, of green and of blue.
 const TABLE: usize = 768;
 
-/// The channels of a file.
-pub(super) fn described(
+/// The channels of an ImageJ file whose first directory is at `first`.
+pub(super) fn of_imagej(
     path: &Path,
     reader: &mut Reader,
+    first: u64,
     description: &str,
     layout: &Layout,
 ) -> Result<Vec<ChannelDescription>, Error> {
-    if !layout.imagej {
-        return Ok(ome(description, layout.channels));
-    }
-    let is_big = matches!(reader.byte_order(), ByteOrder::BigEndian);
-    let counts = reader.find_tag_unsigned_vec::<u64>(COUNTS).ok().flatten().unwrap_or_default();
-    let data = reader.get_tag_u8_vec(DATA).unwrap_or_default();
-    let parts = Parts::new(&data, &counts, is_big).map_err(|problem| Error::volume(path, problem))?;
+    let read = |reader: &mut Reader| {
+        let directory = reader.directory(first)?;
+        Ok((reader.numbers(&directory, COUNTS)?, reader.bytes(&directory, DATA)?))
+    };
+    let (counts, data) = read(reader).map_err(|e| failed(path, &e))?;
+    let parts = Parts::new(&data, &counts, reader.big_endian).map_err(|problem| Error::volume(path, problem))?;
     imagej(&parts, description, layout).map_err(|problem| Error::volume(path, problem))
+}
+
+/// The samples of colours: red, green, blue, and what the file says of the others.
+pub(super) fn of_samples(page: &Page) -> Vec<ChannelDescription> {
+    let further = page.extra.iter().skip(page.extra.len().saturating_sub(page.samples - 3));
+    let named = |name: &str| ChannelDescription { name: Some(name.into()), active: false, ..ChannelDescription::default() };
+    let further = further.map(|extra| match extra {
+        Extra::Alpha => named("alpha"),
+        Extra::AssociatedAlpha => named(ChannelDescription::ASSOCIATED_ALPHA),
+        Extra::Unspecified => ChannelDescription::default(),
+    });
+    ChannelDescription::of_components(3).into_iter().chain(further).collect()
 }
 
 /// Parts of ImageJ's metadata.
@@ -105,51 +117,15 @@ fn text(bytes: &[u8], is_big: bool) -> Option<String> {
     text.lines().next().map(str::trim).filter(|line| !line.is_empty()).map(Into::into)
 }
 
-/// The channels of OME-XML, in the order of the file.
-fn ome(description: &str, count: usize) -> Vec<ChannelDescription> {
-    let pixels = ["<Pixels ", "<OME:Pixels "].iter().find_map(|start| description.split_once(start));
-    let Some((_, rest)) = pixels else { return Vec::new() };
-    let rest = ["</Pixels>", "</OME:Pixels>"].iter().find_map(|end| rest.split_once(end)).map_or(rest, |(inside, _)| inside);
-    let tags = rest.split("Channel ").skip(1).filter_map(|rest| rest.split_once('>')).map(|(tag, _)| format!(" {tag}"));
-    tags.take(count).map(|tag| channel(&tag)).collect()
-}
-
-fn channel(tag: &str) -> ChannelDescription {
-    let value = |key: &str| {
-        let rest = tag.split_once(&format!(" {key}="))?.1;
-        let quote = rest.chars().next().filter(|c| ['"', '\''].contains(c))?;
-        let text = rest[1..].split_once(quote)?.0;
-        let plain = [("&lt;", "<"), ("&gt;", ">"), ("&quot;", "\""), ("&apos;", "'"), ("&amp;", "&")];
-        Some(plain.iter().fold(text.to_owned(), |text, (escaped, plain)| text.replace(escaped, plain)))
-    };
-    let name = ["Name", "Fluor"].into_iter().filter_map(value).find(|name| !name.trim().is_empty());
-    // Red, green, blue and alpha in the bytes of a signed number. -1, white, is the default that many writers state.
-    let color = value("Color").and_then(|text| text.parse::<i32>().ok()).filter(|&color| color != -1);
-    let color = color.map(|color| [24, 16, 8].map(|shift| f64::from(color as u32 >> shift & 255) / 255.0));
-    ChannelDescription { name, color, ..ChannelDescription::default() }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn channels_of_ome_have_names_and_colours() {
-        let text = "<OME><Image><Pixels ID='a' SizeC='3'><Channel ID=\"c0\" Name=\"DAPI &amp; &lt;x&gt;\" Color=\"16711935\"/>\
-                    <OME:Channel ID='c1' Color='-1' Fluor='GFP'><LightPath/></OME:Channel><Channel ID='c2' Color='-16776961'/></Pixels>";
-        let found = ome(text, 3);
-        let names: Vec<_> = found.iter().map(|channel| channel.name.as_deref()).collect();
-        assert_eq!(names, [Some("DAPI & <x>"), Some("GFP"), None]);
-        let colors: Vec<_> = found.iter().map(|channel| channel.color).collect();
-        assert_eq!(colors, [Some([0.0, 1.0, 0.0]), None, Some([1.0, 0.0, 0.0])]);
-        assert_eq!((ome(text, 2).len(), ome("", 3).len()), (2, 0));
-    }
-
-    #[test]
     fn damaged_metadata_are_refused() {
         let header = [MARK, u32::from_be_bytes(*b"luts"), 1].map(u32::to_be_bytes).concat();
         let data = [&header[..], &[7; 768]].concat();
-        let layout = Layout::new("ImageJ=1.5\nimages=1\n", 1, None);
+        let layout = Layout::imagej("ImageJ=1.5\nimages=1\n", 1, None);
         let of = |data: &[u8], counts: &[u64]| Parts::new(data, counts, true).and_then(|parts| imagej(&parts, "", &layout));
         assert_eq!(of(&data, &[12, 768]).unwrap()[0].color, Some([7.0 / 255.0; 3]));
         assert_eq!(of(&[], &[]).unwrap(), [ChannelDescription::default()]);

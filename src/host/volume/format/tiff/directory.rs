@@ -1,141 +1,178 @@
-//! Directories, read before the crate reads them: it allocates what the tags of the first one declare, and it inverts the samples of pages
-//! whose photometric interpretation is WhiteIsZero.
+//! Directories of a file and their tags. Nothing is allocated that is larger than the file.
 
-use super::pages::MOST;
 use crate::error::Error;
+use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{self, BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
 
-/// Tag of the photometric interpretation: 0 is WhiteIsZero, 1 BlackIsZero.
-const PHOTOMETRIC: u64 = 262;
+/// Most pages of a file.
+pub(super) const MOST: usize = 1 << 20;
 
-/// A TIFF file in which pages that are WhiteIsZero appear as BlackIsZero.
-///
-/// That tag tells how to display numbers. Voxels are the numbers as stored; the crate would return 1 − v for floats and the largest number
-/// less v for integers, and refuse signed ones.
-pub(super) struct AsStored {
-    file: File,
-    position: u64,
-    /// Bytes that hold a 0 for WhiteIsZero, in ascending order.
-    photometric: Vec<u64>,
+/// A tag: type and number of its values, and the field that has them, or where they are.
+#[derive(Clone, Copy)]
+struct Entry {
+    kind: u16,
+    count: u64,
+    field: [u8; 8],
 }
 
-impl AsStored {
-    /// # Errors
-    /// Rejects a first page whose tags have more numbers than the file's `len` bytes can hold. Directories that are incomplete are left to
-    /// the crate.
-    pub fn new(path: &Path, mut file: File, len: u64) -> Result<Self, Error> {
-        let failed = |e| Error::read(path, e);
-        let mut found = Found::default();
-        match read(&mut file, len, &mut found) {
-            Err(e) if ![io::ErrorKind::UnexpectedEof, io::ErrorKind::InvalidInput].contains(&e.kind()) => return Err(failed(e)),
-            _ => file.rewind().map_err(failed)?,
-        }
-        if let Some((tag, count)) = found.too_large {
-            let problem = format!("tag {tag} of its first page has {count} numbers, and it has {len} bytes: it is damaged");
-            return Err(Error::volume(path, problem));
-        }
-        found.photometric.sort_unstable();
-        Ok(Self { file, position: 0, photometric: found.photometric })
-    }
+/// The tags of a page.
+pub(super) struct Directory {
+    entries: BTreeMap<u16, Entry>,
+    /// Offset of the next directory, or 0.
+    next: u64,
 }
 
-impl Read for AsStored {
-    fn read(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
-        let read = self.file.read(bytes)?;
-        let end = self.position + read as u64;
-        let first = self.photometric.partition_point(|&at| at < self.position);
-        for at in self.photometric[first..].iter().take_while(|&&at| at < end) {
-            bytes[(at - self.position) as usize] = 1;
-        }
-        self.position = end;
-        Ok(read)
-    }
+/// A file, its byte order and the size of its offsets.
+pub(super) struct Reader {
+    file: BufReader<File>,
+    pub len: u64,
+    pub big_endian: bool,
+    large: bool,
+    first: u64,
 }
 
-impl Seek for AsStored {
-    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
-        self.position = self.file.seek(to)?;
-        Ok(self.position)
-    }
-}
-
-/// What the directories say.
-#[derive(Default)]
-struct Found {
-    /// The first tag of the first page with more numbers than the file has bytes, and how many.
-    too_large: Option<(u64, u64)>,
-    photometric: Vec<u64>,
-}
-
-/// Reads all directories, up to the first one that is not there.
-fn read(file: &mut File, len: u64, found: &mut Found) -> io::Result<()> {
-    let mut numbers = Numbers { reader: BufReader::new(file), big_endian: false };
-    numbers.big_endian = numbers.next(2)? == 0x4d4d;
-    let large = numbers.next(2)? == 43;
-    let (offset_bytes, count_bytes) = if large { (8, 8) } else { (4, 2) };
-    if large {
-        // Size of offsets, always 8, and padding.
-        numbers.next(4)?;
-    }
-    // Directories that overlap are damaged, and may go on for ever.
-    let mut left = len;
-    for page in 0..=MOST {
-        let directory = numbers.next(offset_bytes)?;
-        if directory == 0 {
-            break;
-        }
-        numbers.reader.seek(SeekFrom::Start(directory))?;
-        let (entries, size) = (numbers.next(count_bytes)?, 4 + 2 * offset_bytes as u64);
-        let Some(rest) = left.checked_sub(entries.saturating_mul(size)) else { break };
-        left = rest;
-        for n in 0..entries {
-            let [tag, kind, count] = [numbers.next(2)?, numbers.next(2)?, numbers.next(offset_bytes)?];
-            if page == 0 && count > len {
-                found.too_large = Some((tag, count));
-                return Ok(());
-            }
-            let value = numbers.next(offset_bytes)?;
-            if tag == PHOTOMETRIC && is_zero(value, kind, numbers.big_endian, offset_bytes) {
-                let at = directory + count_bytes as u64 + n * size + 4 + offset_bytes as u64;
-                found.photometric.push(at + if numbers.big_endian { bytes_of(kind) as u64 - 1 } else { 0 });
-            }
-        }
-    }
-    Ok(())
-}
-
-/// Bytes of a whole number of a type; 0 of other types.
-fn bytes_of(kind: u64) -> usize {
+/// Bytes of a value of a type; 0 of unknown types.
+fn size_of(kind: u16) -> u64 {
     match kind {
-        1 => 1,
-        3 => 2,
-        4 => 4,
+        1 | 2 | 6 | 7 => 1,
+        3 | 8 => 2,
+        4 | 9 | 11 | 13 => 4,
+        5 | 10 | 12 | 16..=18 => 8,
         _ => 0,
     }
 }
 
-/// Whether the number at the beginning of a field of `field` bytes is 0.
-fn is_zero(value: u64, kind: u64, big_endian: bool, field: usize) -> bool {
-    let bytes = bytes_of(kind);
-    let unused = if big_endian { 8 * (field - bytes) } else { 0 };
-    bytes > 0 && value >> unused & ((1 << (8 * bytes)) - 1) == 0
+fn damaged(problem: String) -> io::Error {
+    io::Error::new(io::ErrorKind::InvalidData, problem)
 }
 
-struct Numbers<R> {
-    reader: R,
-    big_endian: bool,
-}
+impl Reader {
+    pub fn new(path: &Path) -> Result<Self, Error> {
+        let read = || {
+            let file = File::open(path)?;
+            let len = file.metadata()?.len();
+            let mut reader = Self { file: BufReader::new(file), len, big_endian: false, large: false, first: 0 };
+            let mut mark = [0; 4];
+            reader.file.read_exact(&mut mark)?;
+            reader.big_endian = mark[0] == b'M';
+            reader.large = mark.contains(&b'+');
+            let mut head = vec![0; if reader.large { 12 } else { 4 }];
+            reader.file.read_exact(&mut head)?;
+            // Before the offset of large files stand its size, always 8, and padding.
+            reader.first = reader.number(if reader.large { &head[4..] } else { &head });
+            Ok(reader)
+        };
+        read().map_err(|e| failed(path, &e))
+    }
 
-impl<R: Read> Numbers<R> {
-    /// The next unsigned integer of up to eight bytes.
-    fn next(&mut self, bytes: usize) -> io::Result<u64> {
-        let mut number = [0; 8];
-        self.reader.read_exact(&mut number[..bytes])?;
-        if self.big_endian {
-            number[..bytes].reverse();
+    /// An unsigned integer of up to eight bytes.
+    fn number(&self, bytes: &[u8]) -> u64 {
+        let next = |n: u64, byte: &u8| n << 8 | u64::from(*byte);
+        if self.big_endian { bytes.iter().fold(0, next) } else { bytes.iter().rev().fold(0, next) }
+    }
+
+    /// Reads `len` bytes, which the file must have.
+    pub fn bytes_at(&mut self, at: u64, len: u64) -> io::Result<Vec<u8>> {
+        if at.checked_add(len).is_none_or(|end| end > self.len) {
+            return Err(damaged(format!("{len} bytes at {at} are beyond its end at {}", self.len)));
         }
-        Ok(u64::from_le_bytes(number))
+        let mut bytes = vec![0; len as usize];
+        self.file.seek(SeekFrom::Start(at))?;
+        self.file.read_exact(&mut bytes)?;
+        Ok(bytes)
+    }
+
+    /// Offsets of all directories.
+    pub fn directories(&mut self) -> io::Result<Vec<u64>> {
+        let (mut found, mut at, mut left) = (Vec::new(), self.first, self.len);
+        while at != 0 {
+            let directory = self.directory(at)?;
+            // Directories that overlap are damaged, and may go on for ever.
+            let used = 12 * directory.entries.len() as u64 + 2;
+            left = left.checked_sub(used).ok_or_else(|| damaged("its pages overlap".into()))?;
+            found.push(at);
+            if found.len() > MOST {
+                return Err(damaged(format!("it has more than {MOST} pages")));
+            }
+            at = directory.next;
+        }
+        if found.is_empty() { Err(damaged("it has no page".into())) } else { Ok(found) }
+    }
+
+    /// Reads a directory.
+    pub fn directory(&mut self, at: u64) -> io::Result<Directory> {
+        let (before, each, offset) = if self.large { (8, 20, 8) } else { (2, 12, 4) };
+        let count = self.bytes_at(at, before)?;
+        let count = self.number(&count);
+        let len = count.checked_mul(each).and_then(|len| len.checked_add(offset));
+        let len = len.ok_or_else(|| damaged(format!("a page has {count} tags")))?;
+        let bytes = self.bytes_at(at + before, len)?;
+        let (tags, next) = bytes.split_at((len - offset) as usize);
+        let mut entries = BTreeMap::new();
+        for entry in tags.chunks_exact(each as usize) {
+            let (head, value) = entry.split_at(entry.len() - offset as usize);
+            let [tag, kind] = [&head[..2], &head[2..4]].map(|two| self.number(two) as u16);
+            let mut field = [0; 8];
+            field[..value.len()].copy_from_slice(value);
+            // Of tags that occur twice, the first one counts.
+            entries.entry(tag).or_insert(Entry { kind, count: self.number(&head[4..]), field });
+        }
+        Ok(Directory { entries, next: self.number(next) })
+    }
+
+    /// The bytes of the values of a tag; empty if it is missing.
+    pub fn bytes(&mut self, directory: &Directory, tag: u16) -> io::Result<Vec<u8>> {
+        let Some(&Entry { kind, count, field }) = directory.entries.get(&tag) else { return Ok(Vec::new()) };
+        let len = count.checked_mul(size_of(kind)).filter(|&len| len <= self.len);
+        let len = len.ok_or_else(|| damaged(format!("tag {tag} has {count} numbers, and it has {} bytes", self.len)))?;
+        let inline = if self.large { 8 } else { 4 };
+        if len <= inline {
+            return Ok(field[..len as usize].to_vec());
+        }
+        let at = self.number(&field[..inline as usize]);
+        self.bytes_at(at, len)
+    }
+
+    /// The unsigned integers of a tag; empty if it is missing or has other values.
+    pub fn numbers(&mut self, directory: &Directory, tag: u16) -> io::Result<Vec<u64>> {
+        let kind = directory.entries.get(&tag).map_or(0, |entry| entry.kind);
+        if !matches!(kind, 1 | 3 | 4 | 13 | 16 | 18) {
+            return Ok(Vec::new());
+        }
+        let bytes = self.bytes(directory, tag)?;
+        Ok(bytes.chunks_exact(size_of(kind) as usize).map(|number| self.number(number)).collect())
+    }
+
+    /// The first of [`numbers`](Self::numbers).
+    pub fn whole(&mut self, directory: &Directory, tag: u16) -> io::Result<Option<u64>> {
+        Ok(self.numbers(directory, tag)?.first().copied())
+    }
+
+    /// The quotient that a tag has.
+    pub fn quotient(&mut self, directory: &Directory, tag: u16) -> io::Result<Option<f64>> {
+        let bytes = self.bytes(directory, tag)?;
+        let is_quotient = directory.entries.get(&tag).is_some_and(|entry| entry.kind == 5) && bytes.len() == 8;
+        Ok(is_quotient.then(|| self.number(&bytes[..4]) as f64 / self.number(&bytes[4..]) as f64))
+    }
+
+    /// The text of a tag; empty if it is missing.
+    pub fn text(&mut self, directory: &Directory, tag: u16) -> io::Result<String> {
+        let bytes = self.bytes(directory, tag)?;
+        let text = bytes.split(|&byte| byte == 0).next().unwrap_or_default();
+        // Old writers use Latin-1.
+        let latin = || text.iter().map(|&byte| char::from(byte)).collect();
+        Ok(std::str::from_utf8(text).map_or_else(|_| latin(), String::from))
+    }
+}
+
+/// What is wrong with a file that cannot be read.
+pub(super) fn failed(path: &Path, e: &io::Error) -> Error {
+    match e.kind() {
+        io::ErrorKind::UnexpectedEof | io::ErrorKind::InvalidData => {
+            Error::volume(path, format!("its pages cannot be read: {e}: it is truncated or damaged"))
+        }
+        kind => Error::read(path, io::Error::new(kind, e.to_string())),
     }
 }

@@ -2,41 +2,81 @@
 
 use crate::volume::FrameSpacing;
 use glam::DVec3;
+use serde_json::Value;
+
+/// Which description states a layout.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Kind {
+    /// None: pages are slices.
+    Plain,
+    ImageJ,
+    Ome,
+    /// The shape of an array, which tifffile writes.
+    Shaped,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Axis {
+    Slice,
+    Frame,
+    Channel,
+}
+
+impl Axis {
+    fn named(letter: char) -> Option<Self> {
+        match letter.to_ascii_uppercase() {
+            'Z' => Some(Self::Slice),
+            'T' => Some(Self::Frame),
+            'C' => Some(Self::Channel),
+            _ => None,
+        }
+    }
+
+    /// Parses an order such as `CZT`.
+    pub fn order(letters: &str) -> Option<[Self; 3]> {
+        let order: Vec<Self> = letters.chars().map(Self::named).collect::<Option<_>>()?;
+        let order = <[Self; 3]>::try_from(order).ok()?;
+        [Self::Slice, Self::Frame, Self::Channel].iter().all(|axis| order.contains(axis)).then_some(order)
+    }
+}
 
 /// Order of pages.
+#[derive(Clone, Debug)]
 pub(super) struct Layout {
-    pub imagej: bool,
+    pub kind: Kind,
     pub slices: usize,
     pub frames: usize,
     pub channels: usize,
-    /// Order of slices (Z), frames (T) and channels (C), fastest first.
-    order: String,
+    /// Axes and their sizes, the fastest first. Several axes may be frames.
+    pub axes: Vec<(Axis, usize)>,
     pub spacing: DVec3,
     pub states_spacing: bool,
     pub frame_spacing: Option<FrameSpacing>,
-    /// Whether the file specifies this layout.
-    declared: bool,
 }
 
 impl Layout {
-    /// Parses the image description of pages with `samples` samples per pixel. `pixels_per_unit` is the resolution that ImageJ writes.
-    pub fn new(description: &str, samples: usize, pixels_per_unit: Option<[f64; 2]>) -> Self {
-        let plain = Self {
-            imagej: false,
-            slices: 1,
-            frames: 1,
-            channels: 1,
-            order: "CZT".into(),
+    /// Axes in an order, the fastest first.
+    pub fn ordered(order: [Axis; 3], slices: usize, frames: usize, channels: usize) -> Self {
+        let size = |axis| match axis {
+            Axis::Slice => slices,
+            Axis::Frame => frames,
+            Axis::Channel => channels,
+        };
+        Self {
+            kind: Kind::Plain,
+            slices,
+            frames,
+            channels,
+            axes: order.map(|axis| (axis, size(axis))).into(),
             spacing: DVec3::ONE,
             states_spacing: false,
             frame_spacing: None,
-            declared: false,
-        };
-        if description.starts_with("ImageJ=") {
-            imagej(description, pixels_per_unit, plain)
-        } else {
-            ome(description, samples, plain)
         }
+    }
+
+    /// A file whose pages are slices.
+    pub fn plain(pages: usize) -> Self {
+        Self::ordered([Axis::Slice, Axis::Channel, Axis::Frame], pages, 1, 1)
     }
 
     /// Number of pages that the layout has.
@@ -44,97 +84,94 @@ impl Layout {
         self.slices.saturating_mul(self.frames).saturating_mul(self.channels)
     }
 
-    /// Adapts the layout to a file with `pages` pages.
-    pub fn with_pages(self, pages: usize) -> Result<Self, String> {
-        match self.declared {
-            true if self.pages() == pages => Ok(self),
-            true if !self.imagej => Err(format!(
-                "its OME-XML declares {} pages, but it has {pages}: the others are in other files or missing",
-                self.pages()
-            )),
-            _ => Ok(Self { slices: pages, frames: 1, channels: 1, ..self }),
-        }
-    }
-
     /// Index of a page.
-    pub fn page(&self, slice: usize, frame: usize, channel: usize) -> usize {
+    pub fn page(&self, slice: usize, mut frame: usize, channel: usize) -> usize {
         let (mut page, mut step) = (0usize, 1usize);
-        for axis in self.order.chars() {
-            let (at, count) = match axis {
-                'C' => (channel, self.channels),
-                'Z' => (slice, self.slices),
-                _ => (frame, self.frames),
+        for &(axis, count) in &self.axes {
+            let at = match axis {
+                Axis::Channel => channel,
+                Axis::Slice => slice,
+                Axis::Frame => {
+                    let at = frame % count.max(1);
+                    frame /= count.max(1);
+                    at
+                }
             };
             page = at.saturating_mul(step).saturating_add(page);
             step = count.saturating_mul(step);
         }
         page
     }
-}
 
-fn imagej(description: &str, pixels_per_unit: Option<[f64; 2]>, plain: Layout) -> Layout {
-    let value = |key: &str| description.lines().find_map(|line| line.strip_prefix(key)?.strip_prefix('=')).map(str::trim);
-    let count = |key: &str| value(key).and_then(|text| text.parse::<usize>().ok()).filter(|&n| n > 0);
-    let along = |pixels: f64| Some(1.0 / pixels).filter(|h| h.is_finite() && *h > 0.0).unwrap_or(1.0);
-    let pixels_per_unit = pixels_per_unit.filter(|_| value("unit").is_some());
-    let [x, y] = pixels_per_unit.map_or([1.0; 2], |pixels| pixels.map(along));
-    let z = value("spacing").and_then(|text| text.parse().ok()).map_or(1.0, f64::abs);
-    let number = |key: &str| value(key).and_then(|text| text.parse::<f64>().ok());
-    let images = count("images");
-    let found = Layout {
-        imagej: true,
-        slices: count("slices").unwrap_or(1),
-        frames: count("frames").unwrap_or(1),
-        channels: count("channels").unwrap_or(1),
-        spacing: DVec3::new(x, y, if z > 0.0 { z } else { 1.0 }),
-        states_spacing: pixels_per_unit.is_some(),
-        frame_spacing: number("finterval").and_then(|interval| FrameSpacing::new(interval, Some(value("tunit").unwrap_or("s")))),
-        declared: images.is_some(),
-        ..plain
-    };
-    match images {
-        Some(images) if images != found.pages() => Layout { slices: images, frames: 1, channels: 1, ..found },
-        _ => found,
-    }
-}
-
-fn ome(description: &str, samples: usize, plain: Layout) -> Layout {
-    let tag = ["<Pixels ", "<OME:Pixels "].iter().find_map(|start| description.split_once(start));
-    let Some(tag) = tag.and_then(|(_, rest)| rest.split_once('>')).map(|(tag, _)| format!(" {tag}")) else { return plain };
-    let value = |key: &str| {
-        let rest = tag.split_once(&format!(" {key}="))?.1;
-        let quote = rest.chars().next().filter(|c| ['"', '\''].contains(c))?;
-        rest[1..].split_once(quote).map(|(value, _)| value)
-    };
-    let count = |key: &str| value(key).and_then(|text| text.parse::<usize>().ok()).filter(|&n| n > 0).unwrap_or(1);
-    // Micrometres by default.
-    let size = |axis: &str| {
-        let unit = match value(&format!("PhysicalSize{axis}Unit")) {
-            Some("nm") => 1e-3,
-            Some("mm") => 1e3,
-            Some("cm") => 1e4,
-            Some("m") => 1e6,
-            _ => 1.0,
+    /// The layout that ImageJ describes of pages with `samples` samples per pixel. `pixels_per_unit` is the resolution that it writes.
+    pub fn imagej(description: &str, samples: usize, pixels_per_unit: Option<[f64; 2]>) -> Self {
+        let value = |key: &str| description.lines().find_map(|line| line.strip_prefix(key)?.strip_prefix('=')).map(str::trim);
+        let count = |key: &str| value(key).and_then(|text| text.parse::<usize>().ok()).filter(|&n| n > 0);
+        let along = |pixels: f64| Some(1.0 / pixels).filter(|h| h.is_finite() && *h > 0.0).unwrap_or(1.0);
+        let pixels_per_unit = pixels_per_unit.filter(|_| value("unit").is_some());
+        let [x, y] = pixels_per_unit.map_or([1.0; 2], |pixels| pixels.map(along));
+        let z = value("spacing").and_then(|text| text.parse().ok()).map_or(1.0, f64::abs);
+        let number = |key: &str| value(key).and_then(|text| text.parse::<f64>().ok());
+        let sizes = ["slices", "frames", "channels"].map(|key| count(key).unwrap_or(1));
+        // Some writers count the samples of a pixel as channels.
+        let [slices, frames, channels] = if samples > 1 && sizes[2] == samples { [sizes[0], sizes[1], 1] } else { sizes };
+        let pages = slices.saturating_mul(frames).saturating_mul(channels);
+        let order = value("order").and_then(Axis::order).unwrap_or([Axis::Channel, Axis::Slice, Axis::Frame]);
+        let found = match count("images") {
+            Some(images) if images != pages && images != pages.saturating_mul(sizes[2]) => Self::plain(images),
+            _ => Self::ordered(order, slices, frames, channels),
         };
-        let size: f64 = value(&format!("PhysicalSize{axis}"))?.parse().ok()?;
-        Some(size * unit).filter(|h| h.is_finite() && *h > 0.0)
-    };
-    let order = value("DimensionOrder")
-        .and_then(|order| order.strip_prefix("XY"))
-        .filter(|order| order.len() == 3 && "CZT".chars().all(|axis| order.contains(axis)));
-    let x = size("X").unwrap_or(1.0);
-    Layout {
-        slices: count("SizeZ"),
-        frames: count("SizeT"),
-        channels: (count("SizeC") / samples).max(1),
-        order: order.unwrap_or("CZT").into(),
-        spacing: DVec3::new(x, size("Y").unwrap_or(x), size("Z").unwrap_or(x)),
-        states_spacing: size("X").is_some(),
-        frame_spacing: value("TimeIncrement")
-            .and_then(|interval| FrameSpacing::new(interval.parse().ok()?, Some(value("TimeIncrementUnit").unwrap_or("s")))),
-        declared: true,
-        ..plain
+        Self {
+            kind: Kind::ImageJ,
+            spacing: DVec3::new(x, y, if z > 0.0 { z } else { 1.0 }),
+            states_spacing: pixels_per_unit.is_some(),
+            frame_spacing: number("finterval")
+                .and_then(|interval| FrameSpacing::new(interval, Some(value("tunit").unwrap_or("s")))),
+            ..found
+        }
     }
+
+    /// The layout of the array whose shape tifffile describes, `None` for another description. `page`: the sizes of a page, in which its
+    /// last axes are stored.
+    pub fn shaped(description: &str, page: &[usize]) -> Option<Self> {
+        let (shape, axes) = shape(description)?;
+        let of = |sizes: &[usize]| sizes.iter().try_fold(1usize, |n, &size| n.checked_mul(size));
+        let inside = of(page).filter(|&n| n > 0)?;
+        // The axes outside of a page are those before which the product of the others is that of a page.
+        let outside = (0..=shape.len()).find(|&n| of(&shape[n..]) == Some(inside))?;
+        let known = |n: usize| axes.as_ref().and_then(|axes| Axis::named(axes.chars().nth(n)?));
+        let mut found: Vec<(Axis, usize)> = Vec::new();
+        let has_slices = (0..outside).any(|n| known(n) == Some(Axis::Slice));
+        for n in (0..outside).rev() {
+            let has = |axis: Axis| found.iter().any(|(other, _)| *other == axis);
+            let axis = match known(n) {
+                Some(axis) if !has(axis) => axis,
+                // Without a z axis, the fastest axis of unknown meaning is z, as in an array without names of axes.
+                None if !has_slices && !has(Axis::Slice) => Axis::Slice,
+                _ => Axis::Frame,
+            };
+            found.push((axis, shape[n]));
+        }
+        let size = |axis: Axis| found.iter().filter(|(other, _)| *other == axis).map(|(_, size)| size).product();
+        let (slices, frames, channels) = (size(Axis::Slice), size(Axis::Frame), size(Axis::Channel));
+        Some(Self { kind: Kind::Shaped, slices, frames, channels, axes: found, ..Self::plain(1) })
+    }
+}
+
+/// The shape of an array and the letters of its axes.
+fn shape(description: &str) -> Option<(Vec<usize>, Option<String>)> {
+    // As versions of 2015 write.
+    if let Some(text) = description.trim().strip_prefix("shape=(").and_then(|text| text.strip_suffix(')')) {
+        let sizes = text.split(',').map(str::trim).filter(|size| !size.is_empty()).map(|size| size.parse().ok());
+        return Some((sizes.collect::<Option<_>>()?, None));
+    }
+    let Value::Object(found) = serde_json::from_str(description).ok().filter(|_| description.starts_with('{'))? else {
+        return None;
+    };
+    let sizes = found.get("shape")?.as_array()?.iter().map(|size| usize::try_from(size.as_u64()?).ok());
+    let sizes: Vec<usize> = sizes.collect::<Option<_>>()?;
+    let axes = found.get("axes").and_then(Value::as_str).filter(|axes| axes.chars().count() == sizes.len());
+    Some((sizes, axes.map(Into::into)))
 }
 
 #[cfg(test)]
@@ -143,29 +180,49 @@ mod tests {
 
     #[test]
     fn pages_are_counted_in_the_order_that_is_told() {
-        let ome = |order: &str| {
-            let text = format!(
-                "<OME><Image><Pixels ID='a' DimensionOrder=\"XY{order}\" SizeC='2' SizeT='3' SizeZ='5' PhysicalSizeZ='2'>"
-            );
-            Layout::new(&text, 1, None)
+        let of = |order: &str| Layout::ordered(Axis::order(order).unwrap(), 5, 3, 2);
+        assert_eq!((of("CZT").page(1, 0, 0), of("ZCT").page(1, 2, 1), of("TZC").page(2, 1, 1)), (2, 26, 22));
+        assert_eq!((of("CZT").pages(), Axis::order("CZZ"), Axis::order("CZTT")), (30, None, None));
+    }
+
+    #[test]
+    fn imagej_describes_hyperstacks() {
+        let layout = |text: &str, samples: usize| Layout::imagej(&format!("ImageJ=1.5\n{text}"), samples, Some([4.0, 2.0]));
+        let timed = layout("images=6\nslices=3\nframes=2\nfinterval=0.1\n", 1);
+        assert_eq!(timed.frame_spacing, FrameSpacing::new(0.1, Some("s")));
+        let spaced = layout("images=6\nslices=3\nframes=2\nunit=um\nspacing=0.5\n", 1);
+        assert_eq!((spaced.page(2, 1, 0), spaced.spacing), (5, DVec3::new(0.25, 0.5, 0.5)));
+        assert_eq!(layout("images=6\nslices=4\n", 1).slices, 6);
+        let ordered = layout("images=6\nslices=3\nchannels=2\norder=zct\n", 1);
+        assert_eq!((ordered.page(2, 0, 0), ordered.page(0, 0, 1)), (2, 3));
+        let colours = layout("images=3\nslices=3\nchannels=3\n", 3);
+        assert_eq!((colours.slices, colours.channels), (3, 1));
+    }
+
+    #[test]
+    fn shapes_of_arrays_have_axes() {
+        let sizes = |text: &str, page: &[usize]| {
+            let layout = Layout::shaped(text, page)?;
+            Some(([layout.slices, layout.frames, layout.channels], layout.page(1, 1, 0)))
         };
-        assert_eq!((ome("CZT").page(1, 0, 0), ome("ZCT").page(1, 2, 1), ome("TZC").page(2, 1, 1)), (2, 26, 22));
-        assert_eq!((ome("CZT").pages(), ome("CZT").spacing), (30, DVec3::new(1.0, 1.0, 2.0)));
-        assert!(ome("CZT").with_pages(29).is_err());
-        // Times are in seconds by default.
-        let every = |attributes: &str| {
-            let text = format!("<OME><Image><Pixels ID='a' SizeT='3' PhysicalSizeX='0.5' {attributes}>");
-            let layout = Layout::new(&text, 1, None);
-            assert!(layout.states_spacing && !ome("CZT").states_spacing);
-            layout.frame_spacing
-        };
-        assert_eq!(every("TimeIncrement='0.5'"), FrameSpacing::new(0.5, Some("s")));
-        assert_eq!(every("TimeIncrement='20' TimeIncrementUnit='ms'"), FrameSpacing::new(20.0, Some("ms")));
-        assert_eq!((every(""), every("TimeIncrement='x'")), (None, None));
-        let imagej = Layout::new("ImageJ=1.5\nimages=6\nslices=3\nframes=2\nfinterval=0.1\n", 1, None);
-        assert_eq!(imagej.frame_spacing, FrameSpacing::new(0.1, Some("s")));
-        let layout = Layout::new("ImageJ=1.5\nimages=6\nslices=3\nframes=2\nunit=um\nspacing=0.5\n", 1, Some([4.0, 2.0]));
-        assert_eq!((layout.page(2, 1, 0), layout.spacing), (5, DVec3::new(0.25, 0.5, 0.5)));
-        assert_eq!(layout.with_pages(4).unwrap().slices, 4);
+        assert_eq!(sizes(r#"{"shape": [2, 3, 4, 5, 6], "axes": "TZCYX"}"#, &[5, 6]), Some(([3, 2, 4], 16)));
+        assert_eq!(sizes(r#"{"shape": [2, 3, 4, 5, 6], "axes": "CTZYX"}"#, &[5, 6]), Some(([4, 3, 2], 5)));
+        // Without names of axes: frames, then z, as in an array of numpy.
+        assert_eq!(sizes(r#"{"shape": [2, 3, 4, 5, 6]}"#, &[5, 6]), Some(([4, 6, 1], 5)));
+        assert_eq!(sizes("shape=(4, 5, 6)", &[5, 6]), Some(([4, 1, 1], 1)));
+        assert_eq!(sizes(r#"{"shape": [4, 5, 6, 3], "axes": "ZYXS"}"#, &[5, 6, 3]), Some(([4, 1, 1], 1)));
+        assert_eq!(sizes(r#"{"shape": [4, 5, 6], "axes": "TYX"}"#, &[5, 6]), Some(([1, 4, 1], 2)));
+        assert_eq!(sizes(r#"{"shape": [4, 5, 6], "axes": "QYX"}"#, &[5, 6]), Some(([4, 1, 1], 1)));
+        for other in [
+            r#"{"shape": [4, 5, 7]}"#,
+            r#"{"shape": "x"}"#,
+            "{}",
+            "{",
+            "shape=(a)",
+            "",
+            r#"{"shape": [99999999999, 99999999999, 5, 6]}"#,
+        ] {
+            assert_eq!(sizes(other, &[5, 6]).is_some(), other.contains("999"), "{other}");
+        }
     }
 }
