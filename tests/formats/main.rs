@@ -12,5 +12,8 @@ mod refused;
 #[cfg(feature = "npz")]
 mod refused_archives;
 mod refused_pictures;
+mod slices;
+#[cfg(feature = "tiff")]
+mod tiff_pages;
 mod vectors;
 mod written;

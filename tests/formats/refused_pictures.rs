@@ -120,14 +120,18 @@ mod tiffs {
     fn wrong_pages_are_named() {
         let huge = [0, 1, 2].map(|page| [(page, WIDTH, 60_000), (page, HEIGHT, 60_000), (page, ROWS, 60_000)]).concat();
         let cases: [(&str, &[Value], &str); 9] = [
-            ("uint8.tif", &[(0, BITS, 1)], "its samples have 1 bits (format 1): expected 8, 16, 32 or 64; convert it"),
-            ("uint8.tif", &[(0, WIDTH, 0)], "its pages cannot be read"),
-            ("uint8.tif", &[(0, SAMPLES, 0)], "its pages cannot be read"),
+            ("uint8.tif", &[(0, BITS, 24)], "its samples have 24 bits (format 1): expected 1 to 16, 32 or 64; convert it"),
+            ("uint8.tif", &[(0, WIDTH, 0)], "it has a page of 0x4 pixels"),
+            ("uint8.tif", &[(0, SAMPLES, 0)], "it has 0 samples per pixel"),
             ("uint8.tif", &[(0, COMPRESSION, 50_000)], "its pages are compressed with Zstandard: save them"),
-            ("uint8.tif", &[(1, WIDTH, 6)], "page 1 has 6x4 pixels of uint8, but page 0 has 5x4 pixels of uint8"),
+            ("uint8.tif", &[(1, WIDTH, 6)], "page 1 has 6x4 pixels of uint8, but the first has 5x4 pixels of uint8"),
             ("uint8.tif", &[(1, HEIGHT, 3)], "page 1 has 5x3 pixels"),
-            ("uint16.tif", &[(2, BITS, 8)], "page 2 has 5x4 pixels of uint8, but page 0 has 5x4 pixels of uint16"),
-            ("rgb.tif", &[(1, SAMPLES, 1)], "its pages cannot be read"),
+            ("uint16.tif", &[(2, BITS, 8)], "page 2 has 5x4 pixels of uint8, but the first has 5x4 pixels of uint16"),
+            (
+                "rgb.tif",
+                &[(1, SAMPLES, 1)],
+                "page 1 has 5x4 pixels of uint8, but the first has 5x4 pixels of uint8 with 3 channels",
+            ),
             ("zlib.tif", &huge, "60000x60000x3 voxels of uint16, 21600000000 bytes"),
         ];
         for (file, values, words) in cases {
@@ -138,12 +142,12 @@ mod tiffs {
 
     #[test]
     fn what_a_file_cannot_hold_is_refused() {
-        for (file, tag) in [("uint8.tif", 273), ("uint8.tif", 279), ("strips.tif", 273), ("zlib.tif", 305)] {
+        for (file, tag) in [("uint8.tif", 273), ("uint8.tif", 279), ("strips.tif", 273)] {
             let (_temporary, path) = changed(&format!("tiff/{file}"), |bytes| {
                 let at = entry(bytes, 0, tag);
                 bytes[at + 4..at + 8].copy_from_slice(&0x0f00_0000u32.to_le_bytes());
             });
-            refused(&path, file, &format!("tag {tag} of its first page has 251658240 numbers"));
+            refused(&path, file, &format!("tag {tag} has 251658240 numbers"));
         }
         for (file, words) in [
             ("uint8.tif", "its pages cannot be read"),

@@ -65,8 +65,13 @@ impl TransferFunction {
     /// transparent. CT in Hounsfield units shows skin, soft tissue and bone.
     ///
     /// Two built-in volumes have fixed ones: the Shepp–Logan phantom shows the interior of the head, the Marschner–Lobb signal a surface.
+    /// Values that are indices of a palette ([`Contents::palette`](crate::volume::Contents::palette)) have its colours.
     pub fn automatic(volume: &Volume) -> Self {
-        of_volume(volume, Palette::default())
+        let found = of_volume(volume, Palette::default());
+        let palette = &volume.contents().palette;
+        let colors = palette.iter().enumerate().map(|(index, color)| (index as f64, *color)).collect();
+        let opacities = found.opacities().to_vec();
+        if palette.is_empty() { found } else { Self::new(Self::AUTOMATIC, colors, opacities).unwrap_or(found) }
     }
 
     /// As [`TransferFunction::automatic`], in the colours of a palette: one of [`TransferFunction::palettes`]. CT in Hounsfield units and the

@@ -31,6 +31,8 @@ pub struct Contents {
     pub levels: Vec<[usize; 3]>,
     /// The resolution that was read, from 0.
     pub level: usize,
+    /// Red, green and blue, 0 to 1, of each value, if voxels are indices of a palette. Empty otherwise.
+    pub palette: Vec<[f64; 3]>,
 }
 
 /// Distance between consecutive frames.
@@ -55,6 +57,7 @@ impl Default for Contents {
             magnitude: false,
             levels: Vec::new(),
             level: 0,
+            palette: Vec::new(),
         }
     }
 }

@@ -39,6 +39,16 @@ impl Contents {
     }
 }
 
+/// Rejects frames and channels that a file does not have. Formats that have one of each choose none.
+pub(super) fn check(path: &Path, options: &OpenOptions, contents: &Contents) -> Result<(), Error> {
+    for (field, wanted, several) in [("frame", options.frame, contents.frames), ("channel", options.channel, contents.channels)] {
+        if wanted.is_some() {
+            chosen(path, field, wanted, several)?;
+        }
+    }
+    Ok(())
+}
+
 /// Index of the selected one of `several` volumes. Without a selection it is the first, with a warning if there are more. `field` is
 /// `frame` or `channel`.
 pub(super) fn chosen(path: &Path, field: &'static str, wanted: Option<usize>, several: usize) -> Result<usize, Error> {

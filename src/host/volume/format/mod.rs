@@ -1,5 +1,6 @@
 //! Volume file formats; each implements [`Format`].
 
+mod bits;
 mod bov;
 mod bytes;
 mod choice;
@@ -14,6 +15,7 @@ mod magnitude;
 mod metaimage;
 #[cfg(not(all(feature = "dicom", feature = "hdf5", feature = "zarr")))]
 mod missing;
+mod names;
 mod nifti;
 mod nrrd;
 mod numbered;
@@ -237,9 +239,24 @@ fn open_one(path: &Path, options: &OpenOptions) -> Result<Opened, Error> {
 
 /// Opens a file that is no collection, as it states its placement.
 fn open_stated(path: &Path, options: &OpenOptions) -> Result<Opened, Error> {
-    if let Some(files) = slices::files(path)? {
-        return slices::open(path, files, options);
+    let opened = match slices::files(path)? {
+        Some(files) => slices::open(path, files, options)?,
+        None => open_file(path, options)?,
+    };
+    let contents = &opened.header.contents;
+    choice::check(path, options, contents)?;
+    if options.magnitude && !contents.magnitude {
+        let problem = match contents.channels {
+            1 => format!("has no magnitude: a voxel of {} has one number", path.display()),
+            _ => format!("gives no magnitude for the format of {}: choose a component", path.display()),
+        };
+        return Err(Error::Settings { field: "channel", problem });
     }
+    Ok(opened)
+}
+
+/// Opens a file or a folder of one format.
+fn open_file(path: &Path, options: &OpenOptions) -> Result<Opened, Error> {
     let file = Found::look(path)?;
     let Some(format) = FORMATS.iter().find(|format| format.recognises(&file, options)) else {
         return Err(Error::volume(path, if file.folder { slices::UNKNOWN } else { UNKNOWN }));
@@ -263,21 +280,16 @@ fn open_stated(path: &Path, options: &OpenOptions) -> Result<Opened, Error> {
         let problem = "is either one component or their magnitude: omit one of them".into();
         return Err(Error::Settings { field: "channel", problem });
     }
-    let opened = format.open(&file, options)?;
-    if options.magnitude && !opened.header.contents.magnitude {
-        let problem = match opened.header.contents.channels {
-            1 => format!("has no magnitude: a voxel of {} has one number", path.display()),
-            _ => format!("gives no magnitude for the format of {}: choose a component", path.display()),
-        };
-        return Err(Error::Settings { field: "channel", problem });
-    }
-    Ok(opened)
+    format.open(&file, options)
 }
 
 /// What a file states about its `count` channels, as far as it does.
 pub(super) fn channels(path: &Path, options: &OpenOptions, count: usize) -> Result<Vec<ChannelDescription>, Error> {
-    let first = slices::files(path)?.and_then(|files| files.into_iter().next());
-    let file = Found::look(first.as_deref().unwrap_or(path))?;
+    let files = slices::files(path)?.unwrap_or_default();
+    if let Some(found) = slices::channels(path, &files, count)? {
+        return Ok(found);
+    }
+    let file = Found::look(files.first().map_or(path, PathBuf::as_path))?;
     let format = FORMATS.iter().find(|format| format.recognises(&file, options));
     format.map_or(Ok(Vec::new()), |format| format.channels(&file, options, count))
 }

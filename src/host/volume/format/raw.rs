@@ -2,7 +2,7 @@
 
 use super::bytes::{Bytes, Gzip, Packed, Plain};
 use super::load::{Header, Opened};
-use super::{Format, Found, OpenOptions, choice};
+use super::{Format, Found, OpenOptions};
 use crate::error::Error;
 use crate::volume::{Contents, ScalarType};
 use std::fs::File;
@@ -34,8 +34,6 @@ impl Format for Raw {
             (None, Error::OutOfRange { name: "dims", .. }) => unnamed("dims", &e.to_string()),
             _ => e,
         })?;
-        choice::chosen(path, "frame", options.frame, 1)?;
-        choice::chosen(path, "channel", options.channel, 1)?;
         // `first` is part of the header, so that the exact size check includes it.
         let first = options.header_bytes.unwrap_or(0);
         let contents = Contents { states_spacing: false, ..Contents::default() };

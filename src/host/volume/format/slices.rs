@@ -2,8 +2,10 @@
 
 use super::bytes::Joined;
 use super::load::{self, Header, Opened};
+use super::names::Numbered;
 use super::{OpenOptions, listed, open_one};
 use crate::error::Error;
+use crate::volume::ChannelDescription;
 use std::path::{Path, PathBuf};
 
 /// Extensions of slice files.
@@ -69,8 +71,46 @@ fn numbered(file: &Path) -> Vec<(String, u128)> {
     parts
 }
 
-/// Opens a volume of slices, which must have the same layout.
+/// Opens a volume of slices, of a channel and a time if their names number these.
 pub(super) fn open(path: &Path, files: Vec<PathBuf>, options: &OpenOptions) -> Result<Opened, Error> {
+    let Some(numbered) = numbered_in(path, &files)? else { return stacked(path, files, options) };
+    let first = open_one(&numbered.slices(0, 0)[0], &OpenOptions { frame: Some(0), channel: Some(0), ..options.clone() })?.header;
+    let (channels, times) = (numbered.channels.len(), numbered.times);
+    if channels == 1 && numbered.slices(0, 0).len() == 1 && first.grid.dims()[2] == 1 {
+        tracing::warn!("{}: names number the times of one slice: times are shown as slices along z", path.display());
+        return stacked(path, files, options);
+    }
+    // Each file may have several of both, too.
+    let (inside, frames) = (first.contents.channels, first.contents.frames);
+    let mut contents = first.contents;
+    let frame = contents.choose_frame(path, options, times.saturating_mul(frames))?;
+    let channel = contents.choose_channel(path, options, channels.saturating_mul(inside))?;
+    let options = OpenOptions { frame: Some(frame % frames), channel: Some(channel % inside), ..options.clone() };
+    let mut opened = match numbered.slices(frame / frames, channel / inside) {
+        [file] => open_one(file, &options)?,
+        several => stacked(path, several.into(), &options)?,
+    };
+    opened.header.contents = contents;
+    Ok(opened)
+}
+
+/// What the names of the slices of a folder number.
+fn numbered_in(path: &Path, files: &[PathBuf]) -> Result<Option<Numbered>, Error> {
+    if !path.is_dir() {
+        return Ok(None);
+    }
+    Numbered::new(files).map_err(|problem| Error::volume(path, problem))
+}
+
+/// Names of the `count` channels that the names of slices number; `None` if they number none.
+pub(super) fn channels(path: &Path, files: &[PathBuf], count: usize) -> Result<Option<Vec<ChannelDescription>>, Error> {
+    let numbered = numbered_in(path, files)?.filter(|numbered| numbered.channels.len() > 1 && numbered.channels.len() == count);
+    let described = |name| ChannelDescription { name, ..ChannelDescription::default() };
+    Ok(numbered.map(|numbered| numbered.channels.into_iter().map(described).collect()))
+}
+
+/// Opens slices, which must have the same layout.
+fn stacked(path: &Path, files: Vec<PathBuf>, options: &OpenOptions) -> Result<Opened, Error> {
     let first = open_one(&files[0], options)?.header;
     let [x, y, z] = first.grid.dims();
     if z != 1 {
@@ -88,6 +128,13 @@ pub(super) fn open(path: &Path, files: Vec<PathBuf>, options: &OpenOptions) -> R
     let first_file = files[0].clone();
     let slice = move |file: &Path| {
         let opened = open_one(file, &options)?;
+        if opened.header.contents.palette != first.contents.palette {
+            let problem = format!(
+                "its palette differs from that of {}, so that equal numbers mean different colours: save the slices as RGB or grey",
+                first_file.display()
+            );
+            return Err(Error::volume(file, problem));
+        }
         if !alike(&opened.header, &first) {
             let (this, that) = (describe(&opened.header), describe(&first));
             let problem = format!("it has {this}, but {} has {that}: slices must be alike", first_file.display());

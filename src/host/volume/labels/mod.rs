@@ -141,10 +141,15 @@ impl LabelTable {
         self.labels.binary_search_by_key(&id, |label| label.id).ok()
     }
 
-    /// Adds labels with default colours for those of these ids that have none. Returns the added ids.
-    pub(super) fn complete(&mut self, ids: impl IntoIterator<Item = u32>) -> Vec<u32> {
+    /// Adds labels for those of these ids that have none, in the colours of a palette of the first ids, else in default ones. Returns the added
+    /// ids.
+    pub(super) fn complete(&mut self, ids: impl IntoIterator<Item = u32>, palette: &[[f64; 3]]) -> Vec<u32> {
         let missing: Vec<u32> = ids.into_iter().filter(|&id| id > 0 && self.get(id).is_none()).collect();
-        self.labels.extend(missing.iter().map(|&id| Label::new(id)));
+        let label = |&id: &u32| {
+            let label = Label::new(id);
+            Label { color: palette.get(id as usize).copied().unwrap_or(label.color), ..label }
+        };
+        self.labels.extend(missing.iter().map(label));
         self.labels.sort_by_key(|label| label.id);
         missing
     }
@@ -179,9 +184,11 @@ mod tests {
     #[test]
     fn missing_labels_are_added_with_their_colours() {
         let mut table = LabelTable::new([Label { color: [1.0; 3], ..Label::new(5) }]).unwrap();
-        assert_eq!(table.complete([0, 3, 5, 70_000]), [3, 70_000]);
+        assert_eq!(table.complete([0, 3, 5, 70_000], &[]), [3, 70_000]);
         assert_eq!(table.get(5).unwrap().color, [1.0; 3]);
         assert_eq!(table.get(70_000), Some(&Label::new(70_000)));
         assert_eq!(table.labels().len(), 3);
+        table.complete([1, 2], &[[0.0; 3], [0.0, 0.5, 1.0]]);
+        assert_eq!((table.get(1).unwrap().color, table.get(2)), ([0.0, 0.5, 1.0], Some(&Label::new(2))));
     }
 }

@@ -69,7 +69,7 @@ impl Labels {
     ///
     /// Names and colours come from the file `table` ([`LabelTable::open`]) if it is given, else from the volume's own metadata: of
     /// `.seg.nrrd` files, of OME-Zarr's `image-label`, or from the file that a NIfTI file with the label intent names. Ids without an entry
-    /// get a [default colour](LabelTable::default_color).
+    /// get the colour of the file's palette ([`Contents::palette`]), else a [default colour](LabelTable::default_color).
     ///
     /// # Errors
     /// As [`Volume::open`] and [`LabelTable::open`]; [`Error::Volume`] for built-in volumes, for voxels that are not whole numbers from 0 to
@@ -136,7 +136,7 @@ impl Labels {
     pub fn with_table(mut self, table: &LabelTable) -> Self {
         for layer in &mut self.layers {
             layer.table = table.clone();
-            layer.table.complete(layer.ids.iter().copied());
+            layer.table.complete(layer.ids.iter().copied(), &layer.contents.palette);
         }
         self
     }
@@ -223,7 +223,7 @@ impl LabelLayer {
         let mut counts = stored.ids(&path, grid.dims()).counts()?;
         counts.entry(0).or_default();
         let (ids, voxels): (Vec<u32>, Vec<u64>) = counts.into_iter().unzip();
-        let added = table.complete(ids.iter().copied());
+        let added = table.complete(ids.iter().copied(), &contents.palette);
         Ok((Self { path, grid, table, ids, voxels, stored, contents }, added))
     }
 

@@ -3,8 +3,8 @@
 use super::image::{Frame, Image};
 use crate::error::Error;
 use crate::volume::Contents;
+use crate::volume::format::OpenOptions;
 use crate::volume::format::load::upright;
-use crate::volume::format::{OpenOptions, choice};
 use glam::{DAffine3, DMat3, DVec3};
 use std::path::Path;
 
@@ -34,7 +34,7 @@ pub(super) fn stack(path: &Path, images: &[Image], options: &OpenOptions) -> Res
     let all = |image: usize| (0..images[image].frames.len()).map(move |frame| (image, frame));
     let slices: Vec<Slice> = (0..images.len()).flat_map(all).collect();
     let frame = |(image, frame): Slice| &images[image].frames[frame];
-    let Some(located) = located(path, &slices, frame)? else { return unlocated(path, slices, frame, options) };
+    let Some(located) = located(path, &slices, frame)? else { return Ok(unlocated(path, slices, frame)) };
     let first = frame(slices[0]);
     let spacing = first.spacing.unwrap_or([1.0; 2]);
     let times = times(path, located.heights, SAME_PLACE * spacing[0].min(spacing[1]))?;
@@ -157,13 +157,7 @@ fn check_upright(path: &Path, places: &[DVec3], normal: DVec3, spacing: [f64; 2]
 }
 
 /// Stacks slices of which only the order is known.
-fn unlocated<'a>(
-    path: &Path,
-    mut slices: Vec<Slice>,
-    frame: impl Fn(Slice) -> &'a Frame,
-    options: &OpenOptions,
-) -> Result<Stack, Error> {
-    choice::chosen(path, "frame", options.frame, 1)?;
+fn unlocated<'a>(path: &Path, mut slices: Vec<Slice>, frame: impl Fn(Slice) -> &'a Frame) -> Stack {
     slices.sort_by_key(|&slice| frame(slice).order);
     if slices.len() > 1 {
         tracing::warn!(
@@ -176,5 +170,5 @@ fn unlocated<'a>(
     let [x, y] = first.spacing.unwrap_or([1.0; 2]);
     let spacing = DVec3::new(x, y, first.thickness.unwrap_or(x));
     let contents = Contents { states_spacing: first.spacing.is_some(), ..Contents::default() };
-    Ok(Stack { slices, index_to_world: upright(spacing, DVec3::ZERO), is_anatomical: false, contents })
+    Stack { slices, index_to_world: upright(spacing, DVec3::ZERO), is_anatomical: false, contents }
 }

@@ -3,6 +3,7 @@
 use super::directory::{Directory, Reader};
 use super::page::{Packing, Page, Predictor};
 use crate::memory;
+use crate::volume::format::bits::spread;
 use crate::volume::format::bytes::fill;
 use crate::volume::format::runs::unpack;
 use flate2::bufread::ZlibDecoder;
@@ -105,7 +106,7 @@ fn unpacked(packing: Packing, mut packed: &[u8], to: &mut [u8]) -> io::Result<()
 /// The numbers of a stored row, little-endian.
 fn decoded(row: &mut [u8], page: &Page, big_endian: bool) -> Vec<u8> {
     let (size, samples) = (page.scalar.bytes(), page.samples_inside());
-    if page.bits % 8 > 0 {
+    if !page.bits.is_multiple_of(8) {
         return spread(row, page.bits, size);
     }
     if page.predictor == Predictor::Float {
@@ -123,17 +124,6 @@ fn decoded(row: &mut [u8], page: &Page, big_endian: bool) -> Vec<u8> {
         }
     }
     row.to_vec()
-}
-
-/// Numbers of `bits` bits, the highest one first, as numbers of `size` bytes.
-fn spread(row: &[u8], bits: usize, size: usize) -> Vec<u8> {
-    let mut numbers = Vec::new();
-    let bit = |at: usize| u16::from(row[at / 8] >> (7 - at % 8) & 1);
-    for n in 0..8 * row.len() / bits {
-        let number = (n * bits..(n + 1) * bits).fold(0u16, |number, at| number << 1 | bit(at));
-        numbers.extend_from_slice(&number.to_le_bytes()[..size]);
-    }
-    numbers
 }
 
 /// Adds to each number of `N` bytes the one `samples` numbers before it.

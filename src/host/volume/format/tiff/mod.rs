@@ -18,9 +18,11 @@ use crate::volume::{ChannelDescription, Contents, Endian};
 use directory::{Reader, failed};
 use glam::DVec3;
 use layout::{Kind, Layout};
-use ome::Ome;
+use ome::{Ome, PlanePage};
 use page::{Packing, Page};
 use pages::{Pages, Place};
+use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 use std::fs::File;
 use std::path::Path;
 
@@ -56,7 +58,7 @@ impl Format for Tiff {
     }
 
     fn open(&self, file: &Found, options: &OpenOptions) -> Result<Opened, Error> {
-        let document = Document::read(file.path, options)?;
+        let mut document = Document::read(file.path, options)?;
         let Document { path, ref page, ref layout, .. } = document;
         let dims = [page.width, page.height, layout.slices];
         let grid = load::grid(path, dims, upright(layout.spacing, DVec3::ZERO), options)?;
@@ -64,14 +66,15 @@ impl Format for Tiff {
         let frame = contents.choose_frame(path, options, layout.frames)?;
         let channel = contents.choose_channel(path, options, layout.channels.saturating_mul(page.samples))?;
         contents.frame_spacing = layout.frame_spacing.clone();
+        contents.palette = page.colors();
         let (channel, sample) = (channel / page.samples, channel % page.samples);
         let header = Header::new(grid, page.scalar).with_contents(contents);
         if document.is_contiguous {
             return document.in_place(header, frame, channel, sample);
         }
-        let wanted = (0..layout.slices).map(|slice| document.place(slice, frame, channel));
-        let wanted = wanted.collect::<Result<Vec<Place>, Error>>()?;
-        let bytes = Kept::new(Pages::new(wanted, sample, page)?);
+        let wanted = (0..layout.slices).map(|slice| layout.page(slice, frame, channel)).collect::<Vec<_>>();
+        let wanted = wanted.into_iter().map(|plane| document.place(plane, options)).collect::<Result<Vec<Place>, Error>>()?;
+        let bytes = Kept::new(Pages::new(wanted, sample, &document.page)?);
         Ok(Opened { header, bytes: Box::new(bytes), exact: false })
     }
 }
@@ -86,8 +89,12 @@ struct Document<'a> {
     first: u64,
     page: Page,
     layout: Layout,
-    /// The page of each plane, in the order of the layout; `None` if the file has none.
-    places: Vec<Option<Place>>,
+    /// Offsets of the pages to which planes refer.
+    directories: Vec<u64>,
+    /// The page of each plane, in the order of the layout; `None` if the description names none.
+    planes: Vec<Option<PlanePage>>,
+    /// Other files with pages, and the offsets of these.
+    others: BTreeMap<String, (Reader, Vec<u64>)>,
     /// The chosen image of OME-XML.
     image: Option<ome::Image>,
     /// Whether one page is followed by the numbers of all others without gaps.
@@ -103,7 +110,7 @@ impl<'a> Document<'a> {
         let directory = reader.directory(first).map_err(|e| failed(path, &e))?;
         let description = reader.text(&directory, DESCRIPTION).map_err(|e| failed(path, &e))?;
         if Ome::is_one(&description) {
-            return Self::of_ome(path, reader, description, &directories, options);
+            return Self::of_ome(path, reader, description, directories, options);
         }
         if options.array.is_some() {
             let problem = format!("{} has one image, without names: omit it", path.display());
@@ -130,36 +137,37 @@ impl<'a> Document<'a> {
             Some(layout) if layout.kind == Kind::Shaped && layout.pages() < directories.len() => layout.pages(),
             _ => directories.len(),
         };
-        let places = pages::slices(path, &mut reader, &directories[..own], &page)?;
+        let found = pages::slices(path, &mut reader, &directories[..own], &page)?;
         if own < directories.len() {
             let (pages, rest) = (own, directories.len() - own);
             tracing::warn!("{}: using its first image, of {pages} pages; {rest} pages of others follow", path.display());
         }
         let layout = match declared {
-            Some(layout) if is_contiguous || layout.pages() == places.len() => layout,
+            Some(layout) if is_contiguous || layout.pages() == found.len() => layout,
             Some(layout) if layout.kind == Kind::Shaped => {
-                let (pages, found) = (layout.pages(), places.len());
+                let (pages, found) = (layout.pages(), found.len());
                 return Err(wrong(format!("its description declares {pages} pages, and it has {found}: it is truncated")));
             }
             Some(layout) => {
-                let (pages, found) = (layout.pages(), places.len());
+                let (pages, found) = (layout.pages(), found.len());
                 if pages > 1 {
                     tracing::warn!("{}: it declares {pages} images, and has {found}: they are slices", path.display());
                 }
                 let Layout { kind, spacing, states_spacing, frame_spacing, .. } = layout;
                 Layout { kind, spacing, states_spacing, frame_spacing, ..Layout::plain(found) }
             }
-            None => Layout::plain(places.len()),
+            None => Layout::plain(found.len()),
         };
-        let places = places.into_iter().map(Some).collect();
-        Ok(Self { path, reader, description, first, page, layout, places, image: None, is_contiguous })
+        let planes = (0..found.len()).map(|page| Some((None, page))).collect();
+        let (directories, others) = (found, BTreeMap::new());
+        Ok(Self { path, reader, description, first, page, layout, directories, planes, others, image: None, is_contiguous })
     }
 
     fn of_ome(
         path: &'a Path,
         mut reader: Reader,
         description: String,
-        directories: &[u64],
+        directories: Vec<u64>,
         options: &OpenOptions,
     ) -> Result<Self, Error> {
         let wrong = |problem: String| Error::volume(path, problem);
@@ -187,44 +195,38 @@ impl<'a> Document<'a> {
         let own_pages = planes.iter().flatten().filter(|(file, _)| file.is_none());
         let first = own_pages.filter_map(|(_, index)| directories.get(*index)).next().copied().unwrap_or(directories[0]);
         let page = page_at(&mut reader, first)?;
-        let mut others: std::collections::BTreeMap<String, (Reader, Vec<u64>)> = Default::default();
-        let mut places = Vec::new();
-        for plane in planes {
-            let Some((file, index)) = plane else {
-                places.push(None);
-                continue;
-            };
-            let Some(name) = file else {
-                places.push(directories.get(index).map(|&directory| Place { file: path.into(), directory }));
-                continue;
-            };
-            let file = beside(path, &name, options)?;
-            if !others.contains_key(&name) {
-                let mut reader = Reader::new(&file)?;
-                let directories = reader.directories().map_err(|e| failed(&file, &e))?;
-                others.insert(name.clone(), (reader, directories));
-            }
-            let directory = others.get(&name).and_then(|(_, directories)| directories.get(index).copied());
-            places.push(directory.map(|directory| Place { file, directory }));
-        }
-        for place in places.iter().flatten() {
-            let name = place.file.file_name().unwrap_or_default().to_string_lossy();
-            let reader = others.get_mut(name.as_ref()).map_or(&mut reader, |(reader, _)| reader);
-            pages::check_like(&place.file, reader, "a page of the image", place.directory, &page)?;
-        }
         let image = Some(ome.images.swap_remove(chosen));
-        Ok(Self { path, reader, description, first, page, layout, places, image, is_contiguous: false })
+        let others = BTreeMap::new();
+        Ok(Self { path, reader, description, first, page, layout, directories, planes, others, image, is_contiguous: false })
     }
 
     /// The page of a plane.
-    fn place(&self, slice: usize, frame: usize, channel: usize) -> Result<Place, Error> {
-        let found = self.places.get(self.layout.page(slice, frame, channel)).cloned().flatten();
-        found.ok_or_else(|| {
-            let problem = format!(
-                "it has no page for slice {slice} of frame {frame} and channel {channel}, which its description declares: it is incomplete"
-            );
-            Error::volume(self.path, problem)
-        })
+    fn place(&mut self, plane: usize, options: &OpenOptions) -> Result<Place, Error> {
+        let path = self.path;
+        let incomplete = || {
+            let problem = format!("its description declares a plane {plane} that has no page: it is incomplete");
+            Error::volume(path, problem)
+        };
+        let (file, index) = self.planes.get(plane).cloned().flatten().ok_or_else(incomplete)?;
+        let Some(name) = file else {
+            let directory = self.directories.get(index).copied().ok_or_else(incomplete)?;
+            if self.image.is_some() {
+                pages::check_like(path, &mut self.reader, &format!("page {index}"), directory, &self.page)?;
+            }
+            return Ok(Place { file: path.into(), directory });
+        };
+        let file = beside(path, &name, options)?;
+        let (reader, directories) = match self.others.entry(name) {
+            Entry::Occupied(entry) => entry.into_mut(),
+            Entry::Vacant(entry) => {
+                let mut reader = Reader::new(&file)?;
+                let directories = reader.directories().map_err(|e| failed(&file, &e))?;
+                entry.insert((reader, directories))
+            }
+        };
+        let directory = directories.get(index).copied().ok_or_else(incomplete)?;
+        pages::check_like(&file, reader, &format!("page {index}"), directory, &self.page)?;
+        Ok(Place { file, directory })
     }
 
     /// Names, colours and windows of the channels.
@@ -241,7 +243,7 @@ impl<'a> Document<'a> {
         let Self { path, ref page, ref layout, .. } = self;
         let offsets = self.reader.directory(self.first).and_then(|directory| self.reader.numbers(&directory, 273));
         let offset = offsets.map_err(|e| failed(path, &e))?.first().copied();
-        let is_plain = page.packing == Packing::None && page.bits % 8 == 0 && !page.lowest_first;
+        let is_plain = page.packing == Packing::None && page.bits.is_multiple_of(8) && !page.lowest_first;
         let offset = offset.filter(|_| is_plain);
         let offset = offset.ok_or_else(|| Error::volume(path, "its pages are missing or compressed: save it again"))?;
         let each = page.bytes().saturating_mul(page.samples as u64);

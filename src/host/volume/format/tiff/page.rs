@@ -96,6 +96,12 @@ impl Page {
         [self.width, self.height, self.scalar.bytes()].iter().fold(1, |n: u64, &size| n.saturating_mul(size as u64))
     }
 
+    /// Colours of the palette, 0 to 1.
+    pub fn colors(&self) -> Vec<[f64; 3]> {
+        let count = self.palette.len() / 3;
+        (0..count).map(|index| [0, 1, 2].map(|part| self.palette[part * count + index] as f64 / f64::from(u16::MAX))).collect()
+    }
+
     /// Samples of a stored chunk.
     pub fn samples_inside(&self) -> usize {
         if self.planar { 1 } else { self.samples }

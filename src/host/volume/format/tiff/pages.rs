@@ -19,11 +19,11 @@ pub(super) struct Place {
     pub directory: u64,
 }
 
-/// Places of all pages that are slices, without previews.
+/// Offsets of all pages that are slices, without previews.
 ///
 /// # Errors
 /// If a page differs from the first.
-pub(super) fn slices(path: &Path, reader: &mut Reader, directories: &[u64], first: &Page) -> Result<Vec<Place>, Error> {
+pub(super) fn slices(path: &Path, reader: &mut Reader, directories: &[u64], first: &Page) -> Result<Vec<u64>, Error> {
     let mut found = Vec::new();
     for (index, &at) in directories.iter().enumerate() {
         let directory = reader.directory(at).map_err(|e| failed(path, &e))?;
@@ -32,7 +32,7 @@ pub(super) fn slices(path: &Path, reader: &mut Reader, directories: &[u64], firs
             continue;
         }
         check_like(path, reader, &format!("page {index}"), at, first)?;
-        found.push(Place { file: path.into(), directory: at });
+        found.push(at);
     }
     Ok(found)
 }
