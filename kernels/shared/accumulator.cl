@@ -66,7 +66,7 @@ static inline void resolve(const SampleParams *p, __global const float4 *table, 
     table_entries(table, table_index(p, value), &color[0], &color[1], &color[2], &extinction);
     color[3] = CONVERT_REALV(COUNT_IF(hit));
     for (int i = 0; i < 3; i++)
-        color[i] *= color[3];
+        color[i] = MIN(color[i] * (color[3] * p->classification.brightness), (realv)(1.0f));
 }
 
 #else

@@ -137,7 +137,12 @@ impl ChannelOptions {
                 Components::All => (0..first.contents().channels).collect(),
                 Components::Numbers(numbers) => numbers.clone(),
             };
-            let spec = |number: usize| FieldSpec::from_description(number, all.get(number).cloned().unwrap_or_default());
+            // A channel that is named is shown, though the file may hide it.
+            let is_named = matches!(components, Components::Numbers(_));
+            let spec = |number: usize| {
+                let described = all.get(number).cloned().unwrap_or_default();
+                FieldSpec::from_description(number, ChannelDescription { active: described.active || is_named, ..described })
+            };
             fields.first_spec = spec(numbers[0]);
             for &number in numbers.iter().skip(1) {
                 fields.opened.push(options.open_component(number, Some(size))?);

@@ -58,6 +58,10 @@ kernel_struct! {
         /// Value of an iso-surface, less the offset, and its colour.
         iso: f32,
         iso_color as [iso_r, iso_g, iso_b]: f32,
+        /// Factor of the colours of reduced values.
+        brightness: f32,
+        /// Structures with 64-bit fields hold an even number of 32-bit ones.
+        padding: f32,
     }
 }
 

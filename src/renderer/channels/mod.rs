@@ -43,7 +43,7 @@ pub(super) fn declare_channels(declaring: &Declaring, resources: &mut Resources)
 /// How a field is shown, besides its transfer function.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct ChannelLook {
-    /// Factor of the extinction.
+    /// Factor of the extinction, and of the colours of reduced values.
     pub factor: f64,
     pub visible: bool,
     /// In the caller's world units; replaces that of the settings.
@@ -68,7 +68,8 @@ impl Channel {
     }
 
     /// Multiplies the extinction by a factor. Opacity α becomes 1 − (1−α)^factor; with
-    /// [`Extinction::Linear`](crate::transfer::Extinction::Linear), α times the factor.
+    /// [`Extinction::Linear`](crate::transfer::Extinction::Linear), α times the factor. Maximum, minimum and average, which have no extinction,
+    /// multiply the colour, at most to 1.
     ///
     /// # Errors
     /// [`Error::OutOfRange`] unless the factor is finite and at least 0.

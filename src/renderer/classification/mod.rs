@@ -73,7 +73,12 @@ impl Classification {
         }
     }
 
-    /// Sets the factor of the extinction. Derived data are made again on demand.
+    /// Factor of the extinction, and of the colours of reduced values.
+    pub fn factor(&self) -> f64 {
+        self.factor
+    }
+
+    /// Sets the [`factor`](Self::factor). Derived data are made again on demand.
     pub fn set_factor(&mut self, factor: f64) {
         if self.factor != factor {
             (self.factor, self.version) = (factor, Version::new());

@@ -22,6 +22,8 @@ impl ClassificationParams {
             background_visible: i32::from(scene.background_shows()),
             iso: iso.map_or(0.0, |value| scene.field.stored_value(value) as f32),
             iso_color: iso.map_or([0.0; 3], |value| scene.classification.transfer_function().color(value).map(|c| c as f32)),
+            brightness: scene.classification.factor() as f32,
+            padding: 0.0,
         }
     }
 

@@ -121,6 +121,7 @@ fn channels_have_no_order_and_hidden_ones_no_effect() {
 #[test]
 fn gathered_values_add_as_colors() {
     const TOLERANCE: f32 = 1e-6;
+    const FACTOR: f64 = 1.75;
     let device = Device::shared();
     let (volume, channels) = scene(&device);
     for blend in [Blend::Maximum, Blend::Minimum, Blend::Average] {
@@ -144,6 +145,15 @@ fn gathered_values_add_as_colors() {
                 changed += usize::from(sample[0] > one[0] + 0.05);
             }
             assert!(changed > 100, "{blend:?}: the second channel adds something");
+            // A factor brightens.
+            let bright = draw(&[channels[0].clone().with_factor(FACTOR).unwrap()], camera);
+            for (sample, one) in bright.iter().zip(&one) {
+                let expected = [0, 1, 2].map(|c| (one[c] * FACTOR as f32).min(1.0));
+                assert!(
+                    (0..3).all(|c| (sample[c] - expected[c]).abs() <= TOLERANCE) && sample[3] == one[3],
+                    "{sample:?}, {one:?}"
+                );
+            }
         }
     }
 }
