@@ -159,7 +159,7 @@ impl Renderer {
         let part = Viewport::new(length("columns", &columns, viewport.width)?, length("rows", &rows, viewport.height)?)?;
         let (rays, settings) = self.engine.normalised_view(camera, viewport, settings)?;
         let rays = Jitter::from_pixel(columns.start, rows.start).apply(rays);
-        let planned = Planned::new(rays, part, settings, self.engine.field().grid(), self.engine.steepness())?;
+        let planned = Planned::new(rays, part, settings, self.engine.base_field().grid(), self.engine.steepness())?;
         self.render_planned(&planned)
     }
 
@@ -171,7 +171,8 @@ impl Renderer {
         jitter: Jitter,
     ) -> Result<(Frame, FrameReport), Error> {
         let (rays, settings) = self.engine.normalised_view(camera, viewport, settings)?;
-        let planned = Planned::new(jitter.apply(rays), viewport, settings, self.engine.field().grid(), self.engine.steepness())?;
+        let planned =
+            Planned::new(jitter.apply(rays), viewport, settings, self.engine.base_field().grid(), self.engine.steepness())?;
         self.render_planned(&planned)
     }
 }

@@ -31,7 +31,7 @@ impl Renderer {
         // is behind it.
         let centre = (self.grid().centre() - camera.position).dot(camera.basis()?.forward);
         let start = if matches!(camera.projection, Projection::Perspective { .. }) { centre.max(0.0) } else { centre };
-        let unit = self.engine.field().world().unit();
+        let unit = self.engine.base_field().world().unit();
         let depth = |parameter: f32| (start + f64::from(parameter) * unit) as f32;
         let depths = |&[first, weighted, _, alpha]: &[f32; 4]| {
             // In the faintest pixels the mean can lie in front of the first depth, which requires an opacity of 1/256.

@@ -232,7 +232,7 @@ impl Renderer {
 
     /// The grid that places the voxels in the world.
     pub fn grid(&self) -> &Grid {
-        self.engine.field().description().grid()
+        self.engine.base_field().description().grid()
     }
 
     /// Enables frame statistics in reports, from the next frame on. Without them a frame is read back once, and that is the only
@@ -325,7 +325,7 @@ impl Renderer {
 
     fn planned(&self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<Planned, Error> {
         let (rays, settings) = self.engine.normalised_view(camera, viewport, settings)?;
-        let planned = Planned::new(rays, viewport, settings, self.engine.field().grid(), self.engine.steepness())?;
+        let planned = Planned::new(rays, viewport, settings, self.engine.base_field().grid(), self.engine.steepness())?;
         self.engine.check_method(planned.plan.method(), planned.settings.blend)?;
         Ok(planned)
     }

@@ -49,7 +49,7 @@ impl Renderer {
     /// Those of [`slice`](Self::slice).
     pub fn slice_values(&mut self, slice: &Slice, viewport: Viewport, kernel: Kernel) -> Result<SliceValues, Error> {
         let pixels = self.draw_slice(slice, viewport, SlicePlan { kernel, shows: Shows::Values })?;
-        let (rescale, offset) = (self.engine.field().description().rescale(), self.engine.field().offset());
+        let (rescale, offset) = (self.engine.base_field().description().rescale(), self.engine.base_field().offset());
         let value = |&[stored, _, _, inside]: &[f32; 4]| {
             if inside > 0.0 { rescale.value(f64::from(stored) + offset) as f32 } else { f32::NAN }
         };
@@ -57,7 +57,7 @@ impl Renderer {
     }
 
     fn draw_slice(&mut self, slice: &Slice, viewport: Viewport, plan: SlicePlan) -> Result<Vec<[f32; 4]>, Error> {
-        let rays = rays(slice, viewport, self.engine.field())?;
+        let rays = rays(slice, viewport, self.engine.base_field())?;
         // The edges of the field are those of the blend modes that take values; there is no light.
         let settings = Settings { blend: Blend::Average, shading: None, ..Settings::default() };
         self.engine.check_method(Method::Slices, settings.blend)?;

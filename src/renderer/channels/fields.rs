@@ -206,7 +206,7 @@ impl Fields {
         Err(Error::Settings { field: "channels", problem })
     }
 
-    /// Replaces all fields. Fields with grids or voxel types of their own are resampled onto a common grid.
+    /// Replaces all fields. Visible fields with grids or voxel types of their own are resampled onto a common grid.
     ///
     /// # Errors
     /// For other numbers of channels than 1 to [`Channel::MOST`], and if there is not enough memory for resampled fields. All fields are
@@ -230,26 +230,35 @@ impl Fields {
         Ok(())
     }
 
-    /// Fields of one grid and one type of voxels. Where the background of a field is visible, it ends with its own grid.
+    /// Fields, of which those that are visible have one grid and one type of voxels. Where the background of a field is visible, it ends with
+    /// its own grid.
     fn on_one_grid(
         &mut self,
         channels: &[Channel],
         kernels: &mut PreparationKernels,
         device: &Device,
     ) -> Result<Vec<Field>, Error> {
-        let sources: Vec<&Field> = channels.iter().map(|channel| &channel.volume.field).collect();
-        let grids: Vec<&Grid> = sources.iter().map(|field| field.description().grid()).collect();
+        let visible: Vec<&Field> =
+            channels.iter().filter(|channel| channel.look.visible).map(|channel| &channel.volume.field).collect();
+        let as_they_are = || channels.iter().map(|channel| channel.volume.field.for_renderer()).collect();
+        let Some(first) = visible.first() else { return Ok(as_they_are()) };
+        let grids: Vec<&Grid> = visible.iter().map(|field| field.description().grid()).collect();
         let grid = common_grid(&grids)?;
-        let kind = sources[0].voxel_kind();
-        if sources.iter().all(|field| *field.description().grid() == grid && field.voxel_kind() == kind) {
+        let kind = first.voxel_kind();
+        if visible.iter().all(|field| *field.description().grid() == grid && field.voxel_kind() == kind) {
             self.resampled.clear();
-            return Ok(sources.iter().map(|field| field.for_renderer()).collect());
+            return Ok(as_they_are());
         }
         self.resampled.retain(|kept| {
-            *kept.field.description().grid() == grid && sources.iter().any(|source| source.version() == kept.source)
+            *kept.field.description().grid() == grid && visible.iter().any(|source| source.version() == kept.source)
         });
         let mut fields = Vec::new();
-        for (source, channel) in sources.iter().zip(channels) {
+        for channel in channels {
+            let source = &channel.volume.field;
+            if !channel.look.visible {
+                fields.push(source.for_renderer());
+                continue;
+            }
             let version = source.version();
             let own = source.description();
             let ends = *own.grid() != grid && channel.transfer.opacity(own.background()) > 0.0;
@@ -281,6 +290,11 @@ impl Fields {
         self.all().filter(|field| field.look.visible)
     }
 
+    /// A field with the grid of frames: the first visible one, or the first if none is.
+    pub fn base(&self) -> &Field {
+        &self.visible().next().unwrap_or(&self.first).field
+    }
+
     /// Largest steepness of the transfer functions of visible fields.
     pub fn steepness(&self) -> f64 {
         self.visible().map(ClassifiedField::steepness).fold(0.0, f64::max)
@@ -292,7 +306,7 @@ impl Fields {
     /// For a crop box in a field that is rotated against the common grid.
     pub fn settings(&self, settings: Settings) -> Result<Settings, Error> {
         let mut clipping = settings.clipping;
-        let common = self.first.field.description().grid();
+        let common = self.base().description().grid();
         if self.visible().next().is_none() {
             clipping.crop = Some(CropBox { lowest: DVec3::ONE, highest: DVec3::ZERO });
         } else if let Some(crop) = clipping.crop.as_mut().filter(|_| *common != self.first_grid) {
@@ -321,7 +335,7 @@ impl Fields {
                 "are those of one volume of values, and the renderer draws several, or colours: omit one of both".into();
             return Err(Error::Settings { field: "label_colors", problem });
         }
-        labels.grid_over(self.first.field.description()).map(drop)
+        labels.grid_over(self.base().description()).map(drop)
     }
 
     /// What frames of a blend mode draw.
@@ -353,13 +367,13 @@ impl Fields {
         light: &mut LightVolumes,
         work: impl FnOnce(&mut Scene) -> T,
     ) -> T {
-        let world = self.first.field.world();
         let blend = view.settings.blend;
         let none = !self.all().any(|field| field.shows(blend));
         let Self { first, others, colors, label_colors, .. } = self;
         let all = std::iter::once(first).chain(others).enumerate();
         let mut shown = all.filter(|(n, field)| field.shows(blend) || (none && *n == 0));
         let (_, base) = shown.next().expect("the first field is drawn if no other is");
+        let world = base.field.world();
         let settings = base.look.settings(view.settings, world);
         let others = shown
             .map(|(_, other)| other)

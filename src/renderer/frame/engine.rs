@@ -166,6 +166,11 @@ impl Engine {
         &mut self.fields.first.field
     }
 
+    /// The first visible field: frames have its grid and its world units.
+    pub fn base_field(&self) -> &Field {
+        self.fields.base()
+    }
+
     /// The classification of that field.
     pub fn classification(&self) -> &Classification {
         &self.fields.first.classification
@@ -173,8 +178,8 @@ impl Engine {
 
     /// Rays and settings of a view of the visible fields, in normalised units.
     pub fn normalised_view(&self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<(Rays, Settings), Error> {
-        let field = self.field();
-        let (rays, settings) = field.world().normalised_view(field.grid(), camera, viewport, settings)?;
+        let base = self.base_field();
+        let (rays, settings) = base.world().normalised_view(base.grid(), camera, viewport, settings)?;
         Ok((rays, self.fields.settings(settings)?))
     }
 

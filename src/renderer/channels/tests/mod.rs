@@ -108,6 +108,10 @@ fn channels_have_no_order_and_hidden_ones_no_effect() {
     assert!(draw(&[other.clone(), empty]) == alone, "an empty channel costs nothing");
     let transparent = Channel::new(&one.volume, &one.transfer.faded(0.0).unwrap());
     assert!(draw(&[transparent, other.clone()]) == alone);
+    // On a grid of its own, which would extend and refine that of the picture.
+    let fine = UploadedVolume::new(&device, &moved(&volume, 0.4, DVec3::splat(40.0))).unwrap();
+    let fine = Channel::new(&fine, &one.transfer).with_visibility(false);
+    assert!(draw(&[fine.clone(), other.clone()]) == alone && draw(&[other.clone(), fine]) == alone);
     let hidden = draw(&[one.clone().with_visibility(false)]);
     assert!(hidden.iter().all(|frame| frame.pixels().iter().all(|pixel| *pixel == [0.0; 4])));
     for settings in kernels() {
