@@ -73,11 +73,11 @@ fn whole_renderer(scene: &OpenedScene) -> Result<Option<Renderer>, Error> {
     Ok(Some(renderer))
 }
 
-/// The renderer of several fields.
+/// The renderer of several fields. Hidden ones are not uploaded, but for the first.
 fn channel_renderer(scene: &OpenedScene) -> Result<Renderer, Error> {
     let OpenedScene { device, volume, transfer, look, others, .. } = scene;
     let first = look.channel(device, volume, transfer)?;
-    let others = others.iter().map(|field| field.channel(device));
+    let others = others.iter().filter(|field| field.is_visible()).map(|field| field.channel(device));
     let channels = std::iter::once(Ok(first)).chain(others).collect::<Result<Vec<Channel>, Error>>()?;
     Renderer::from_channels(&channels)
 }
