@@ -52,6 +52,8 @@ struct Info {
     level: usize,
     spacing: [f64; 3],
     spacing_is_assumed: bool,
+    /// Unit of the spacing and of all positions, if the file states one.
+    length_unit: Option<String>,
     /// World position of voxel 0,0,0.
     origin: [f64; 3],
     /// Unit vectors of the voxel axes in the world.
@@ -65,6 +67,8 @@ struct Info {
     min: f64,
     max: f64,
     mean: f64,
+    /// Voxels that are missing, NaN or infinite. They count as the background.
+    missing: usize,
     histogram: Vec<u64>,
     effective_splats: Option<u64>,
     transfer: TransferReport,
@@ -133,6 +137,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         level: contents.level,
         spacing: grid.spacing().to_array(),
         spacing_is_assumed: !contents.states_spacing && !arguments.volume.has_spacing(),
+        length_unit: contents.length_unit.clone().filter(|_| !arguments.volume.has_spacing()),
         origin: grid.origin().to_array(),
         direction: direction.to_cols_array_2d(),
         bounds: bounds(grid),
@@ -141,6 +146,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         min: statistics.min,
         max: statistics.max,
         mean: statistics.mean,
+        missing: volume.invalid(),
         histogram: statistics.histogram.clone(),
         effective_splats,
         transfer: TransferReport::new(&transfer),
@@ -153,6 +159,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
 fn text(info: &Info, transfer: &TransferFunction, statistics: &Statistics, volume: &Volume) -> String {
     let [x, y, z] = info.dims;
     let assumed = if info.spacing_is_assumed { ", assumed: the file states none" } else { "" };
+    let unit = info.length_unit.as_ref().map_or(String::new(), |unit| format!(" {unit}"));
     let [lowest, highest] = info.bounds.map(position);
     let mut lines = vec![
         volume.name().to_owned(),
@@ -162,12 +169,16 @@ fn text(info: &Info, transfer: &TransferFunction, statistics: &Statistics, volum
     lines.extend(several(volume.contents()));
     lines.extend(info.channel_descriptions.iter().map(ChannelReport::line));
     lines.extend([
-        format!("spacing   {}{assumed}", position(info.spacing)),
+        format!("spacing   {}{unit}{assumed}", position(info.spacing)),
         format!("origin    {}", position(info.origin)),
         format!("bounds    {lowest} to {highest}"),
         format!("up        {}", orientation::describe(&Orientation::of(volume.grid()), volume.grid())),
         format!("range     {} to {}, mean {}", shortened(info.min), shortened(info.max), shortened(info.mean)),
     ]);
+    if info.missing > 0 {
+        let share = 100.0 * info.missing as f64 / volume.grid().voxel_count() as f64;
+        lines.push(format!("missing   {} voxels ({share:.2} %), which count as the background", info.missing));
+    }
     if let Some([x, y, z]) = info.anatomy {
         lines.push(format!("anatomy   x runs to {x}, y to {y}, z to {z}"));
     }

@@ -286,6 +286,31 @@ fn complex_datasets_are_named() {
     assert!(message.contains("the numbers of 'k_space' are complex numbers"), "{message}");
 }
 
+#[cfg(feature = "hdf5")]
+#[test]
+fn data_in_other_files_are_read_or_these_are_named() {
+    let at = folder().join("conventions");
+    for name in ["external.h5", "linked.h5"] {
+        let options = OpenOptions { array: (name == "linked.h5").then(|| "link".into()), ..OpenOptions::default() };
+        let volume = Volume::open(at.join(name), &options).unwrap_or_else(|e| panic!("{e}"));
+        assert_eq!((volume.range(), volume.value(7)), ((-3000.0, 2900.0), -2300.0), "{name}");
+        let alone = OpenOptions { alone: true, ..options };
+        let message = Volume::open(at.join(name), &alone).unwrap_err().to_string();
+        assert!(message.contains("use a file that has them all"), "{name}: {message}");
+    }
+    for (name, expected) in [
+        ("external.h5", "its data are in gone.bin, which is not in its folder: put it there"),
+        ("linked.h5", "its data are in gone.h5, which is not in its folder: put it there"),
+        (
+            "virtual.h5",
+            "a virtual dataset, whose numbers are in linked.h5 and in gone.h5, which is missing: give the file of its numbers",
+        ),
+        ("poly.vtkhdf", "it holds PolyData: expected ImageData; resample it"),
+    ] {
+        refused(&at.join("refused").join(name), name, expected);
+    }
+}
+
 #[test]
 #[cfg(feature = "hdf5")]
 fn several_datasets_are_named() {

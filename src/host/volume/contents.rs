@@ -15,6 +15,8 @@
 pub struct Contents {
     /// Whether the file states distances between voxels. If not, they are 1, or as [`OpenOptions::spacing`](super::OpenOptions::spacing).
     pub states_spacing: bool,
+    /// Unit of lengths in the world, by its symbol where it is known: `mm`, `µm`. `None` if the file states none.
+    pub length_unit: Option<String>,
     /// Volumes of a sequence, usually times.
     pub frames: usize,
     /// The frame that was read, from 0.
@@ -49,6 +51,7 @@ impl Default for Contents {
     fn default() -> Self {
         Self {
             states_spacing: true,
+            length_unit: None,
             frames: 1,
             frame: 0,
             frame_spacing: None,

@@ -111,7 +111,9 @@ impl Description {
     pub fn warn_of_values(&self, invalid: u64) {
         let name = &self.name;
         if invalid > 0 {
-            tracing::warn!("{name}: {invalid} voxels are NaN, infinite or beyond 1e30: they count as the background");
+            tracing::warn!(
+                "{name}: {invalid} voxels are NaN, infinite or beyond 1e30, or missing in the file: they count as the background"
+            );
         }
         let (lo, hi) = self.stored_range;
         let largest = lo.abs().max(hi.abs()) as f32;

@@ -9,6 +9,8 @@ mod description;
 mod format;
 mod grid;
 mod labels;
+mod lengths;
+mod missing_data;
 mod open;
 mod part;
 mod placed;
@@ -101,7 +103,8 @@ impl Volume<'static> {
         if found != expected {
             return Err(Error::VoxelCount { name, dims: grid.dims(), expected, found });
         }
-        let numbers = wide::Numbers { bytes: bytemuck::cast_slice(numbers), scalar: T::TYPE, endian: Endian::NATIVE };
+        let numbers =
+            wide::Numbers { bytes: bytemuck::cast_slice(numbers), scalar: T::TYPE, endian: Endian::NATIVE, missing: None };
         wide::volume(name, grid, numbers, Rescale::default(), None)
     }
 }

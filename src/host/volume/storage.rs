@@ -68,8 +68,12 @@ impl<'a> Storage<'a> {
 
     /// Voxels in bytes, possibly unaligned, in native byte order.
     pub fn from_bytes(owner: impl AsRef<[u8]> + Send + Sync + 'a, voxel_type: VoxelType) -> Self {
-        let owner = Owner::Held(Arc::new(owner));
-        Self { owner, voxel_type, endian: Endian::NATIVE, first: 0, strides: None }
+        Self::from_shared_bytes(Arc::new(owner), voxel_type)
+    }
+
+    /// As [`from_bytes`](Self::from_bytes), of an owner whose type is not known.
+    pub(super) fn from_shared_bytes(owner: Arc<dyn AsRef<[u8]> + Send + Sync + 'a>, voxel_type: VoxelType) -> Self {
+        Self { owner: Owner::Held(owner), voxel_type, endian: Endian::NATIVE, first: 0, strides: None }
     }
 
     /// Voxels that are computed on access.

@@ -1,5 +1,6 @@
 //! A process's part of a distributed volume, before the processes exchange its range.
 
+use super::missing_data::MissingData;
 use super::placed::Placed;
 use super::shared::{Collective, Shared, VoxelBox, within};
 use super::wide::{self, Numbers};
@@ -42,22 +43,23 @@ pub struct Unseen<'a> {
 /// The data read.
 enum Found<'a> {
     Voxels(Placed<'a>),
-    /// Numbers of a type without device support, x fastest. Their conversion depends on the range of all processes.
-    Wide(Box<dyn AsRef<[u8]>>, ScalarType, Endian),
+    /// Their conversion depends on the range of all processes.
+    Wide(WideNumbers),
+}
+
+/// Numbers of a type without device support, or of which some may be missing, x fastest.
+pub(super) struct WideNumbers {
+    pub bytes: Box<dyn AsRef<[u8]> + Send + Sync>,
+    pub scalar: ScalarType,
+    pub endian: Endian,
+    pub missing: Option<MissingData>,
 }
 
 impl Unseen<'static> {
-    /// Layers of numbers of a type without device support.
-    pub fn wide(
-        name: String,
-        grid: Grid,
-        layers: &Layers,
-        numbers: Box<dyn AsRef<[u8]>>,
-        scalar: ScalarType,
-        endian: Endian,
-    ) -> Self {
+    /// Layers of numbers that have to be converted.
+    pub(super) fn wide(name: String, grid: Grid, layers: &Layers, numbers: WideNumbers) -> Self {
         let [held, own] = layers.boxes(grid.dims());
-        let voxels = Found::Wide(numbers, scalar, endian);
+        let voxels = Found::Wide(numbers);
         Self { name, grid, rescale: Rescale::default(), background: None, held, own, voxels }
     }
 
@@ -109,7 +111,7 @@ impl<'a> Unseen<'a> {
     pub fn bytes(&self) -> u64 {
         let size = match &self.voxels {
             Found::Voxels(voxels) => voxels.voxel_type().bytes(),
-            Found::Wide(_, scalar, _) => scalar.bytes(),
+            Found::Wide(numbers) => numbers.scalar.bytes(),
         };
         (self.held.count() * size) as u64
     }
@@ -121,11 +123,11 @@ impl<'a> Unseen<'a> {
 
     /// Collective: converts numbers without device support to voxels, by the range over all processes.
     pub fn converted(self, collective: &dyn Collective) -> Result<Self, Error> {
-        let Found::Wide(bytes, scalar, endian) = &self.voxels else { return Ok(self) };
-        let numbers = Numbers { bytes: (**bytes).as_ref(), scalar: *scalar, endian: *endian };
+        let Found::Wide(WideNumbers { bytes, scalar, endian, missing }) = &self.voxels else { return Ok(self) };
+        let numbers = Numbers { bytes: (**bytes).as_ref(), scalar: *scalar, endian: *endian, missing: missing.as_ref() };
         let range = common_range(numbers.range(), collective).unwrap_or((0.0, 0.0));
-        let storage = wide::storage(&self.name, numbers, range, None)?;
-        let rescale = Rescale::new(self.rescale.slope(), self.rescale.value(range.0))?;
+        let (storage, offset) = wide::storage(&self.name, numbers, range, None)?;
+        let rescale = Rescale::new(self.rescale.slope(), self.rescale.value(offset))?;
         let Self { name, grid, background, held, own, .. } = self;
         Ok(Self { background, rescale, ..Self::new(name, grid, held, own, storage)? })
     }

@@ -2,6 +2,7 @@
 //!
 //! The smallest number becomes 0. The precision of the voxels is therefore relative to the range of the data, not to their magnitude.
 
+use super::missing_data::MissingData;
 use super::spool::Spool;
 use super::voxels::{Endian, Number, ScalarType, Voxel, is_valid};
 use super::{Grid, Rescale, Storage, Volume};
@@ -29,6 +30,8 @@ pub(super) struct Numbers<'a> {
     pub bytes: &'a [u8],
     pub scalar: ScalarType,
     pub endian: Endian,
+    /// Which of them stand for missing voxels, if there are such.
+    pub missing: Option<&'a MissingData>,
 }
 
 impl Numbers<'_> {
@@ -37,14 +40,30 @@ impl Numbers<'_> {
         self.bytes.len() / self.scalar.bytes()
     }
 
-    /// Number `index`; NaN if it is invalid.
+    /// Number `index`; NaN if it is invalid or missing.
     pub fn get(self, index: usize) -> f64 {
+        let number = self.stored(index);
+        if is_valid(number) && self.missing.is_none_or(|missing| !missing.has(number)) { number } else { f64::NAN }
+    }
+
+    /// Whether number `index` stands for a missing voxel.
+    pub fn is_missing(self, index: usize) -> bool {
+        self.missing.is_some_and(|missing| missing.has(self.stored(index)))
+    }
+
+    /// Whether some voxels are missing.
+    pub fn has_missing(self) -> bool {
+        self.missing.is_some() && (0..self.count()).into_par_iter().with_min_len(BLOCK).any(|index| self.is_missing(index))
+    }
+
+    /// Number `index`, valid or not.
+    pub fn stored(self, index: usize) -> f64 {
         fn number<T: Number>(numbers: Numbers, index: usize) -> f64 {
             let at = index * size_of::<T>();
             let number = bytemuck::pod_read_unaligned::<T>(&numbers.bytes[at..at + size_of::<T>()]);
             if numbers.endian == Endian::NATIVE { number } else { number.swapped() }.value()
         }
-        let number = match self.scalar {
+        match self.scalar {
             ScalarType::Uint8 => number::<u8>(self, index),
             ScalarType::Int8 => number::<i8>(self, index),
             ScalarType::Uint16 => number::<u16>(self, index),
@@ -56,8 +75,7 @@ impl Numbers<'_> {
             ScalarType::Float16 => number::<half::f16>(self, index),
             ScalarType::Float32 => number::<f32>(self, index),
             ScalarType::Float64 => number::<f64>(self, index),
-        };
-        if is_valid(number) { number } else { f64::NAN }
+        }
     }
 
     /// Smallest and largest valid number.
@@ -114,23 +132,28 @@ pub(super) fn volume(
     most: Option<u64>,
 ) -> Result<Volume<'static>, Error> {
     let range = numbers.range().unwrap_or((0.0, 0.0));
-    let storage = storage(&name, numbers, range, most)?;
-    let rescale = Rescale::new(rescale.slope(), rescale.value(range.0))?;
+    let (storage, offset) = storage(&name, numbers, range, most)?;
+    let rescale = Rescale::new(rescale.slope(), rescale.value(offset))?;
     Ok(Volume::new(name, grid, storage)?.with_rescale(rescale))
 }
 
-/// Converts numbers to voxels: the number minus the smallest of the range.
+/// Converts numbers to voxels: the number minus an offset, which is returned. It is the smallest of the range, or 0 if floats hold all numbers
+/// of the type. Missing voxels are NaN, so that voxels are floats if the numbers declare such.
 pub(super) fn storage(
     name: &str,
     numbers: Numbers,
     (smallest, largest): (f64, f64),
     most: Option<u64>,
-) -> Result<Storage<'static>, Error> {
+) -> Result<(Storage<'static>, f64), Error> {
+    if numbers.scalar.voxel_type().is_some() {
+        return Ok((numbers.less::<f32>(name, 0.0, most)?, 0.0));
+    }
     let width = largest - smallest;
     let whole = !matches!(numbers.scalar, ScalarType::Float16 | ScalarType::Float64);
-    if whole && width <= f64::from(u8::MAX) {
+    let narrow = whole && numbers.missing.is_none();
+    let storage = if narrow && width <= f64::from(u8::MAX) {
         numbers.less::<u8>(name, smallest, most)
-    } else if whole && width <= f64::from(u16::MAX) {
+    } else if narrow && width <= f64::from(u16::MAX) {
         numbers.less::<u16>(name, smallest, most)
     } else {
         if whole && width > WHOLE_FLOATS {
@@ -142,7 +165,8 @@ pub(super) fn storage(
         }
         warn_if_coarse(name, numbers, smallest);
         numbers.less::<f32>(name, smallest, most)
-    }
+    };
+    Ok((storage?, smallest))
 }
 
 /// Warns if outliers widen the range so much that float32 cannot distinguish the other values.

@@ -7,10 +7,11 @@ use crate::error::Error;
 use crate::files::temporary_failed;
 use crate::memory;
 use crate::progress::Task;
+use crate::volume::missing_data::MissingData;
 use crate::volume::spool::Spool;
 use crate::volume::{Contents, Endian, Grid, Rescale, ScalarType, Storage, Volume, VoxelType, wide};
 #[cfg(feature = "mpi")]
-use crate::volume::{Layers, Unseen};
+use crate::volume::{Layers, Unseen, unseen::WideNumbers};
 use glam::{DAffine3, DMat3, DVec3};
 use memmap2::{Mmap, MmapOptions};
 use std::io;
@@ -24,6 +25,8 @@ pub(in crate::volume) struct Header {
     pub endian: Endian,
     /// Mapping from stored numbers to values.
     pub rescale: Rescale,
+    /// Which stored numbers stand for missing voxels.
+    pub missing: MissingData,
     /// First byte of the first voxel, and strides in bytes along x, y, z, of the selected frame and channel.
     pub first: u64,
     pub strides: [u64; 3],
@@ -42,6 +45,7 @@ impl Header {
             scalar,
             endian: Endian::Little,
             rescale: Rescale::default(),
+            missing: MissingData::default(),
             first: 0,
             strides,
             components: None,
@@ -153,20 +157,27 @@ pub(super) fn volume(path: &Path, opened: Opened, most: Option<u64>) -> Result<V
     if most.is_some_and(|most| file.opened.header.span() > most) && file.opened.bytes.in_place().is_none() {
         file.spool(&name)?;
     }
-    let Header { ref grid, scalar, endian, rescale, .. } = file.opened.header;
-    let (grid, contents) = (grid.clone(), file.opened.header.contents.clone());
+    let Header { ref grid, scalar, endian, rescale, ref missing, .. } = file.opened.header;
+    let (grid, missing, contents) = (grid.clone(), missing.clone(), file.opened.header.contents.clone());
     let volume = match scalar.voxel_type() {
         _ if file.opened.header.components.is_some() => {
             let storage = file.magnitudes(&name)?;
             Volume::new(name, grid, storage)?
         }
-        Some(voxel_type) => {
+        Some(voxel_type) if missing.declared().is_none() => {
             let storage = file.storage(voxel_type, &name, Reading::gathered)?;
             Volume::new(name, grid, storage)?.with_rescale(rescale)
         }
-        None => {
+        voxel_type => {
             let bytes = file.dense(&name, Reading::gathered)?;
-            wide::volume(name, grid, wide::Numbers { bytes: (*bytes).as_ref(), scalar, endian }, rescale, most)?
+            let numbers = wide::Numbers { bytes: (*bytes).as_ref(), scalar, endian, missing: missing.declared() };
+            match voxel_type.filter(|_| !numbers.has_missing()) {
+                Some(voxel_type) => {
+                    let storage = Storage::from_shared_bytes(bytes.into(), voxel_type).with_endian(endian);
+                    Volume::new(name, grid, storage)?.with_rescale(rescale)
+                }
+                None => wide::volume(name, grid, numbers, rescale, most)?,
+            }
         }
     };
     Ok(volume.with_contents(contents))
@@ -186,7 +197,8 @@ pub(super) fn layers(path: &Path, opened: Opened, choose: &dyn Fn([usize; 3]) ->
     }
     let mut file = Reading::new(path, opened);
     file.check_size()?;
-    let Header { ref grid, scalar, endian, rescale, .. } = file.opened.header;
+    let Header { ref grid, scalar, endian, rescale, ref missing, .. } = file.opened.header;
+    let missing = missing.declared().cloned();
     let (whole, layers) = (grid.clone(), choose(grid.dims()));
     // Restrict the header to the selected layers.
     let [x, y, _] = whole.dims();
@@ -196,9 +208,12 @@ pub(super) fn layers(path: &Path, opened: Opened, choose: &dyn Fn([usize; 3]) ->
     if file.opened.header.components.is_some() {
         return Unseen::layers(name.clone(), whole, &layers, file.magnitudes(&name)?);
     }
-    let unseen = match scalar.voxel_type() {
+    let unseen = match scalar.voxel_type().filter(|_| missing.is_none()) {
         Some(voxel_type) => Unseen::layers(name.clone(), whole, &layers, file.storage(voxel_type, &name, Reading::picked)?)?,
-        None => Unseen::wide(name.clone(), whole, &layers, file.dense(&name, Reading::picked)?, scalar, endian),
+        None => {
+            let bytes = file.dense(&name, Reading::picked)?;
+            Unseen::wide(name.clone(), whole, &layers, WideNumbers { bytes, scalar, endian, missing })
+        }
     };
     Ok(unseen.with_rescale(rescale))
 }

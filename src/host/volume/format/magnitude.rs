@@ -88,7 +88,7 @@ impl Magnitudes {
 
     /// The norm of the voxel whose first component is at byte `at`.
     fn norm<T: Number>(&self, at: usize) -> f32 {
-        let Header { components: Some(Components { stride, count }), endian, rescale, .. } = self.header else {
+        let Header { components: Some(Components { stride, count }), endian, rescale, ref missing, .. } = self.header else {
             unreachable!("a header of vectors")
         };
         let bytes = (*self.bytes).as_ref();
@@ -96,7 +96,7 @@ impl Magnitudes {
             let at = at + n * stride as usize;
             let number = bytemuck::pod_read_unaligned::<T>(&bytes[at..at + size_of::<T>()]);
             let number = if endian == Endian::NATIVE { number } else { number.swapped() }.value();
-            let value = if is_valid(number) { rescale.value(number) } else { f64::NAN };
+            let value = if is_valid(number) && !missing.has(number) { rescale.value(number) } else { f64::NAN };
             value * value
         };
         (0..count).map(square).sum::<f64>().sqrt() as f32

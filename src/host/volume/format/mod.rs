@@ -1,10 +1,14 @@
 //! Volume file formats; each implements [`Format`].
 
+#[cfg(any(feature = "hdf5", feature = "zarr"))]
+mod axes;
 mod bits;
 mod bov;
 mod bytes;
 mod choice;
 mod collection;
+#[cfg(any(feature = "hdf5", feature = "zarr"))]
+mod conventions;
 #[cfg(feature = "dicom")]
 mod dicom;
 #[cfg(feature = "hdf5")]
@@ -28,6 +32,8 @@ mod raw;
 #[cfg(any(feature = "dicom", feature = "tiff"))]
 mod runs;
 mod slices;
+#[cfg(any(feature = "hdf5", feature = "zarr"))]
+mod strided;
 mod text;
 #[cfg(feature = "tiff")]
 mod tiff;

@@ -42,8 +42,11 @@ enum Refused {
 }
 
 impl Ids<'_> {
-    /// The id of a voxel, if its value is a whole number of 32 bits without a sign.
+    /// The id of a voxel, if its value is a whole number of 32 bits without a sign. Missing voxels are background.
     fn get(&self, index: usize) -> Result<u32, Bad> {
+        if self.numbers.is_missing(index) {
+            return Ok(0);
+        }
         let value = self.rescale.value(self.numbers.get(index));
         let id = value as u32;
         if f64::from(id) == value { Ok(id) } else { Err(Bad { index, value }) }
@@ -159,7 +162,8 @@ mod tests {
     use glam::DVec3;
 
     fn ids<'a>(numbers: &'a [f64], dims: [usize; 3]) -> Ids<'a> {
-        let numbers = Numbers { bytes: bytemuck::cast_slice(numbers), scalar: ScalarType::Float64, endian: Endian::NATIVE };
+        let numbers =
+            Numbers { bytes: bytemuck::cast_slice(numbers), scalar: ScalarType::Float64, endian: Endian::NATIVE, missing: None };
         Ids { path: Path::new("t.nrrd"), dims, numbers, rescale: Rescale::default() }
     }
 

@@ -5,6 +5,7 @@ use super::change::change_all;
 use super::ids::Ids;
 use super::{Label, LabelChange, LabelSurfaces, LabelTable};
 use crate::error::Error;
+use crate::volume::missing_data::MissingData;
 use crate::volume::wide::Numbers;
 use crate::volume::{Contents, Endian, Grid, OpenOptions, Rescale, ScalarType, Volume, format};
 use std::fmt;
@@ -61,6 +62,7 @@ struct Stored {
     scalar: ScalarType,
     endian: Endian,
     rescale: Rescale,
+    missing: MissingData,
 }
 
 impl Labels {
@@ -127,7 +129,13 @@ impl Labels {
         if found != expected {
             return Err(Error::volume(&path, format!("its labels have {found} bytes, and its grid needs {expected}")));
         }
-        let stored = Stored { bytes: Arc::new(numbers), scalar, endian: Endian::NATIVE, rescale: Rescale::default() };
+        let stored = Stored {
+            bytes: Arc::new(numbers),
+            scalar,
+            endian: Endian::NATIVE,
+            rescale: Rescale::default(),
+            missing: MissingData::default(),
+        };
         let (layer, _) = LabelLayer::new(path, grid, stored, Contents::default(), table)?;
         Ok(Self { layers: vec![layer], surfaces: LabelSurfaces::default() })
     }
@@ -196,8 +204,8 @@ impl Labels {
 impl LabelLayer {
     fn open(path: &Path, options: &OpenOptions, table: LabelTable, is_named: bool) -> Result<Self, Error> {
         let (header, bytes) = format::numbers(path, options)?;
-        let format::Header { grid, scalar, endian, rescale, contents, .. } = header;
-        let stored = Stored { bytes: bytes.into(), scalar, endian, rescale };
+        let format::Header { grid, scalar, endian, rescale, missing, contents, .. } = header;
+        let stored = Stored { bytes: bytes.into(), scalar, endian, rescale, missing };
         let (layer, added) = Self::new(path.into(), grid, stored, contents, table)?;
         if is_named && !added.is_empty() {
             let listed: Vec<String> = added.iter().take(LISTED).map(u32::to_string).collect();
@@ -295,7 +303,7 @@ impl LabelLayer {
 impl Stored {
     fn ids<'a>(&'a self, path: &'a Path, dims: [usize; 3]) -> Ids<'a> {
         let Self { scalar, endian, rescale, .. } = *self;
-        let numbers = Numbers { bytes: (*self.bytes).as_ref(), scalar, endian };
+        let numbers = Numbers { bytes: (*self.bytes).as_ref(), scalar, endian, missing: self.missing.declared() };
         Ids { path, dims, numbers, rescale }
     }
 }

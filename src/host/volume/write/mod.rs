@@ -7,6 +7,8 @@ mod raw;
 mod vti;
 
 use super::format;
+use super::missing_data::MissingData;
+use super::wide;
 use super::{Endian, Grid, OpenOptions, Rescale, ScalarType, Volume};
 use crate::error::Error;
 use crate::files::write_whole;
@@ -23,6 +25,8 @@ struct Written<'a> {
     grid: &'a Grid,
     scalar: ScalarType,
     rescale: Rescale,
+    /// Which of the numbers stand for missing voxels, if some do.
+    missing: Option<&'a MissingData>,
     numbers: Numbers<'a>,
 }
 
@@ -90,8 +94,10 @@ pub fn convert(source: impl AsRef<Path>, options: &OpenOptions, target: impl AsR
     }
     let (header, bytes) = format::numbers(source, options)?;
     let name = source.file_name().unwrap_or_default().to_string_lossy();
-    let numbers = Numbers::Bytes((*bytes).as_ref(), header.endian);
-    let written = Written { name: &name, grid: &header.grid, scalar: header.scalar, rescale: header.rescale, numbers };
+    let format::Header { ref grid, scalar, endian, rescale, ref missing, .. } = header;
+    let stored = wide::Numbers { bytes: (*bytes).as_ref(), scalar, endian, missing: missing.declared() };
+    let missing = stored.missing.filter(|_| stored.has_missing());
+    let written = Written { name: &name, grid, scalar, rescale, missing, numbers: Numbers::Bytes(stored.bytes, endian) };
     written.save(target, format)
 }
 
@@ -118,7 +124,8 @@ impl Volume<'_> {
         let target = target.as_ref();
         let (scalar, rescale) = (self.voxel_type().into(), self.description().rescale());
         let numbers = Numbers::Volume(self);
-        Written { name: self.name(), grid: self.grid(), scalar, rescale, numbers }.save(target, Format::from_path(target)?)
+        Written { name: self.name(), grid: self.grid(), scalar, rescale, missing: None, numbers }
+            .save(target, Format::from_path(target)?)
     }
 }
 
@@ -131,8 +138,16 @@ impl Written<'_> {
                 target.display()
             );
         }
-        let as_values = !keeps_rescale && self.rescale != Rescale::default();
-        if as_values {
+        if self.missing.is_some() {
+            tracing::warn!(
+                "{}: some voxels of {} are missing: they become NaN, and all voxels floats",
+                target.display(),
+                self.name
+            );
+        }
+        let loses_rescale = !keeps_rescale && self.rescale != Rescale::default();
+        let as_values = loses_rescale || self.missing.is_some();
+        if loses_rescale {
             tracing::warn!(
                 "{}: the format does not store slope and intercept: converting {} voxels to values",
                 target.display(),
@@ -142,6 +157,7 @@ impl Written<'_> {
         let mut target = target.to_owned();
         let written = Written {
             scalar: if as_values { self.type_of_values() } else { self.scalar },
+            rescale: if as_values { Rescale::default() } else { self.rescale },
             numbers: self.numbers.again(),
             ..*self
         };
@@ -174,9 +190,19 @@ impl Written<'_> {
         Ok(target)
     }
 
-    /// Float type that represents all values: float32 for up to 16 bits, else float64.
+    /// Float type that represents all values: float32 for up to 16 bits and for float32 itself, else float64.
     fn type_of_values(&self) -> ScalarType {
-        if self.scalar.bytes() <= 2 { ScalarType::Float32 } else { ScalarType::Float64 }
+        let is_exact = self.scalar == ScalarType::Float32 && self.rescale == Rescale::default();
+        if self.scalar.bytes() <= 2 || is_exact { ScalarType::Float32 } else { ScalarType::Float64 }
+    }
+
+    /// Rescales numbers to little-endian values.
+    fn values(&self, numbers: wide::Numbers, rescale: Rescale) -> Vec<u8> {
+        let values = (0..numbers.count()).map(|index| rescale.value(numbers.get(index)));
+        match self.scalar {
+            ScalarType::Float32 => values.flat_map(|value| (value as f32).to_le_bytes()).collect(),
+            _ => values.flat_map(f64::to_le_bytes).collect(),
+        }
     }
 
     /// Bytes of all numbers.
@@ -189,7 +215,9 @@ impl Written<'_> {
         let mut task = Task::new(format!("writing {}", self.name), self.grid.voxel_count() as u64 * stored.bytes() as u64);
         let mut piece = |bytes: &[u8], endian: Endian| {
             match rescale {
-                Some(rescale) => out.write_all(&values(bytes, stored, endian, rescale, self.scalar))?,
+                Some(rescale) => {
+                    out.write_all(&self.values(wide::Numbers { bytes, scalar: stored, endian, missing: self.missing }, rescale))?
+                }
                 None if endian == Endian::Little || stored.bytes() == 1 => out.write_all(bytes)?,
                 None => {
                     let mut turned = bytes.to_vec();
@@ -215,15 +243,5 @@ impl<'a> Numbers<'a> {
             Numbers::Volume(volume) => Numbers::Volume(volume),
             Numbers::Bytes(bytes, endian) => Numbers::Bytes(bytes, endian),
         }
-    }
-}
-
-/// Rescales numbers to little-endian values.
-fn values(bytes: &[u8], stored: ScalarType, endian: Endian, rescale: Rescale, scalar: ScalarType) -> Vec<u8> {
-    let numbers = super::wide::Numbers { bytes, scalar: stored, endian };
-    let values = (0..bytes.len() / stored.bytes()).map(|index| rescale.value(numbers.get(index)));
-    match scalar {
-        ScalarType::Float32 => values.flat_map(|value| (value as f32).to_le_bytes()).collect(),
-        _ => values.flat_map(f64::to_le_bytes).collect(),
     }
 }

@@ -1,82 +1,114 @@
 //! Voxels of an HDF5 dataset, read several layers at a time.
 
-use crate::volume::ScalarType;
+use super::numbers::Raw;
+use crate::memory;
 use crate::volume::format::parts::Parts;
-use hdf5_reader::{Dataset, H5Type, SliceInfo, SliceInfoElem};
+use crate::volume::format::strided;
+use hdf5_reader::{Dataset, SliceInfo, SliceInfoElem};
 use std::io;
 
 /// Bytes read at a time from datasets without chunks.
 const TOGETHER: usize = 1 << 24;
 
-/// One volume of a dataset, x fastest.
+/// One volume of a dataset.
 pub(super) struct Layers {
     dataset: Dataset,
-    scalar: ScalarType,
-    /// Index along the axes before the spatial ones.
-    place: Vec<u64>,
-    dims: [usize; 3],
-    /// Number of layers read together.
+    /// Bytes per number.
+    size: usize,
+    /// Axes of the dataset along which its numbers are read, the slowest of the result first.
+    order: Vec<usize>,
+    /// Position along the other axes.
+    place: Vec<usize>,
+    /// Numbers along each of `order`.
+    shape: Vec<usize>,
+    /// Positions along the first axis that are read together.
     deep: usize,
-    most: u64,
 }
 
 impl Layers {
-    /// Volume `frame` of those along the axes before the spatial ones. `most` is an upper bound of its bytes.
-    pub fn new(dataset: Dataset, scalar: ScalarType, before: &[usize], mut frame: usize, dims: [usize; 3], most: u64) -> Self {
-        let mut place = vec![0; before.len()];
-        for axis in (0..before.len()).rev() {
-            place[axis] = (frame % before[axis]) as u64;
-            frame /= before[axis];
-        }
-        let layer = dims[0].saturating_mul(dims[1]).saturating_mul(scalar.bytes());
-        let chunk = dataset.chunks().filter(|_| dataset.ndim() >= 3).and_then(|chunks| chunks.get(before.len()).copied());
-        let deep = chunk.map_or(TOGETHER / layer.max(1), |chunk| chunk as usize).clamp(1, dims[2]);
-        Self { dataset, scalar, place, dims, deep, most }
+    /// The numbers along `order`, at `place` along the other axes.
+    pub fn new(dataset: Dataset, size: usize, order: Vec<usize>, place: Vec<usize>) -> Self {
+        let shape: Vec<usize> = order.iter().map(|&axis| dataset.shape()[axis] as usize).collect();
+        let mut layers = Self { dataset, size, order, place, shape, deep: 1 };
+        let read: usize = (0..layers.place.len())
+            .filter(|&axis| layers.is_read(axis))
+            .map(|axis| layers.len(axis))
+            .fold(size, usize::saturating_mul);
+        let chunk = layers.dataset.chunks().filter(|_| layers.order.len() >= 3).map(|chunks| chunks[layers.order[0]] as usize);
+        layers.deep = chunk.unwrap_or(TOGETHER / (read / layers.shape[0]).max(1)).clamp(1, layers.shape[0]);
+        layers
     }
 
+    fn len(&self, axis: usize) -> usize {
+        self.dataset.shape()[axis] as usize
+    }
+
+    /// Whether all along an axis is read. Along axes that are faster than those of the volume, reading all and leaving out most is faster than
+    /// reading number by number.
+    fn is_read(&self, axis: usize) -> bool {
+        let is_behind = self.order.iter().all(|&other| other < axis);
+        let is_together = self.dataset.chunks().is_none_or(|chunks| chunks[axis] > 1);
+        self.order.contains(&axis) || is_behind && is_together
+    }
+
+    /// Bytes of one layer.
     fn layer(&self) -> usize {
-        self.dims[0] * self.dims[1] * self.scalar.bytes()
+        self.shape[1..].iter().fold(self.size, |n, &size| n.saturating_mul(size))
     }
 
-    fn numbers<T: H5Type + bytemuck::Pod>(&self, index: usize) -> io::Result<Vec<u8>> {
-        let all = SliceInfoElem::Slice { start: 0, end: u64::MAX, step: 1 };
-        let start = (index * self.deep) as u64;
-        let layers = SliceInfoElem::Slice { start, end: (start + self.deep as u64).min(self.dims[2] as u64), step: 1 };
-        let mut selections: Vec<SliceInfoElem> = self.place.iter().map(|&at| SliceInfoElem::Index(at)).collect();
-        let space = self.dataset.ndim() - self.place.len();
-        selections.extend((0..space).map(|axis| if space == 3 && axis == 0 { layers.clone() } else { all.clone() }));
-        let failed = |e: hdf5_reader::error::Error| io::Error::new(io::ErrorKind::InvalidData, e.to_string());
-        let found = self.dataset.read_slice::<T>(&SliceInfo { selections }).map_err(failed)?;
-        Ok(found.iter().flat_map(|number| bytemuck::bytes_of(number)).copied().collect())
+    fn numbers<const N: usize>(&self, index: usize) -> io::Result<Vec<u8>> {
+        let failed = |e: String| io::Error::new(io::ErrorKind::InvalidData, e);
+        let start = index * self.deep;
+        let end = (start + self.deep).min(self.shape[0]);
+        // The axes that are read, with their first position and their number of positions.
+        let (mut selections, mut read) = (Vec::new(), Vec::new());
+        for axis in 0..self.place.len() {
+            let [from, to] = if axis == self.order[0] { [start, end] } else { [0, self.len(axis)] };
+            if self.is_read(axis) {
+                selections.push(SliceInfoElem::Slice { start: from as u64, end: to as u64, step: 1 });
+                read.push((axis, to - from));
+            } else {
+                selections.push(SliceInfoElem::Index(self.place[axis] as u64));
+            }
+        }
+        let found = self.dataset.read_slice::<Raw<N>>(&SliceInfo { selections }).map_err(|e| failed(e.to_string()))?;
+        let bytes: Vec<u8> = found.iter().flat_map(|number| number.0).collect();
+        if read.iter().map(|(axis, _)| axis).eq(&self.order) {
+            return Ok(bytes);
+        }
+        let sizes: Vec<usize> = read.iter().map(|(_, size)| *size).collect();
+        let strides = strided::strides(&sizes, N);
+        let along = |axis: usize| read.iter().position(|(read, _)| *read == axis);
+        let fixed = read.iter().zip(&strides).filter(|((axis, _), _)| !self.order.contains(axis));
+        let skipped: usize = fixed.map(|((axis, _), stride)| self.place[*axis] * stride).sum();
+        let from: Vec<usize> = self.order.iter().filter_map(|&axis| along(axis).map(|n| strides[n])).collect();
+        let shape: Vec<usize> = std::iter::once(end - start).chain(self.shape[1..].iter().copied()).collect();
+        let mut turned = memory::zeroed(self.dataset.name(), self.layer() * (end - start)).map_err(|e| failed(e.to_string()))?;
+        strided::copy(bytes.get(skipped..).unwrap_or_default(), &from, &mut turned, &strided::strides(&shape, N), &shape, N);
+        Ok(turned)
     }
 }
 
 impl Parts for Layers {
+    /// The declared size: numbers that are not stored have the fill value.
     fn most(&self) -> u64 {
-        self.most
+        self.whole()
     }
 
     fn whole(&self) -> u64 {
-        (self.layer() * self.dims[2]) as u64
+        (self.layer() as u64).saturating_mul(self.shape[0] as u64)
     }
 
     fn each(&self) -> u64 {
-        (self.layer() * self.deep) as u64
+        self.layer() as u64 * self.deep as u64
     }
 
     fn part(&mut self, index: usize) -> io::Result<Vec<u8>> {
-        match self.scalar {
-            ScalarType::Uint8 => self.numbers::<u8>(index),
-            ScalarType::Int8 => self.numbers::<i8>(index),
-            ScalarType::Uint16 => self.numbers::<u16>(index),
-            ScalarType::Int16 => self.numbers::<i16>(index),
-            ScalarType::Uint32 => self.numbers::<u32>(index),
-            ScalarType::Int32 => self.numbers::<i32>(index),
-            ScalarType::Uint64 => self.numbers::<u64>(index),
-            ScalarType::Int64 => self.numbers::<i64>(index),
-            ScalarType::Float32 => self.numbers::<f32>(index),
-            ScalarType::Float64 => self.numbers::<f64>(index),
-            ScalarType::Float16 => Err(io::Error::new(io::ErrorKind::InvalidData, "16-bit floats are not supported")),
+        match self.size {
+            1 => self.numbers::<1>(index),
+            2 => self.numbers::<2>(index),
+            4 => self.numbers::<4>(index),
+            _ => self.numbers::<8>(index),
         }
     }
 }

@@ -1,36 +1,54 @@
 //! HDF5 and NetCDF-4, which is based on it (<https://www.hdfgroup.org>): one dataset of a file.
 
+mod attributes;
+mod elsewhere;
+mod find;
 mod layers;
+mod lzf;
+mod numbers;
+mod scales;
+mod vtkhdf;
 
-use super::load::{self, Header, Opened, upright};
+use super::axes::Roles;
+use super::conventions::{self, Packed};
+use super::load::{self, Header, Opened};
 use super::parts::Kept;
 use super::{COMPLEX, Format, Found, OpenOptions};
 use crate::error::Error;
 use crate::memory;
-use crate::volume::{Contents, Endian, Rescale, ScalarType};
-use glam::DVec3;
-use hdf5_reader::group::Group;
-use hdf5_reader::{Dataset, Datatype, Hdf5File, OpenOptions as Limits};
+use crate::volume::{Contents, Endian, ScalarType};
+use elsewhere::Others;
+use hdf5_reader::filters::{FILTER_DEFLATE, FILTER_SHUFFLE};
+use hdf5_reader::filters::{FILTER_FLETCHER32, FILTER_LZ4, FILTER_NBIT, FILTER_SCALEOFFSET, FILTER_SZIP};
+use hdf5_reader::messages::HdfMessage;
+use hdf5_reader::{Dataset, FilterRegistry, H5Type, Hdf5File, OpenOptions as Limits};
 use layers::Layers;
-use std::collections::BTreeSet;
+use numbers::Value;
+use std::fs::File;
+use std::io::{Read, Seek, SeekFrom};
 use std::path::Path;
+use std::sync::Arc;
 
 /// HDF5.
 pub(super) struct Hdf5;
 
-const MARK: &[u8] = b"\x89HDF\r\n\x1a\n";
-/// Attribute with the distances between voxels along z, y, x.
-const SPACING: &str = "element_size_um";
+const MARK: &[u8; 8] = b"\x89HDF\r\n\x1a\n";
+/// A file may begin with a block of the user's, of this many bytes or a power of 2 times as many.
+const FIRST_BLOCK: u64 = 512;
+/// Largest such block in bytes.
+const LARGEST_BLOCK: u64 = 1 << 30;
 /// Largest object header in bytes.
 const LONGEST_HEADER: usize = 16 << 20;
-/// Largest compression ratio, that of deflate. Chunks that are not stored, because they hold the fill value only, count as compressed.
-const LIMIT: u64 = 1032;
-/// Limit of datasets and groups visited.
-const MOST: usize = 10_000;
+/// Filters that can be undone.
+const FILTERS: [u16; 8] =
+    [FILTER_DEFLATE, FILTER_SHUFFLE, FILTER_FLETCHER32, FILTER_SZIP, FILTER_NBIT, FILTER_SCALEOFFSET, FILTER_LZ4, lzf::FILTER];
+/// Names of others.
+const OTHER_FILTERS: [(u16, &str); 6] =
+    [(32_001, "Blosc"), (32_008, "bitshuffle"), (32_013, "ZFP"), (32_015, "Zstandard"), (32_017, "SZ"), (32_026, "Blosc2")];
 
 impl Format for Hdf5 {
     fn recognises(&self, file: &Found, _options: &OpenOptions) -> bool {
-        file.start.starts_with(MARK)
+        file.start.starts_with(MARK) || !file.folder && is_behind_a_block(file.path)
     }
 
     fn chooses(&self) -> &'static [&'static str] {
@@ -39,130 +57,120 @@ impl Format for Hdf5 {
 
     fn open(&self, file: &Found, options: &OpenOptions) -> Result<Opened, Error> {
         let path = file.path;
-        let size = std::fs::metadata(path).map_err(|e| Error::read(path, e))?.len();
-        let most = size.saturating_mul(LIMIT);
-        let at_once = usize::try_from(most.min(memory::available())).unwrap_or(usize::MAX);
-        let limits = Limits::default().with_max_chunk_bytes(at_once).with_max_read_bytes(at_once);
-        let limits = limits.with_max_object_header_bytes(LONGEST_HEADER.min(at_once));
-        let opened = Hdf5File::open_with_options(path, limits).map_err(|e| damaged(path, &e))?;
+        let others = Others::of(path, options.alone);
+        let file = Hdf5File::open_with_options(path, limits(&others)).map_err(|e| find::damaged(path, &e))?;
+        if let Ok(group) = file.group(vtkhdf::GROUP) {
+            return vtkhdf::open(path, &file, &group, options);
+        }
         let dataset = match &options.array {
-            Some(name) => opened.dataset(name).map_err(|_| unknown(path, name, &opened))?,
-            None => only(path, &opened)?,
+            Some(name) => find::named(path, &file, name, &others)?,
+            None => find::only(path, &file, &others)?,
         };
-        let scalar = scalar(dataset.dtype()).ok_or_else(|| {
-            let (name, dtype) = (dataset.name(), dataset.dtype());
-            let problem = if is_complex(dtype) {
-                format!("the numbers of '{name}' are {COMPLEX}")
-            } else {
-                format!("the numbers of '{name}' are {dtype:?}: expected integers or floats")
-            };
-            Error::volume(path, problem)
-        })?;
+        let (scalar, endian) = checked(path, &file, &dataset, &others)?;
         let shape: Option<Vec<usize>> = dataset.shape().iter().map(|&n| usize::try_from(n).ok().filter(|&n| n > 0)).collect();
         let shape = shape.filter(|shape| !shape.is_empty());
         let shape = shape.ok_or_else(|| Error::volume(path, format!("'{}' holds no voxels", dataset.name())))?;
-        let (before, space) = shape.split_at(shape.len().saturating_sub(3));
-        let frames = before.iter().fold(1usize, |n, &size| n.saturating_mul(size));
-        let mut contents = Contents { states_spacing: dataset.attribute(SPACING).is_ok(), ..Contents::default() };
-        let frame = contents.choose_frame(path, options, frames)?;
-        contents.choose_channel(path, options, 1)?;
-        let dims = [0, 1, 2].map(|i| space.len().checked_sub(i + 1).map_or(1, |axis| space[axis]));
-        let grid = load::grid(path, dims, upright(spacing(&dataset), DVec3::ZERO), options)?;
-        // Only chunked datasets can be compressed, or have missing chunks.
-        let is_packed = dataset.chunks().is_some();
-        let rescale = rescale(&dataset).map_err(|e| Error::volume(path, e.to_string()))?;
-        let header = Header { endian: Endian::NATIVE, rescale, contents, ..Header::new(grid, scalar) };
-        let bytes = Layers::new(dataset, scalar, before, frame, dims, if is_packed { most } else { size });
+        let axes = scales::axes(path, (!others.are_used()).then_some(&file), &dataset);
+        let roles = Roles::new(&axes, shape.len());
+        let mut contents = Contents::default();
+        let place = roles.choose(path, options, &shape, &mut contents)?;
+        let to_world = roles.place(path, &axes, &shape, &mut contents);
+        let grid = load::grid(path, roles.dims(&shape), to_world, options)?;
+        let packed = conventions::packed(scalar, &dataset, default_fill(&file, &dataset, scalar));
+        let Packed { scalar, rescale, missing } = packed.map_err(|e| Error::volume(path, e.to_string()))?;
+        let header = Header { endian, rescale, missing, contents, ..Header::new(grid, scalar) };
+        let order = roles.space.iter().rev().flatten().copied().collect();
+        let bytes = Layers::new(dataset, scalar.bytes(), order, place);
         Ok(Opened { header, bytes: Box::new(Kept::new(bytes)), exact: false })
     }
 }
 
-fn damaged(path: &Path, e: &hdf5_reader::error::Error) -> Error {
-    Error::volume(path, format!("it cannot be read: {e}"))
+/// Whether a file has the mark behind a block of the user's.
+fn is_behind_a_block(path: &Path) -> bool {
+    let Ok(mut file) = File::open(path) else { return false };
+    let len = file.metadata().map_or(0, |metadata| metadata.len()).min(LARGEST_BLOCK);
+    let mut mark = [0; MARK.len()];
+    let starts = std::iter::successors(Some(FIRST_BLOCK), |at| Some(2 * at)).take_while(|at| *at < len);
+    starts.into_iter().any(|at| {
+        let read = file.seek(SeekFrom::Start(at)).and_then(|_| file.read_exact(&mut mark));
+        read.is_ok() && mark == *MARK
+    })
 }
 
-/// Scalar type of an HDF5 datatype.
-fn scalar(dtype: &Datatype) -> Option<ScalarType> {
-    match dtype {
-        Datatype::FixedPoint { size, signed, .. } => {
-            format!("{}int{}", if *signed { "" } else { "u" }, 8 * u32::from(*size)).parse().ok()
-        }
-        Datatype::FloatingPoint { size: size @ (4 | 8), .. } => format!("float{}", 8 * u32::from(*size)).parse().ok(),
+/// What the library may allocate and open, and the filters that it lacks.
+fn limits(others: &Arc<Others>) -> Limits {
+    let at_once = usize::try_from(memory::available()).unwrap_or(usize::MAX);
+    let mut filters = FilterRegistry::new();
+    // The last of its numbers is the size of a chunk.
+    let unpack = move |filter: &hdf5_reader::messages::filter_pipeline::FilterDescription, packed: &[u8], _: usize| {
+        lzf::unpack(packed, filter.client_data.get(2).map_or(at_once, |&size| at_once.min(size as usize)))
+    };
+    filters.register(lzf::FILTER, Box::new(unpack));
+    Limits::default()
+        .with_max_chunk_bytes(at_once)
+        .with_max_read_bytes(at_once)
+        .with_max_object_header_bytes(LONGEST_HEADER.min(at_once))
+        .with_filter_registry(filters)
+        .with_external_file_resolver(others.clone())
+        .with_external_link_resolver(others.clone())
+}
+
+/// Type and byte order of the numbers of a dataset that can be read.
+fn checked(path: &Path, file: &Hdf5File, dataset: &Dataset, others: &Others) -> Result<(ScalarType, Endian), Error> {
+    let (name, dtype) = (dataset.name(), dataset.dtype());
+    let wrong = |problem: String| Error::volume(path, format!("the numbers of '{name}' are {problem}"));
+    if numbers::is_complex(dtype) {
+        return Err(wrong(COMPLEX.into()));
+    }
+    let found = numbers::scalar(dtype).ok_or_else(|| wrong(format!("{dtype:?}: expected integers or floats")))?;
+    let most = dataset.max_dims().unwrap_or(dataset.shape());
+    if most.iter().zip(dataset.shape()).any(|(most, size)| size > most) {
+        return Err(Error::volume(path, format!("the size of '{name}' is above its own limit: it is damaged")));
+    }
+    if !numbers::are_usual(dataset) {
+        return Err(wrong("floats or integers of unusual bits: save them as float32".into()));
+    }
+    if others.are_used() {
+        // The address of the dataset may be one in another file.
+        return Ok(found);
+    }
+    let header = file.get_or_parse_header(dataset.address()).map_err(|e| find::damaged(path, &e))?;
+    let filters = header.messages.iter().filter_map(|message| match message {
+        HdfMessage::FilterPipeline(pipeline) => Some(&pipeline.filters),
         _ => None,
+    });
+    if let Some(filter) = filters.flatten().find(|filter| !FILTERS.contains(&filter.id)) {
+        let known = OTHER_FILTERS.iter().find(|(id, _)| *id == filter.id).map_or("", |(_, name)| name);
+        return Err(wrong(format!(
+            "packed by the HDF5 filter {} {known}, which is not supported: repack them with gzip or LZF (h5repack -f GZIP=4 IN OUT)",
+            filter.id
+        )));
     }
+    elsewhere::check(path, file, dataset, others)?;
+    Ok(found)
 }
 
-/// Whether numbers are complex, as h5py and others store them: compounds of a real and an imaginary float.
-fn is_complex(dtype: &Datatype) -> bool {
-    let Datatype::Compound { fields, .. } = dtype else { return false };
-    let floats = fields.iter().all(|field| matches!(field.datatype, Datatype::FloatingPoint { .. }));
-    let names: Vec<&str> = fields.iter().map(|field| field.name.as_str()).collect();
-    floats && [["r", "i"], ["real", "imag"], ["re", "im"]].iter().any(|known| names == known)
+/// The number that NetCDF stores where nothing was written, in its files. Bytes have none.
+fn default_fill(file: &Hdf5File, dataset: &Dataset, scalar: ScalarType) -> Option<f64> {
+    let default = match scalar {
+        ScalarType::Int16 => -32_767.0,
+        ScalarType::Uint16 => 65_535.0,
+        ScalarType::Int32 => -2_147_483_647.0,
+        ScalarType::Uint32 => 4_294_967_295.0,
+        ScalarType::Int64 => -9_223_372_036_854_775_806.0,
+        ScalarType::Uint64 => 18_446_744_073_709_551_614.0,
+        ScalarType::Float32 | ScalarType::Float64 => 9.969_209_968_386_869e36,
+        ScalarType::Uint8 | ScalarType::Int8 | ScalarType::Float16 => return None,
+    };
+    let stored = dataset.fill_value()?.value.as_ref()?;
+    let Value(stored) = Value::from_bytes(stored, dataset.dtype()).ok()?;
+    // It does so unless the writer turned that off.
+    (stored as f32 == default as f32 && is_netcdf(file, dataset)).then_some(stored)
 }
 
-/// The dataset with the most axes, if it is unique.
-fn only(path: &Path, file: &Hdf5File) -> Result<Dataset, Error> {
-    let all = volumes(path, file, |dtype| scalar(dtype).is_some())?;
-    match &all[..] {
-        [] if !volumes(path, file, is_complex)?.is_empty() => Err(Error::volume(path, format!("it has {COMPLEX}"))),
-        [] => Err(Error::volume(path, "it has no dataset of numbers along two axes or more")),
-        [name] => file.dataset(name).map_err(|e| damaged(path, &e)),
-        several => {
-            let problem = format!("{} has several datasets: {}; choose one", path.display(), several.join(", "));
-            Err(Error::Settings { field: "array", problem })
-        }
-    }
-}
-
-fn unknown(path: &Path, name: &str, file: &Hdf5File) -> Error {
-    match volumes(path, file, |dtype| scalar(dtype).is_some()) {
-        Ok(names) => {
-            let problem = format!("'{name}' is not in {}, whose arrays are {}", path.display(), names.join(", "));
-            Error::Settings { field: "array", problem }
-        }
-        Err(e) => e,
-    }
-}
-
-/// Paths of all datasets of numbers along three axes or more; if there are none, of those along two.
-fn volumes(path: &Path, file: &Hdf5File, wanted: impl Fn(&Datatype) -> bool) -> Result<Vec<String>, Error> {
-    let (mut found, mut seen) = (Vec::new(), BTreeSet::new());
-    let mut groups: Vec<(String, Group)> = vec![(String::new(), file.root_group().map_err(|e| damaged(path, &e))?)];
-    while let Some((prefix, group)) = groups.pop() {
-        // Links may reach a group several times, even from inside the group.
-        if !seen.insert(group.address()) || found.len() + groups.len() > MOST {
-            continue;
-        }
-        let (below, datasets) = group.members().map_err(|e| damaged(path, &e))?;
-        groups.extend(below.into_iter().rev().map(|group| (format!("{prefix}{}/", last(group.name())), group)));
-        let numbers = datasets.iter().filter(|dataset| wanted(dataset.dtype()));
-        found.extend(numbers.map(|dataset| (dataset.ndim(), format!("{prefix}{}", last(dataset.name())))));
-    }
-    let of =
-        |axes: &dyn Fn(usize) -> bool| found.iter().filter(|(n, _)| axes(*n)).map(|(_, name)| name.clone()).collect::<Vec<_>>();
-    let volumes = of(&|n| n > 2);
-    Ok(if volumes.is_empty() { of(&|n| n == 2) } else { volumes })
-}
-
-/// Last component of a path.
-fn last(name: &str) -> &str {
-    name.trim_end_matches('/').rsplit('/').next().unwrap_or_default()
-}
-
-/// Spacing from the attribute `element_size_um`, which microscopy software writes; 1 by default.
-fn spacing(dataset: &Dataset) -> DVec3 {
-    let sizes = dataset.attribute(SPACING).and_then(|attribute| attribute.read_1d::<f64>()).unwrap_or_default();
-    match sizes[..] {
-        [z, y, x] if sizes.iter().all(|h| h.is_finite() && *h > 0.0) => DVec3::new(x, y, z),
-        _ => DVec3::ONE,
-    }
-}
-
-/// Slope and intercept from the attributes of the NetCDF conventions.
-fn rescale(dataset: &Dataset) -> Result<Rescale, Error> {
-    let attribute = |name: &str| dataset.attribute(name).and_then(|attribute| attribute.read_as_f64()).ok();
-    match (attribute("scale_factor"), attribute("add_offset")) {
-        (None, None) => Ok(Rescale::default()),
-        (slope, intercept) => Rescale::new(slope.unwrap_or(1.0), intercept.unwrap_or(0.0)),
-    }
+/// Whether a dataset is a variable of NetCDF.
+fn is_netcdf(file: &Hdf5File, dataset: &Dataset) -> bool {
+    let marks = ["_Netcdf4Dimid", "_Netcdf4Coordinates"];
+    let root = file.root_group().and_then(|root| root.attribute("_NCProperties"));
+    root.is_ok() || marks.iter().any(|mark| dataset.attribute(mark).is_ok())
 }

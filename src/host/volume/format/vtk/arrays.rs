@@ -8,7 +8,7 @@ use glam::{DAffine3, DVec3};
 use std::path::Path;
 
 /// An array and the location of its numbers.
-pub(super) struct Array<Place> {
+pub(in crate::volume::format) struct Array<Place> {
     pub name: String,
     /// Type name as in the file.
     pub type_name: String,
@@ -23,14 +23,18 @@ pub(super) struct Array<Place> {
 }
 
 /// Placement of an image.
-pub(super) struct Image {
+pub(in crate::volume::format) struct Image {
     /// Number of points along x, y, z.
     pub points: [usize; 3],
     pub index_to_world: DAffine3,
 }
 
 /// The requested array; else the active one, else a point array, else the first.
-pub(super) fn chosen<'a, P>(path: &Path, arrays: &'a [Array<P>], options: &OpenOptions) -> Result<&'a Array<P>, Error> {
+pub(in crate::volume::format) fn chosen<'a, P>(
+    path: &Path,
+    arrays: &'a [Array<P>],
+    options: &OpenOptions,
+) -> Result<&'a Array<P>, Error> {
     let best = |array: &&Array<P>| (!array.active, array.cell_data);
     let default = arrays.iter().min_by_key(best);
     let default = default.ok_or_else(|| Error::volume(path, "it has no numeric point or cell array"))?;

@@ -1,6 +1,6 @@
 //! VTK image data: XML (`.vti`, with the feature `vtk`) and legacy structured points (`.vtk`).
 
-mod arrays;
+pub(super) mod arrays;
 #[cfg(feature = "vtk")]
 mod blocks;
 #[cfg(feature = "vtk")]

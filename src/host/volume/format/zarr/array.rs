@@ -1,8 +1,11 @@
 //! Array metadata of Zarr version 2 (`.zarray`) and 3 (`zarr.json`).
 
 use super::codec::{Codec, sizes};
+use crate::error::Error;
 use crate::volume::format::COMPLEX;
+use crate::volume::format::conventions::{self, Attributes, Packed};
 use crate::volume::{Endian, ScalarType};
+use base64::Engine;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 
@@ -24,6 +27,9 @@ pub(super) struct Array {
     separator: char,
     /// Names of the axes, if specified.
     pub names: Vec<String>,
+    attributes: Value,
+    /// The fill value as a number, where it stands for missing voxels.
+    missing: Option<f64>,
 }
 
 impl Array {
@@ -67,8 +73,21 @@ impl Array {
         let names = if second { &attributes["_ARRAY_DIMENSIONS"] } else { &metadata["dimension_names"] };
         let names = names.as_array().filter(|names| names.len() == shape.len());
         let names = names.map(|names| names.iter().map(|name| name.as_str().unwrap_or_default().to_owned()).collect());
-        let names = names.unwrap_or_default();
-        Ok(Self { folder: folder.into(), shape, chunks, scalar, endian, codec, fill, prefix, separator, names })
+        let names: Vec<String> = names.unwrap_or_default();
+        // xarray stores `_FillValue` as the fill value of arrays of version 2, and names their axes.
+        let missing = if second && !names.is_empty() { float(&metadata["fill_value"]) } else { None };
+        let (folder, attributes) = (folder.into(), attributes.clone());
+        Ok(Self { folder, shape, chunks, scalar, endian, codec, fill, prefix, separator, names, attributes, missing })
+    }
+
+    /// What its numbers mean by the CF conventions, as xarray writes them.
+    pub fn packed(&self) -> Result<Packed, Error> {
+        conventions::packed(self.scalar, self, self.missing)
+    }
+
+    /// Unit of its numbers; empty if not specified.
+    pub fn unit(&self) -> String {
+        self.text("units").unwrap_or_default()
     }
 
     /// File of a chunk.
@@ -77,6 +96,33 @@ impl Array {
         let numbers = numbers.join(&self.separator.to_string());
         let name = if self.prefix.is_empty() { numbers } else { format!("{}{}{numbers}", self.prefix, self.separator) };
         self.folder.join(name)
+    }
+}
+
+impl Attributes for Array {
+    fn numbers(&self, name: &str) -> Option<(Vec<f64>, bool)> {
+        let value = self.attributes.get(name)?;
+        let list: Vec<&Value> = value.as_array().map_or(vec![value], |values| values.iter().collect());
+        let numbers: Option<Vec<f64>> = list.iter().map(|number| float(number)).collect();
+        Some((numbers?, list.iter().any(|number| number.is_f64())))
+    }
+
+    fn text(&self, name: &str) -> Option<String> {
+        self.attributes.get(name)?.as_str().map(Into::into)
+    }
+}
+
+/// A number in JSON. Floats may be text: names of what JSON lacks, or the 64 bits in base64, as xarray writes fill values.
+fn float(metadata: &Value) -> Option<f64> {
+    match metadata.as_str() {
+        None => metadata.as_f64(),
+        Some("NaN") => Some(f64::NAN),
+        Some("Infinity") => Some(f64::INFINITY),
+        Some("-Infinity") => Some(f64::NEG_INFINITY),
+        Some(text) => {
+            let bytes = base64::engine::general_purpose::STANDARD.decode(text).ok()?;
+            bytes.try_into().ok().map(f64::from_le_bytes)
+        }
     }
 }
 
@@ -108,12 +154,7 @@ fn data_type(metadata: &Value) -> Result<ScalarType, String> {
 
 /// Bytes of the fill value; 0 if not specified.
 fn fill(metadata: &Value, scalar: ScalarType, endian: Endian) -> Vec<u8> {
-    let float = match metadata.as_str() {
-        Some("NaN") => f64::NAN,
-        Some("Infinity") => f64::INFINITY,
-        Some("-Infinity") => f64::NEG_INFINITY,
-        _ => metadata.as_f64().unwrap_or(0.0),
-    };
+    let float = float(metadata).unwrap_or(0.0);
     let whole = metadata.as_i64().map(|n| n as u64).or(metadata.as_u64()).or(metadata.as_bool().map(u64::from)).unwrap_or(0);
     let bits = match scalar {
         ScalarType::Float16 => u64::from(half::f16::from_f64(float).to_bits()),

@@ -4,6 +4,7 @@ use super::blosc;
 use crate::memory;
 use crate::volume::Endian;
 use crate::volume::format::bytes;
+use crate::volume::format::strided;
 use serde_json::Value;
 use std::io::Read;
 
@@ -153,7 +154,7 @@ impl Codec {
         let table = index.unpack(table.to_vec(), &[count, 2], 8, &[0; 8])?;
         let mut all = memory::zeroed("a shard", shape.iter().product::<usize>() * size).map_err(|e| e.to_string())?;
         all.chunks_exact_mut(size).for_each(|number| number.copy_from_slice(fill));
-        let to = super::strides(shape, size);
+        let to = strided::strides(shape, size);
         for (n, entry) in table.chunks_exact(16).enumerate() {
             let [at, len] = [0, 8].map(|i| entry[i..].first_chunk().map_or(0, |word| u64::from_le_bytes(*word)));
             if at == u64::MAX && len == u64::MAX {
@@ -161,9 +162,9 @@ impl Codec {
             }
             let end = at.checked_add(len).filter(|&end| end <= packed.len() as u64).ok_or("an inner chunk outside its shard")?;
             let piece = inner.unpack(packed[at as usize..end as usize].to_vec(), each, size, fill)?;
-            let place = super::place(n, &counts);
+            let place = strided::place(n, &counts);
             let first: usize = place.iter().zip(each).zip(&to).map(|((place, part), stride)| place * part * stride).sum();
-            super::copy(&piece, &inner.strides(each, size), &mut all[first..], &to, each, size);
+            strided::copy(&piece, &inner.strides(each, size), &mut all[first..], &to, each, size);
         }
         Ok(all)
     }
@@ -172,7 +173,7 @@ impl Codec {
     pub fn strides(&self, shape: &[usize], size: usize) -> Vec<usize> {
         let stored: Vec<usize> = self.order.iter().map(|&axis| shape[axis]).collect();
         let mut strides = vec![0; shape.len()];
-        for (&axis, stride) in self.order.iter().zip(super::strides(&stored, size)) {
+        for (&axis, stride) in self.order.iter().zip(strided::strides(&stored, size)) {
             strides[axis] = stride;
         }
         strides

@@ -1,5 +1,6 @@
 //! OME-Zarr multiscales metadata: an image at several resolutions (<https://ngff.openmicroscopy.org>).
 
+use crate::volume::format::axes::Axis;
 use serde_json::Value;
 
 /// Limit of resolutions.
@@ -7,37 +8,31 @@ const MOST_LEVELS: usize = 64;
 
 /// An image at several resolutions, finest first.
 pub(super) struct Multiscales {
-    pub axes: Vec<Axis>,
     pub levels: Vec<Level>,
 }
 
-/// An axis shared by all levels.
-#[derive(Clone, Default)]
-pub(super) struct Axis {
-    pub name: String,
-    /// `space`, `time` or `channel`, or empty if not specified.
-    pub kind: String,
-    /// Unit, or empty if not specified.
-    pub unit: String,
-}
-
-/// An array: its path in the group, and its scale and translation per axis.
+/// An array: its path in the group, and its axes.
 pub(super) struct Level {
     pub path: String,
-    pub scale: Vec<f64>,
-    pub translation: Vec<f64>,
+    pub axes: Vec<Axis>,
 }
+
+/// The axes of the versions that do not name them, 0.1 and 0.2.
+const FIRST_AXES: [&str; 5] = ["t", "c", "z", "y", "x"];
 
 impl Multiscales {
     /// `None` if the attributes have no multiscales metadata.
     pub fn new(attributes: &Value) -> Result<Option<Self>, String> {
         let all = if attributes["ome"]["multiscales"].is_array() { &attributes["ome"] } else { attributes };
         let Some(metadata) = all["multiscales"].as_array().and_then(|several| several.first()) else { return Ok(None) };
-        let axes: Vec<Axis> = metadata["axes"].as_array().map(|axes| axes.iter().map(axis).collect()).unwrap_or_default();
+        let axes: Vec<Axis> = match metadata["axes"].as_array() {
+            Some(axes) => axes.iter().map(axis).collect(),
+            None => FIRST_AXES.map(Axis::named).into(),
+        };
         let datasets = metadata["datasets"].as_array().filter(|levels| (1..=MOST_LEVELS).contains(&levels.len()));
         let datasets = datasets.ok_or("its multiscales metadata name no arrays, or too many")?;
-        let levels: Result<Vec<Level>, String> = datasets.iter().map(|level| Level::new(level, metadata, axes.len())).collect();
-        Ok(Some(Self { axes, levels: levels? }))
+        let levels: Result<Vec<Level>, String> = datasets.iter().map(|level| Level::new(level, metadata, &axes)).collect();
+        Ok(Some(Self { levels: levels? }))
     }
 }
 
@@ -45,35 +40,35 @@ impl Multiscales {
 fn axis(metadata: &Value) -> Axis {
     let text = |metadata: &Value| metadata.as_str().unwrap_or_default().to_owned();
     if metadata.is_string() {
-        Axis { name: text(metadata), ..Axis::default() }
+        Axis::named(text(metadata))
     } else {
-        Axis { name: text(&metadata["name"]), kind: text(&metadata["type"]), unit: text(&metadata["unit"]) }
+        Axis { kind: text(&metadata["type"]), unit: text(&metadata["unit"]), ..Axis::named(text(&metadata["name"])) }
     }
 }
 
 impl Level {
     /// The transformations of the level come first, then those of all levels.
-    fn new(metadata: &Value, all: &Value, axes: usize) -> Result<Self, String> {
+    fn new(metadata: &Value, all: &Value, axes: &[Axis]) -> Result<Self, String> {
         let path = metadata["path"].as_str().ok_or("its multiscales metadata have an array without a path")?.to_owned();
-        let (mut scale, mut translation) = (vec![1.0; axes], vec![0.0; axes]);
+        let mut axes = axes.to_vec();
         let steps = [metadata, all].map(|source| source["coordinateTransformations"].as_array().cloned().unwrap_or_default());
         for step in steps.iter().flatten() {
             match step["type"].as_str() {
                 Some("identity") => {}
                 Some("scale") => {
-                    for (i, by) in numbers(&step["scale"], axes)?.into_iter().enumerate() {
-                        scale[i] *= by;
-                        translation[i] *= by;
+                    let factors = numbers(&step["scale"], axes.len())?;
+                    for (axis, by) in axes.iter_mut().zip(factors) {
+                        *axis = Axis { step: axis.step * by, first: axis.first * by, has_step: true, ..axis.clone() };
                     }
                 }
                 Some("translation") => {
-                    let by = numbers(&step["translation"], axes)?;
-                    translation.iter_mut().zip(by).for_each(|(to, by)| *to += by);
+                    let by = numbers(&step["translation"], axes.len())?;
+                    axes.iter_mut().zip(by).for_each(|(axis, by)| axis.first += by);
                 }
                 _ => return Err(format!("its coordinateTransformations have {step}: expected scale and translation")),
             }
         }
-        Ok(Self { path, scale, translation })
+        Ok(Self { path, axes })
     }
 }
 

@@ -4,6 +4,7 @@ use super::array::Array;
 use crate::memory;
 use crate::volume::format::bytes;
 use crate::volume::format::parts::Parts;
+use crate::volume::format::strided;
 use std::fs::File;
 use std::io;
 
@@ -72,7 +73,7 @@ impl Pieces {
         let first = [0, 1].map(|i| at[i] * self.chunk(i));
         let [x, y] = [0, 1].map(|i| self.chunk(i).min(self.dims[i] - first[i]));
         let start = (first[1] * self.dims[0] + first[0]) * size;
-        super::copy(&numbers[skipped..], &from, &mut slab[start..], &to, &[deep, y, x], size);
+        strided::copy(&numbers[skipped..], &from, &mut slab[start..], &to, &[deep, y, x], size);
     }
 }
 
