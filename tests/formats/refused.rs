@@ -291,7 +291,7 @@ fn complex_datasets_are_named() {
 fn data_in_other_files_are_read_or_these_are_named() {
     let at = folder().join("conventions");
     for name in ["external.h5", "linked.h5"] {
-        let options = OpenOptions { array: (name == "linked.h5").then(|| "link".into()), ..OpenOptions::default() };
+        let options = OpenOptions::default();
         let volume = Volume::open(at.join(name), &options).unwrap_or_else(|e| panic!("{e}"));
         assert_eq!((volume.range(), volume.value(7)), ((-3000.0, 2900.0), -2300.0), "{name}");
         let alone = OpenOptions { alone: true, ..options };

@@ -4,9 +4,7 @@ use crate::error::Error;
 use hdf5_reader::error::{Error as Problem, Result};
 use hdf5_reader::messages::HdfMessage;
 use hdf5_reader::storage::DynStorage;
-use hdf5_reader::{
-    Dataset, ExternalFileResolver, ExternalLinkResolver, FilesystemExternalFileResolver, FilesystemExternalLinkResolver, Hdf5File,
-};
+use hdf5_reader::{Dataset, ExternalFileResolver, ExternalLinkResolver, FilesystemExternalFileResolver, Hdf5File};
 use std::collections::BTreeSet;
 use std::io::Read;
 use std::path::{Path, PathBuf};
