@@ -6,31 +6,28 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 /// Records the kernels of a dry run.
 #[derive(Default)]
-pub(crate) struct Rehearsal(Mutex<Launched>);
+pub(crate) struct Rehearsal(Mutex<Vec<Rehearsed>>);
 
-/// Recorded kernels, in launch order.
-#[derive(Default)]
-pub(crate) struct Launched {
-    /// The most specialised kernels, which frames use once they are built.
-    pub best: Vec<KernelRequest>,
-    /// More general kernels, which frames can use until then.
-    pub general: Vec<KernelRequest>,
+/// A launch of a dry run.
+pub(crate) struct Rehearsed {
+    /// The most specialised kernel, which frames use once it is built.
+    pub best: KernelRequest,
+    /// A more general kernel, which frames can use until then.
+    pub general: Option<KernelRequest>,
 }
 
 impl Rehearsal {
-    fn kernels(&self) -> std::sync::MutexGuard<'_, Launched> {
+    fn kernels(&self) -> std::sync::MutexGuard<'_, Vec<Rehearsed>> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Records a launch.
     pub(super) fn add(&self, best: KernelRequest, general: Option<KernelRequest>) {
-        let mut kernels = self.kernels();
-        kernels.best.push(best);
-        kernels.general.extend(general);
+        self.kernels().push(Rehearsed { best, general });
     }
 
-    /// All launches since the last call.
-    pub fn take(&self) -> Launched {
+    /// All launches since the last call, in order.
+    pub fn take(&self) -> Vec<Rehearsed> {
         std::mem::take(&mut *self.kernels())
     }
 }

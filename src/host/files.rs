@@ -178,7 +178,7 @@ pub fn temporary_failed(e: io::Error) -> Error {
     )
 }
 
-/// A temporary folder. It is removed with its content when this is dropped or the process ends, and after a kill by the first process that
+/// A temporary folder that other users cannot read. It is removed with its content when this is dropped or the process ends, and after a kill by the first process that
 /// makes one a day later.
 pub struct Scratch(tempfile::TempDir);
 
@@ -188,14 +188,35 @@ impl Scratch {
         let _writing = begin_write();
         static SWEEP: std::sync::Once = std::sync::Once::new();
         SWEEP.call_once(|| sweep(&std::env::temp_dir(), std::fs::Metadata::is_dir, |path| std::fs::remove_dir_all(path)));
-        let folder = tempfile::Builder::new().prefix(&format!("{PREFIX}{}-", std::process::id())).tempdir();
-        let folder = folder.map_err(temporary_failed)?;
+        let prefix = format!("{PREFIX}{}-", std::process::id());
+        let mut builder = tempfile::Builder::new();
+        builder.prefix(&prefix);
+        #[cfg(unix)]
+        let builder = {
+            use std::os::unix::fs::PermissionsExt;
+            // By default other users can read a temporary folder.
+            builder.permissions(std::fs::Permissions::from_mode(0o700))
+        };
+        let folder = builder.tempdir().map_err(temporary_failed)?;
         unfinished(|paths| paths.insert(folder.path().into()));
         Ok(Self(folder))
     }
 
     pub fn path(&self) -> &Path {
         self.0.path()
+    }
+
+    /// Creates a file in the folder, which other users cannot read, and opens it for writing. Its own folder is created, too.
+    pub fn create(&self, name: impl AsRef<Path>) -> io::Result<File> {
+        let path = self.path().join(name);
+        if let Some(folder) = path.parent() {
+            std::fs::create_dir_all(folder)?;
+        }
+        let mut options = File::options();
+        options.write(true).create_new(true);
+        #[cfg(unix)]
+        std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
+        options.open(path)
     }
 }
 
@@ -271,6 +292,16 @@ mod tests {
         let mut expected = vec![format!(".layersplat-{}-23", killed.id()), format!(".layersplat-{}-1000", std::process::id())];
         expected.sort();
         assert_eq!(found, expected);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn others_cannot_read_temporary_files() {
+        use std::os::unix::fs::PermissionsExt;
+        let mode = |path: &Path| std::fs::metadata(path).unwrap().permissions().mode() & 0o777;
+        let scratch = Scratch::new().unwrap();
+        scratch.create("scan.nrrd").unwrap();
+        assert_eq!((mode(scratch.path()), mode(&scratch.path().join("scan.nrrd"))), (0o700, 0o600));
     }
 
     #[test]

@@ -1,8 +1,10 @@
 //! Progress of long tasks, reported to an observer. Only the command installs one.
 
 use std::{
-    sync::OnceLock,
+    cell::RefCell,
+    io,
     sync::atomic::{AtomicU64, Ordering},
+    sync::{Arc, OnceLock},
     time::{Duration, Instant},
 };
 
@@ -15,6 +17,35 @@ static WATCH: OnceLock<Box<Watch>> = OnceLock::new();
 /// call has an effect.
 pub fn watch(watch: impl Fn(&str, u64, u64) + Send + Sync + 'static) {
     let _ = WATCH.set(Box::new(watch));
+}
+
+/// An observer of the tasks that one thread begins, which can end them. For programs with several at once.
+pub trait Observer: Send + Sync {
+    /// As an observer of all tasks ([`watch`]).
+    fn step(&self, what: &str, done: u64, total: u64);
+    /// Whether tasks are to end.
+    fn is_cancelled(&self) -> bool;
+}
+
+thread_local! {
+    static OBSERVER: RefCell<Option<Arc<dyn Observer>>> = const { RefCell::new(None) };
+}
+
+/// Runs work whose tasks are observed.
+pub fn observed<T>(observer: Arc<dyn Observer>, work: impl FnOnce() -> T) -> T {
+    struct Reset(Option<Arc<dyn Observer>>);
+    impl Drop for Reset {
+        fn drop(&mut self) {
+            OBSERVER.with(|own| *own.borrow_mut() = self.0.take());
+        }
+    }
+    let _reset = Reset(OBSERVER.with(|own| own.borrow_mut().replace(observer)));
+    work()
+}
+
+/// The observer of this thread, for another thread that works for it.
+pub fn observer() -> Option<Arc<dyn Observer>> {
+    OBSERVER.with(|own| own.borrow().clone())
 }
 
 /// Total build time of programs in this process, in microseconds.
@@ -63,12 +94,24 @@ pub struct Task {
     what: String,
     total: u64,
     done: u64,
+    observer: Option<Arc<dyn Observer>>,
 }
 
 impl Task {
     /// Starts a task of `total` steps; 0 if unknown.
     pub fn new(what: impl Into<String>, total: u64) -> Self {
-        Self { what: what.into(), total, done: 0 }
+        Self { what: what.into(), total, done: 0, observer: observer() }
+    }
+
+    /// Fails if the observer ends the task.
+    ///
+    /// # Errors
+    /// That the task was cancelled.
+    pub fn check(&self) -> io::Result<()> {
+        if self.observer.as_ref().is_some_and(|observer| observer.is_cancelled()) {
+            return Err(io::Error::other("it was cancelled"));
+        }
+        Ok(())
     }
 
     /// Adds completed steps.
@@ -80,6 +123,9 @@ impl Task {
     fn notify(&self) {
         if let Some(watch) = WATCH.get() {
             watch(&self.what, self.done, self.total);
+        }
+        if let Some(observer) = &self.observer {
+            observer.step(&self.what, self.done, self.total);
         }
     }
 }

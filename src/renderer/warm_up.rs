@@ -139,6 +139,23 @@ impl Renderer {
         self.engine.device.build_ahead(move || kernels(renderers, &expected), on_ready)
     }
 
+    /// Builds the programs that a frame launches and that are not built yet, before all programs that wait in the background. `None` if
+    /// there are none. `frame` [rehearses](Self::rehearse) it, or draws it, with the renderer that it is given, which launches nothing.
+    #[cfg(feature = "page")]
+    pub(crate) fn build_first(&self, frame: impl FnOnce(&mut Self) -> Result<(), Error>) -> Result<Option<ProgramBuilds>, Error> {
+        let RehearsalRenderer { mut renderer, rehearsal } = self.rehearsal_renderer(None);
+        frame(&mut renderer)?;
+        let device = &self.engine.device;
+        let mut missing: Vec<KernelRequest> = Vec::new();
+        for launched in rehearsal.take() {
+            let is_ready = device.is_ready(&launched.best) || launched.general.is_some_and(|general| device.is_ready(&general));
+            if !is_ready && !missing.contains(&launched.best) {
+                missing.push(launched.best);
+            }
+        }
+        Ok((!missing.is_empty()).then(|| device.build_first(missing)))
+    }
+
     /// A renderer of the same volume that only records launches.
     fn rehearsal_renderer(&self, dimmed: Option<bool>) -> RehearsalRenderer {
         let (engine, rehearsal) = self.engine.for_rehearsal(dimmed);
@@ -154,10 +171,11 @@ fn kernels(mut renderers: Vec<RehearsalRenderer>, expected: &ExpectedFrames) -> 
         let cameras = expected.all_cameras(rehearsing.renderer.grid());
         for settings in &expected.settings {
             for camera in &cameras {
-                rehearsing.rehearse(camera, expected.viewport, settings)?;
-                let launched = rehearsing.rehearsal.take();
-                general.extend(launched.general.into_iter().filter(|kernel| known.insert(kernel.clone())));
-                best.extend(launched.best.into_iter().filter(|kernel| known.insert(kernel.clone())));
+                rehearsing.renderer.rehearse(camera, expected.viewport, settings)?;
+                for launched in rehearsing.rehearsal.take() {
+                    general.extend(launched.general.filter(|kernel| known.insert(kernel.clone())));
+                    best.extend(known.insert(launched.best.clone()).then_some(launched.best));
+                }
             }
         }
     }
@@ -166,18 +184,17 @@ fn kernels(mut renderers: Vec<RehearsalRenderer>, expected: &ExpectedFrames) -> 
     Ok(general)
 }
 
-impl RehearsalRenderer {
-    /// Records the launches of a frame, as a float picture and as an 8-bit picture.
-    fn rehearse(&mut self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<(), Error> {
-        let renderer = &mut self.renderer;
-        let planned = match renderer.planned(camera, viewport, settings) {
+impl Renderer {
+    /// Records the launches of a frame, as a float picture and as an 8-bit picture. For renderers that launch nothing.
+    pub(crate) fn rehearse(&mut self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<(), Error> {
+        let planned = match self.planned(camera, viewport, settings) {
             Err(Error::Settings { field: "layer_axis", .. }) => return Ok(()),
             planned => planned?,
         };
         let outputs = [Output::Rgba8(Background::BLACK), Output::Floats];
         // Without a lattice, the kernels of an 8-bit picture include those of a float picture.
         let count = if matches!(planned.plan, Plan::Lattice(..)) { 2 } else { 1 };
-        outputs.into_iter().take(count).try_for_each(|output| renderer.run(&planned, output, |_, _| Ok(())).map(drop))
+        outputs.into_iter().take(count).try_for_each(|output| self.run(&planned, output, |_, _| Ok(())).map(drop))
     }
 }
 
@@ -280,7 +297,7 @@ mod tests {
         let before = device.allocated_bytes();
         let mut rehearsing = renderer.rehearsal_renderer(None);
         for (camera, settings) in scene.frames() {
-            rehearsing.rehearse(&camera, VIEWPORT, &settings).unwrap();
+            rehearsing.renderer.rehearse(&camera, VIEWPORT, &settings).unwrap();
         }
         assert_eq!(device.allocated_bytes(), before);
     }
@@ -339,8 +356,8 @@ mod tests {
             let mut renderer = Renderer::new(&device(), &scene.volume, transfer).unwrap();
             renderer.use_general_programs(true);
             let mut rehearsing = renderer.rehearsal_renderer(None);
-            rehearsing.rehearse(&camera, VIEWPORT, &settings).unwrap();
-            let general = rehearsing.rehearsal.take().general;
+            rehearsing.renderer.rehearse(&camera, VIEWPORT, &settings).unwrap();
+            let general: Vec<_> = rehearsing.rehearsal.take().into_iter().filter_map(|launched| launched.general).collect();
             assert!(!general.is_empty());
             renderer.engine.device.build_ahead(move || Ok(general), |built| built.unwrap()).wait();
             let (meanwhile, report) = renderer.render(&camera, VIEWPORT, &settings).unwrap();

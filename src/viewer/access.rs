@@ -9,6 +9,8 @@ use axum::http::header::{COOKIE, HOST, ORIGIN};
 use axum::http::{HeaderMap, HeaderName};
 use std::hint::black_box;
 use std::io;
+#[cfg(unix)]
+use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 
 /// Names of the loopback interface, which no name server can rebind.
@@ -19,6 +21,9 @@ const TOKEN_BYTES: usize = 32;
 const RUN_BYTES: usize = 8;
 /// Fewest characters of a token from a file: 128 bits in hexadecimal digits.
 const LEAST_TOKEN: usize = 32;
+/// Permissions of a file for others than its owner.
+#[cfg(unix)]
+const OTHERS: u32 = 0o077;
 /// Most characters of a token from a file.
 const MOST_TOKEN: usize = 256;
 
@@ -72,6 +77,10 @@ impl Access {
     /// If the file cannot be read, or its token is short, long or has characters that an address cannot hold.
     pub fn with_token_file(mut self, path: &Path) -> Result<Self, Error> {
         let text = std::fs::read_to_string(path).map_err(|e| Error::read(path, e))?;
+        #[cfg(unix)]
+        if std::fs::metadata(path).is_ok_and(|found| found.permissions().mode() & OTHERS != 0) {
+            tracing::warn!("other users can read the token in {0}: keep it to yourself by chmod 600 {0}", path.display());
+        }
         let token = text.trim();
         let is_plain = token.bytes().all(|byte| byte.is_ascii_alphanumeric() || b"-_.~".contains(&byte));
         if !((LEAST_TOKEN..=MOST_TOKEN).contains(&token.len()) && is_plain) {

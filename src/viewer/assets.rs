@@ -19,7 +19,7 @@ macro_rules! asset {
 pub(super) const PAGE: Asset = asset!("index.html", "text/html; charset=utf-8");
 
 /// All that the page loads.
-pub(super) const ASSETS: [Asset; 34] = [
+pub(super) const ASSETS: [Asset; 35] = [
     asset!("style.css", "text/css; charset=utf-8"),
     asset!("icon.svg", "image/svg+xml"),
     asset!("adjusting.js", SCRIPT),
@@ -44,6 +44,7 @@ pub(super) const ASSETS: [Asset; 34] = [
     asset!("overlay.js", SCRIPT),
     asset!("picture.js", SCRIPT),
     asset!("plot.js", SCRIPT),
+    asset!("raw.js", SCRIPT),
     asset!("reading.js", SCRIPT),
     asset!("saving.js", SCRIPT),
     asset!("session.js", SCRIPT),

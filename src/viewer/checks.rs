@@ -27,6 +27,7 @@ impl Request {
             | Request::Read { .. }
             | Request::Write { .. }
             | Request::CancelFilm { .. }
+            | Request::CancelOpen {}
             | Request::Open { .. } => Ok(()),
         }
     }
@@ -38,7 +39,7 @@ pub fn check_message(message: &str) -> Option<Result<(), Error>> {
     let request: Request = serde_json::from_str(message).ok()?;
     Some(request.check().and_then(|()| match request {
         Request::Transfer { colors, opacities, .. } => transfer_function(colors, opacities).map(drop),
-        Request::Read { name, text } => TransferFunction::from_text(&text, &name).map(drop),
+        Request::Read { name, text, .. } => TransferFunction::from_text(&text, &name).map(drop),
         Request::Write { name, .. } => FileFormat::from_path(Path::new(&name)).map(drop),
         _ => Ok(()),
     }))

@@ -31,6 +31,8 @@ pub struct Opening {
     pub look: Look,
     /// Time limit per frame on the device.
     pub time_limit: Option<Duration>,
+    /// Sentences that a page says first.
+    pub notes: Vec<String>,
 }
 
 /// What a page begins with.

@@ -65,6 +65,7 @@ impl SharedScene {
             "slices": slices::described(grid, values),
             "steps": self.steps(),
             "is_layered": is_layered,
+            "notes": self.opening.notes,
             "scene": self.number,
             "opens_volumes": self.host.opens_volumes(),
             "offered": self.host.offered(),

@@ -18,6 +18,11 @@ pub trait Host: Send + Sync {
     /// If the look does not go with the options.
     fn settings(&self, look: &Look, quality: Option<Quality>) -> Result<Settings, Error>;
 
+    /// Whether [`require_checked`](Self::require_checked) returns at once.
+    fn is_checked(&self, _camera: &crate::Camera, _size: Viewport, _settings: &Settings) -> bool {
+        true
+    }
+
     /// Fails if the device may not draw such pictures. May take seconds for the first picture of a kind.
     ///
     /// # Errors

@@ -94,6 +94,11 @@ impl Inbox {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
+    /// What ends the current frame.
+    pub fn cancel(&self) -> Cancel {
+        self.cancel.clone()
+    }
+
     /// Changes the requests. A frame that gives way is cancelled.
     fn post(&self, change: impl FnOnce(&mut State)) {
         let mut state = self.state();
@@ -189,6 +194,18 @@ impl Inbox {
                 pause => self.changed.wait_timeout(state, pause).unwrap_or_else(PoisonError::into_inner).0,
             };
         }
+    }
+
+    /// Whether a picture would not be what the page wants, or the page is gone.
+    pub fn is_changed(&self) -> bool {
+        let state = self.state();
+        state.is_closed || state.is_changed()
+    }
+
+    /// Whether the page wants another look, or is gone.
+    pub fn has_look(&self) -> bool {
+        let state = self.state();
+        state.is_closed || state.look.is_some()
     }
 
     /// Runs work that gives way: it is cancelled when something new arrives. `None` if something new is there already.

@@ -31,6 +31,8 @@ mod page_camera;
 mod page_renderer;
 mod painter;
 #[cfg(feature = "viewer")]
+mod places;
+#[cfg(feature = "viewer")]
 mod rate;
 mod readiness;
 mod reading;
@@ -47,6 +49,7 @@ mod sharpening;
 mod slices;
 #[cfg(feature = "viewer")]
 mod socket;
+mod survey;
 mod time;
 mod warming;
 
@@ -60,6 +63,9 @@ pub use first::{First, Opening, Time};
 pub use host::{FilmWanted, Host, Offered, Source, Wanted};
 pub use look::{Look, PageLight};
 pub use look_fields::{PageChannel, PageLabels};
+#[cfg(feature = "viewer")]
+#[doc(hidden)]
+pub use opening::reorders;
 pub use outgoing::Message;
 pub use overlay::Overlay;
 pub use page_camera::{PageCamera, PageProjection};

@@ -1,13 +1,16 @@
 //! Volumes that a page opens: one of those that the program offers, or a file that was dropped onto the page. The page sends names, never
 //! paths.
 
-use super::drops::Drops;
+use super::drops::{Dropped, Drops};
 use super::host::Source;
+use super::outgoing::{Message, text};
+use super::replies::{Reply, Stage};
 use super::requests::OpenWanted;
 use super::scene::SharedScene;
 use super::served::Served;
 use crate::error::Error;
 use crate::files::Scratch;
+use crate::progress::{self, Observer};
 use axum::body::{Body, HttpBody};
 use axum::extract::{Request, State};
 use axum::http::header::CONTENT_LENGTH;
@@ -15,34 +18,99 @@ use axum::http::{StatusCode, Uri};
 use axum::response::{IntoResponse, Response};
 use std::future::poll_fn;
 use std::io;
+use std::path::Path;
 use std::pin::Pin;
-use std::sync::Arc;
-use std::time::Duration;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
 use tokio::fs::File;
 use tokio::io::AsyncWriteExt;
+use tokio::sync::mpsc;
 use tokio::time::timeout;
 
-/// Most bytes of a dropped file.
+const GONE: &str = "The file is gone, because another one was dropped. Drop it again.";
+/// Most files that are dropped at once.
+const MOST_FILES: usize = 10_000;
+/// Most bytes of dropped files.
 const MOST_BYTES: u64 = 8 << 30;
 /// A page that sends nothing of its file for this long is given up.
 const LONGEST_PAUSE: Duration = Duration::from_secs(30);
+/// Time between two messages about a volume that is being opened.
+const STEP: Duration = Duration::from_millis(100);
 /// Longest name of a dropped file in bytes.
 const LONGEST_NAME: usize = 200;
 
-/// Opens a volume. Takes as long as reading it. The error is a sentence for the page.
-pub(super) fn open(served: &Served, scene: &SharedScene, wanted: &OpenWanted) -> Result<Arc<SharedScene>, String> {
+/// A volume that is being opened, between the thread that opens it and its page.
+pub(super) struct Progress {
+    tell: mpsc::Sender<Opened>,
+    is_cancelled: AtomicBool,
+    last: Mutex<Option<Instant>>,
+}
+
+/// What comes of a volume that is being opened.
+pub(super) enum Opened {
+    Progress(Message),
+    Scene(Arc<SharedScene>),
+    /// The sentence of an error.
+    Problem(String),
+    Cancelled,
+}
+
+impl Progress {
+    pub fn new(tell: mpsc::Sender<Opened>) -> Arc<Self> {
+        Arc::new(Self { tell, is_cancelled: AtomicBool::new(false), last: Mutex::default() })
+    }
+
+    /// Ends the opening soon.
+    pub fn cancel(&self) {
+        self.is_cancelled.store(true, Ordering::Relaxed);
+    }
+
+    /// Opens a volume, and tells what came of it. Takes as long as reading it.
+    pub fn open(self: &Arc<Self>, served: &Served, scene: &SharedScene, wanted: &OpenWanted) {
+        let opened = progress::observed(self.clone(), || open(served, scene, wanted));
+        let opened = match opened {
+            _ if self.is_cancelled() => Opened::Cancelled,
+            Ok(scene) => Opened::Scene(scene),
+            Err(sentence) => Opened::Problem(sentence),
+        };
+        // The page may be gone.
+        let _ = self.tell.blocking_send(opened);
+    }
+}
+
+impl Observer for Progress {
+    fn step(&self, what: &str, done: u64, total: u64) {
+        let mut last = self.last.lock().unwrap_or_else(PoisonError::into_inner);
+        if last.is_some_and(|last| last.elapsed() < STEP) {
+            return;
+        }
+        *last = Some(Instant::now());
+        // The file's name stays here: it has folders of this machine.
+        let stage = if what.starts_with("reading") { Stage::Reading } else { Stage::Looking };
+        let done = (total > 0).then(|| done as f64 / total as f64);
+        // A page that takes nothing misses a step.
+        let _ = self.tell.try_send(Opened::Progress(text(&Reply::Opening { stage, done })));
+    }
+
+    fn is_cancelled(&self) -> bool {
+        self.is_cancelled.load(Ordering::Relaxed)
+    }
+}
+
+/// Opens a volume. The error is a sentence for the page.
+fn open(served: &Served, scene: &SharedScene, wanted: &OpenWanted) -> Result<Arc<SharedScene>, String> {
     let dropped = match wanted {
         OpenWanted::Offered(_) => None,
-        OpenWanted::Dropped(number) => {
-            Some(served.drops.take(*number).ok_or("The file is gone, because another one was dropped. Drop it again.")?)
-        }
+        OpenWanted::Dropped(number) => Some(served.drops.take(*number).ok_or(GONE)?),
     };
-    let source = match (wanted, &dropped) {
+    let path = dropped.as_ref().map(Dropped::path);
+    let source = match (wanted, &path) {
         (OpenWanted::Offered(name), _) => Source::Offered(name),
-        (_, dropped) => Source::File(&dropped.as_ref().expect("taken above").path),
+        (_, path) => Source::File(path.as_ref().expect("taken above")),
     };
     // Messages name the file as the user does, without the temporary folder.
-    let folder = dropped.as_ref().map(|dropped| format!("{}{}", dropped.folder.path().display(), std::path::MAIN_SEPARATOR));
+    let folder = dropped.as_ref().map(Dropped::hidden);
     let sentence = |error: &Error| {
         let sentence = scene.host.sentence(error);
         folder.as_ref().map_or_else(|| sentence.clone(), |folder| sentence.replace(folder.as_str(), ""))
@@ -70,8 +138,13 @@ async fn received(drops: &Drops, uri: &Uri, request: Request) -> Result<u32, Ref
             "Another file is still on its way. Drop this one again when it is there.".into(),
         ));
     };
-    let name = uri.query().and_then(|query| query.strip_prefix("name=")).and_then(file_name);
-    let name = name.ok_or((StatusCode::BAD_REQUEST, "The file's name has letters that a file cannot have here.".to_owned()))?;
+    let value = |key: &str| uri.query().unwrap_or_default().split('&').find_map(|pair| pair.strip_prefix(key)?.strip_prefix('='));
+    let bad = || (StatusCode::BAD_REQUEST, "The file's name has letters that a file cannot have here. Rename it.".to_owned());
+    let name = value("name").and_then(file_name).ok_or_else(bad)?;
+    let of_several = value("in").map(|folder| file_name(folder).ok_or_else(bad)).transpose()?;
+    // The drop that the file belongs to, if it is not the first of several. It is lost if the file does not arrive.
+    let number = value("to").map(|number| number.parse::<u32>().map_err(|_| bad())).transpose()?;
+    let begun = number.map(|number| drops.take(number).ok_or((StatusCode::CONFLICT, GONE.to_owned()))).transpose()?;
     let too_large =
         || (StatusCode::PAYLOAD_TOO_LARGE, "The file has more than 8 GiB. Begin the command with it instead.".to_owned());
     let declared = request.headers().get(CONTENT_LENGTH).and_then(|length| length.to_str().ok()?.parse::<u64>().ok());
@@ -80,11 +153,18 @@ async fn received(drops: &Drops, uri: &Uri, request: Request) -> Result<u32, Ref
     }
     let no_room =
         |e: io::Error| (StatusCode::INSUFFICIENT_STORAGE, format!("The file cannot be kept on the server: {}.", e.kind()));
-    let folder = Scratch::new().map_err(|_| no_room(io::ErrorKind::PermissionDenied.into()))?;
-    let path = folder.path().join(name);
-    let mut file = File::create(&path).await.map_err(no_room)?;
+    let scratch = || Scratch::new().map_err(|_| no_room(io::ErrorKind::PermissionDenied.into()));
+    let mut dropped = match begun {
+        Some(begun) => begun,
+        None => drops.begin(scratch()?, of_several),
+    };
+    if dropped.files.len() == MOST_FILES {
+        let sentence = format!("These are more than {MOST_FILES} files. Begin the command with their folder instead.");
+        return Err((StatusCode::PAYLOAD_TOO_LARGE, sentence));
+    }
+    let place = dropped.of_several.as_deref().unwrap_or_default();
+    let mut file = File::from_std(dropped.folder.create(Path::new(place).join(&name)).map_err(no_room)?);
     let mut body: Body = request.into_body();
-    let mut bytes = 0;
     loop {
         let frame = timeout(LONGEST_PAUSE, poll_fn(|context| Pin::new(&mut body).poll_frame(context))).await;
         let frame = match frame {
@@ -93,15 +173,21 @@ async fn received(drops: &Drops, uri: &Uri, request: Request) -> Result<u32, Ref
             _ => return Err((StatusCode::REQUEST_TIMEOUT, "The file did not arrive as a whole. Drop it again.".into())),
         };
         let Ok(data) = frame.into_data() else { continue };
-        bytes += data.len() as u64;
-        if bytes > MOST_BYTES {
+        dropped.bytes += data.len() as u64;
+        if dropped.bytes > MOST_BYTES {
             return Err(too_large());
         }
         file.write_all(&data).await.map_err(no_room)?;
     }
     // Otherwise the last bytes may be written later, or an error be lost.
     file.flush().await.map_err(no_room)?;
-    Ok(drops.keep(folder, path))
+    dropped.files.push(name);
+    Ok(drops.keep(dropped))
+}
+
+/// Whether a name has characters that change the order in which others are shown, so that it looks like another one.
+pub fn reorders(name: &str) -> bool {
+    name.contains(|c| matches!(c, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}'))
 }
 
 /// A percent-encoded name without folders. Formats and sizes are recognised by names, so it is kept.
@@ -121,7 +207,8 @@ fn file_name(encoded: &str) -> Option<String> {
     let is_plain = !name.is_empty()
         && name.len() <= LONGEST_NAME
         && !name.starts_with('.')
-        && !name.chars().any(|c| c.is_control() || "/\\:*?\"<>|%".contains(c));
+        && !name.chars().any(|c| c.is_control() || "/\\:*?\"<>|%".contains(c))
+        && !reorders(&name);
     is_plain.then_some(name)
 }
 
@@ -134,9 +221,25 @@ mod tests {
         assert_eq!(file_name("head%20of_2x2x2_uint8.raw").as_deref(), Some("head of_2x2x2_uint8.raw"));
         assert_eq!(file_name("K%C3%B6pf.nrrd").as_deref(), Some("Köpf.nrrd"));
         let long = "a".repeat(201);
-        for bad in
-            ["", ".", "..", ".hidden", "a%2Fb", "..%2Fa", "a/b", "a%5Cb", "a%00", "%", "%4", "%+4", "%zz", "%FF", "C%3Aa", &long]
-        {
+        for bad in [
+            "",
+            ".",
+            "..",
+            ".hidden",
+            "a%2Fb",
+            "..%2Fa",
+            "a/b",
+            "a%5Cb",
+            "a%00",
+            "%",
+            "%4",
+            "%+4",
+            "%zz",
+            "%FF",
+            "C%3Aa",
+            "a%E2%80%AEdrrn.gpj",
+            &long,
+        ] {
             assert_eq!(file_name(bad), None, "{bad}");
         }
     }
@@ -146,9 +249,11 @@ mod tests {
         let drops = Drops::default();
         let put = || {
             let folder = Scratch::new().unwrap();
-            let path = folder.path().join("a.raw");
-            std::fs::write(&path, "a").unwrap();
-            (drops.keep(folder, path.clone()), path)
+            folder.create("a.raw").unwrap();
+            let mut dropped = drops.begin(folder, None);
+            dropped.files.push("a.raw".into());
+            let path = dropped.path();
+            (drops.keep(dropped), path)
         };
         let ((first, gone), (second, path)) = (put(), put());
         assert!(!gone.exists() && path.exists() && drops.take(first).is_none());
@@ -156,5 +261,17 @@ mod tests {
         assert!(drops.take(second).is_none() && path.exists());
         drop(taken);
         assert!(!path.exists());
+    }
+
+    #[test]
+    fn several_files_are_slices_or_a_header_and_its_voxels() {
+        let drops = Drops::default();
+        let opened = |files: &[&str]| {
+            let mut dropped = drops.begin(Scratch::new().unwrap(), Some("series".into()));
+            dropped.files = files.iter().map(|&name| name.into()).collect();
+            dropped.path().strip_prefix(dropped.folder.path()).unwrap().to_owned()
+        };
+        assert_eq!(opened(&["a.dcm", "b.dcm"]), Path::new("series"));
+        assert_eq!(opened(&["brain.img", "brain.HDR"]), Path::new("series/brain.HDR"));
     }
 }

@@ -25,8 +25,17 @@ impl Outgoing {
 
     /// Sends the sentence of an error.
     pub fn problem(&self, scene: &SharedScene, error: &Error) {
+        self.tell(scene, error, false);
+    }
+
+    /// Sends the sentence of an error for which a change was refused.
+    pub fn refuse(&self, scene: &SharedScene, error: &Error) {
+        self.tell(scene, error, true);
+    }
+
+    fn tell(&self, scene: &SharedScene, error: &Error, undo: bool) {
         tracing::info!("reported to a page: {error}");
-        self.reply(&Reply::Problem { sentence: &scene.host.sentence(error) });
+        self.reply(&Reply::Problem { sentence: &scene.host.sentence(error), undo });
     }
 
     pub fn reply(&self, reply: &Reply) {

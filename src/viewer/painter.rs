@@ -8,28 +8,36 @@ use super::keeper::{Keeper, Kept, Order};
 use super::look::Look;
 use super::outgoing::Outgoing;
 use super::pace::Pace;
-use super::replies::{FilmState, Picture, Reply, Step};
+use super::replies::{FilmState, Picture, Reply, Step, Work};
 use super::requests::{View, shown_size};
 use super::scene::SharedScene;
 use super::sharpening::Sharpening;
+use super::survey::{self, Fit, Question};
 use super::time::Moment;
 use super::warming;
 use crate::camera::Camera;
-use crate::device::{Bands, Cancel};
+use crate::device::Bands;
 use crate::error::Error;
 use crate::image::Background;
+use crate::memory;
+use crate::renderer::Renderer;
 use crate::settings::{LightGrid, Quality, Settings};
 use crate::transfer::TransferFunction;
 use crate::viewport::Viewport;
 use std::collections::BTreeMap;
 use std::sync::Arc;
-use std::time::Instant;
+use std::sync::mpsc::SyncSender;
+use std::time::{Duration, Instant};
+
+/// Bytes on the device besides the voxels that pages at rest keep together. Above, a page that comes to rest frees its own.
+const MOST_AT_REST: u64 = 1 << 30;
 
 /// Draws for one page.
 pub(super) struct Painter {
     pub scene: Arc<SharedScene>,
     pub inbox: Arc<Inbox>,
     keeper: Arc<Keeper>,
+    questions: SyncSender<Question>,
     pub outgoing: Outgoing,
     pub renderer: Box<PageRenderer>,
     pub look: Look,
@@ -39,6 +47,13 @@ pub(super) struct Painter {
     pub moment: Moment,
     pace: Pace,
     current: Option<Current>,
+}
+
+/// Where requests come from, and where those go that other threads answer.
+pub(super) struct Ways {
+    pub inbox: Arc<Inbox>,
+    pub keeper: Arc<Keeper>,
+    pub questions: SyncSender<Question>,
 }
 
 /// The view that is shown, and how far it is.
@@ -67,18 +82,13 @@ impl Current {
 }
 
 impl Painter {
-    pub fn new(
-        scene: Arc<SharedScene>,
-        (inbox, keeper): (Arc<Inbox>, Arc<Keeper>),
-        outgoing: Outgoing,
-        first: &First,
-        cancel: Cancel,
-    ) -> Result<Self, Error> {
+    pub fn new(scene: Arc<SharedScene>, ways: Ways, outgoing: Outgoing, first: &First) -> Result<Self, Error> {
         let (look, transfers) = (first.look.clone(), first.transfers());
         let mut renderer = scene.page_renderer(&scene.opening.volume, CurrentLook { look: &look, transfers: &transfers })?;
-        renderer.set_cancel(Some(cancel));
+        renderer.set_cancel(Some(ways.inbox.cancel()));
+        let Ways { inbox, keeper, questions } = ways;
         let (moment, pace) = (Moment::new(&scene), Pace::default());
-        Ok(Self { scene, inbox, keeper, outgoing, renderer, look, transfers, moment, pace, current: None })
+        Ok(Self { scene, inbox, keeper, questions, outgoing, renderer, look, transfers, moment, pace, current: None })
     }
 
     /// How the fields are shown.
@@ -142,15 +152,14 @@ impl Painter {
                 Ok(()) => {
                     is_changed |= (&look.channels, &look.labels) != (&self.look.channels, &self.look.labels);
                     self.look = look;
-                    warming::begin(self);
                 }
-                Err(error) => self.outgoing.problem(&self.scene, &error),
+                Err(error) => self.outgoing.refuse(&self.scene, &error),
             }
         }
         if is_changed {
             let (scene, now) = (&self.scene, CurrentLook { look: &self.look, transfers: &self.transfers });
             if let Err(error) = scene.update(self.renderer.as_mut(), now) {
-                self.outgoing.problem(scene, &error);
+                self.outgoing.refuse(scene, &error);
             }
         }
     }
@@ -169,12 +178,38 @@ impl Painter {
         let Some(mut current) = self.current.take() else { return Ok(()) };
         let is_fast = current.view.moving || current.view.playing;
         let drawn = if is_fast { self.draw_moving(&mut current) } else { self.refine(&mut current) };
+        if drawn.is_ok() {
+            // After the first picture, which waits for no other programs than its own.
+            warming::begin(self);
+        }
         if drawn.as_ref().is_err_and(|error| !matches!(error, Error::Cancelled { .. })) {
             // Said once; the same frame would fail again.
             current.progress = Progress::All;
+            self.outgoing.reply(&Reply::Failed { id: current.view.id });
         }
+        let is_at_rest = !is_fast && matches!(current.progress, Progress::All);
         self.current = Some(current);
+        if is_at_rest {
+            self.rest_lightly();
+        }
         drawn
+    }
+
+    /// Frees what frames of this page keep on the device, if all pages keep too much. The next frame makes it again.
+    fn rest_lightly(&mut self) {
+        let device = &self.scene.opening.device;
+        let kept = device.allocated_bytes().saturating_sub(self.scene.voxel_bytes());
+        // A volume that is streamed would be read again.
+        if kept > MOST_AT_REST && self.renderer.whole().is_some() {
+            match self.scene.page_renderer(self.moment.volume(), self.now()) {
+                Ok(mut renderer) => {
+                    renderer.set_cancel(Some(self.inbox.cancel()));
+                    self.renderer = renderer;
+                }
+                Err(error) => tracing::info!("a page keeps {kept} bytes: {error}"),
+            }
+        }
+        memory::return_freed();
     }
 
     fn draw_moving(&mut self, current: &mut Current) -> Result<(), Error> {
@@ -186,6 +221,8 @@ impl Painter {
         }
         self.use_general_programs(true);
         self.renderer.set_bands(None);
+        self.require_checked(&current.camera, size, &settings)?;
+        self.build_programs(Inbox::has_look, |renderer| renderer.rehearse(&current.camera, size, &settings))?;
         self.show(current, Step::Moving, size, &settings)?;
         self.pace.record(current.page, started.elapsed());
         current.progress = Progress::All;
@@ -208,29 +245,66 @@ impl Painter {
         }
     }
 
+    /// Builds the programs of a frame before it is drawn, and tells the page how far that is. Gives up when the page wants something else.
+    pub(super) fn build_programs(
+        &mut self,
+        gives_up: fn(&Inbox) -> bool,
+        frame: impl FnOnce(&mut Renderer) -> Result<(), Error>,
+    ) -> Result<(), Error> {
+        /// Time after which it is asked again whether the page wants something else.
+        const STEP: Duration = Duration::from_millis(100);
+        let Some(renderer) = self.renderer.whole().filter(|_| self.scene.host.builds_ahead()) else { return Ok(()) };
+        // A frame that cannot be rehearsed says itself why.
+        let Some(builds) = renderer.build_first(frame).ok().flatten() else { return Ok(()) };
+        loop {
+            let (done, of) = builds.progress();
+            self.outgoing.reply(&Reply::Work { what: Work::Programs, done, of: of.unwrap_or_default() });
+            if builds.wait_for_next(STEP) {
+                return Ok(());
+            }
+            if gives_up(&self.inbox) {
+                return Err(Error::Cancelled { stage: "programs" });
+            }
+        }
+    }
+
+    /// Fails if the device may not draw such pictures, before their programs are built: some drivers crash. Tells the page that this takes a while.
+    pub(super) fn require_checked(&self, camera: &Camera, size: Viewport, settings: &Settings) -> Result<(), Error> {
+        let host = &self.scene.host;
+        if !host.is_checked(camera, size, settings) {
+            self.outgoing.reply(&Reply::Work { what: Work::Check, done: 0, of: 0 });
+        }
+        host.require_checked(camera, size, settings)
+    }
+
     fn refine_once(&mut self, current: &mut Current) -> Result<(), Error> {
         let page = current.page;
         let is_fixed = self.look.quality.is_some() || self.scene.host.settings(&self.look, None)?.layered().is_none();
         match &mut current.progress {
             Progress::Nothing if is_fixed => {
                 let settings = self.scene.host.settings(&self.look, None)?;
-                self.show(current, Step::Last, page, &settings)?;
+                self.show_refined(current, Step::Last, &settings)?;
                 current.progress = Progress::All;
             }
             Progress::Nothing => {
                 let settings = self.scene.host.settings(&self.look, Some(Quality::Standard))?;
-                self.show(current, Step::Standard, page, &settings)?;
+                self.show_refined(current, Step::Standard, &settings)?;
                 current.progress = Progress::Standard;
             }
             Progress::Standard => {
                 let settings = self.scene.host.settings(&self.look, Some(Quality::High))?;
-                self.show(current, Step::High, page, &settings)?;
+                self.show_refined(current, Step::High, &settings)?;
                 current.progress = Progress::High;
             }
             // A volume that is streamed would be read again for every block.
             Progress::High if self.renderer.whole().is_none() => self.rest(current),
             Progress::High => match Sharpening::new(page) {
-                Ok(sharpening) => current.progress = Progress::Sharpening(sharpening),
+                Ok(sharpening) => {
+                    let settings = self.scene.host.settings(&self.look, Some(Quality::High))?;
+                    let (camera, large) = (current.camera, sharpening.large());
+                    self.build_programs(Inbox::is_changed, |renderer| renderer.rehearse(&camera, large, &settings))?;
+                    current.progress = Progress::Sharpening(sharpening);
+                }
                 Err(_) => self.rest(current),
             },
             Progress::Sharpening(sharpening) => {
@@ -250,6 +324,14 @@ impl Painter {
         Ok(())
     }
 
+    /// A step of the refinement at rest, with its programs.
+    fn show_refined(&mut self, current: &Current, step: Step, settings: &Settings) -> Result<(), Error> {
+        let (camera, page) = (current.camera, current.page);
+        self.require_checked(&camera, page, settings)?;
+        self.build_programs(Inbox::is_changed, |renderer| renderer.rehearse(&camera, page, settings))?;
+        self.show(current, step, page, settings)
+    }
+
     /// No better picture of the view follows.
     fn rest(&self, current: &mut Current) {
         current.progress = Progress::All;
@@ -258,7 +340,6 @@ impl Painter {
 
     /// Renders a frame and sends it.
     fn show(&mut self, current: &Current, step: Step, size: Viewport, settings: &Settings) -> Result<(), Error> {
-        self.scene.host.require_checked(&current.camera, size, settings)?;
         let background = self.look.background()?;
         let rgba = if self.has_annotations() {
             let (frame, _) = self.renderer.render(&current.camera, size, settings)?;
@@ -283,9 +364,8 @@ impl Painter {
             Job::Fit { camera, size } => {
                 self.scene.camera(&camera)?;
                 let settings = self.scene.host.settings(&self.look, None)?;
-                let camera = self.scene.fitted(&camera, size, &settings, self.now())?;
-                self.outgoing.reply(&Reply::Fitted { camera });
-                Ok(())
+                let (look, transfers) = (self.look.clone(), self.transfers.clone());
+                survey::ask(&self.questions, Question::Fit(Box::new(Fit { camera, size, settings, look, transfers })))
             }
             Job::Write { field, name, format } => {
                 self.outgoing.reply(&Reply::Written { name: &name, text: &self.transfers[field].to_text(format) });

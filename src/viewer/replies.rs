@@ -15,7 +15,7 @@ pub(super) enum Reply<'a> {
     /// A camera that fits.
     Fitted { camera: PageCamera },
     /// A transfer function that was asked for.
-    Transfer { name: &'a str, colors: &'a [ControlPoint<[f64; 3]>], opacities: &'a [ControlPoint<f64>] },
+    Transfer { field: usize, name: &'a str, colors: &'a [ControlPoint<[f64; 3]>], opacities: &'a [ControlPoint<f64>] },
     /// The text of a file that was asked for.
     Written { name: &'a str, text: &'a str },
     /// The command that makes the picture. `more`: further files that it reads.
@@ -38,10 +38,39 @@ pub(super) enum Reply<'a> {
     Slices { id: u32, value: Option<f32>, placed: &'a [PlacedSlice] },
     /// Whether all programs of usual frames are built.
     Ready { ready: bool },
+    /// What is done before the next picture, and how far that is: `of` is 0 if that is not known.
+    Work { what: Work, done: usize, of: usize },
+    /// How far a volume is that is being opened, from 0 to 1 if that is known.
+    #[cfg(feature = "viewer")]
+    Opening { stage: Stage, done: Option<f64> },
     /// No better picture of this view follows the last one.
     Refined { id: u32 },
-    /// A request that failed: what is wrong and what can be done.
-    Problem { sentence: &'a str },
+    /// A view that could not be drawn. The problem was sent.
+    Failed { id: u32 },
+    /// A request that failed: what is wrong and what can be done. `undo`: a change was refused, so pictures are those from before it.
+    Problem { sentence: &'a str, undo: bool },
+}
+
+/// What is done before a picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum Work {
+    /// The device is checked, once per kind of picture.
+    Check,
+    /// Programs of the device are built.
+    Programs,
+}
+
+/// What is done with a volume that is being opened.
+#[cfg(feature = "viewer")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum Stage {
+    /// Its file is read, and unpacked.
+    Reading,
+    /// A pass over its voxels.
+    Looking,
+    Cancelled,
 }
 
 /// What has become of a film.

@@ -46,7 +46,12 @@ pub(super) enum Request {
         name: String,
     },
     /// Answer with the transfer function in the text of a file.
-    Read { name: String, text: String },
+    Read {
+        #[serde(default)]
+        field: usize,
+        name: String,
+        text: String,
+    },
     /// Answer with the transfer function of a field as the text of a file, by the name's extension.
     Write {
         #[serde(default)]
@@ -68,6 +73,8 @@ pub(super) enum Request {
     CancelFilm { id: u32 },
     /// Show another volume: answered with another first message.
     Open { volume: OpenWanted },
+    /// Give up the volume that is being opened.
+    CancelOpen {},
     /// Answer with the command alone.
     Command {
         camera: PageCamera,

@@ -13,6 +13,7 @@ use super::replies::{Format, NamedText, Picture, Reply, Step};
 use super::requests::SavedFormat;
 use super::scene::SharedScene;
 use crate::error::Error;
+use crate::files::Scratch;
 use crate::image::Encoding;
 use crate::settings::Quality;
 use crate::transfer::{FileFormat, TransferFunction};
@@ -49,7 +50,7 @@ impl Maker {
         let frame = if samples > 1 { frame.averaged(samples)? } else { frame };
         let frame = annotated(frame, scene, CurrentLook { look: &look, ..order.now() }, &view, settings.blend)?;
         let failed = |e: io::Error| Error::write(Path::new("the picture"), e);
-        let folder = tempfile::tempdir().map_err(failed)?;
+        let folder = Scratch::new()?;
         let path = folder.path().join(format.file_name());
         let others = names_of_others(&order.transfers);
         let line = scene.host.command_line(&wanted(scene, saving, &look, &others)?);

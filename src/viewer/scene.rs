@@ -15,7 +15,7 @@ use crate::renderer::{LabelColors, UploadedVolume};
 use crate::settings::{FieldKind, Settings};
 use crate::transfer::TransferFunction;
 use crate::viewport::Viewport;
-use crate::volume::Statistics;
+use crate::volume::{Statistics, Volume};
 use std::sync::OnceLock;
 use std::sync::atomic::AtomicBool;
 
@@ -93,6 +93,15 @@ impl SharedScene {
         let first = First { transfer: transfer.clone(), ..self.opening.first() };
         let now = CurrentLook { look: &first.look, transfers: &first.transfers() };
         self.page_renderer(&self.opening.volume, now)
+    }
+
+    /// Bytes of the voxels on the device that all pages share.
+    pub(super) fn voxel_bytes(&self) -> u64 {
+        let bytes = |volume: &Volume| volume.grid().voxel_count() as u64 * volume.voxel_type().bytes() as u64;
+        match self.opening.drawn.fields() {
+            [] => bytes(&self.opening.volume),
+            fields => fields.iter().map(|field| bytes(&field.volume)).sum(),
+        }
     }
 
     /// The frame in which angles of pages are counted.

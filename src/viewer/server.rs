@@ -5,14 +5,16 @@ use super::assets::{ASSETS, Asset, PAGE};
 use super::first::Opening;
 use super::host::Host;
 use super::opening;
+use super::places::{Place, Places};
 use super::requests::MAX_MESSAGE;
 use super::scene::SharedScene;
 use super::served::Served;
 use super::socket;
 use crate::error::Error;
+use crate::memory;
 use axum::Router;
 use axum::extract::ws::WebSocketUpgrade;
-use axum::extract::{Request, State};
+use axum::extract::{Extension, Request, State};
 use axum::http::header::{CONTENT_TYPE, SET_COOKIE};
 use axum::http::{HeaderValue, Method, StatusCode, Uri};
 use axum::middleware::{self, Next};
@@ -27,10 +29,8 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 use tokio::net::{TcpListener, TcpStream};
 use tokio::runtime::{Builder, Runtime};
-use tokio::sync::{Semaphore, watch};
+use tokio::sync::watch;
 
-/// Most connections at once, those that say nothing included. Others are closed at once.
-const MOST_CONNECTIONS: usize = 512;
 /// Time until a connection has sent the headers of a request.
 const HEADER_TIME: Duration = Duration::from_secs(10);
 /// Most bytes of the headers of a request.
@@ -60,9 +60,13 @@ const HEADERS: [(&str, &str); 7] = [
 ];
 
 /// The page that the right token is answered with. It goes on to the page without the token: a redirect would be followed without the cookie
-/// where another site's link led here. The refresh replaces the address in the history.
-const LET_IN: &str = "<!doctype html><meta charset=utf-8><meta http-equiv=refresh content=\"0;url=/\"><title>layersplat</title>\
+/// where another site's link led here. Both replace the address in the history; the script keeps the view after `#`.
+const LET_IN: &str = "<!doctype html><meta charset=utf-8><script src=/enter.js></script>\
+                      <noscript><meta http-equiv=refresh content=\"0;url=/\"></noscript><title>layersplat</title>\
                       <link rel=icon href=/icon.svg><a href=\"/\">Continue to the viewer</a>";
+/// The script of that page.
+const ENTER: Asset =
+    Asset { path: "/enter.js", kind: "text/javascript; charset=utf-8", text: "location.replace(`/${location.hash}`);" };
 
 /// Ends a server from another thread. Clones end the same one.
 #[derive(Clone, Debug)]
@@ -99,6 +103,7 @@ impl Server {
     /// # Errors
     /// Insufficient memory of the device, and failures of the system.
     pub fn new(opening: Opening, host: Box<dyn Host>, access: Access, listener: std::net::TcpListener) -> Result<Self, Error> {
+        memory::return_large_blocks();
         let failed = |e| Error::read(Path::new("the viewer's address"), e);
         let runtime = Builder::new_current_thread().enable_all().build().map_err(failed)?;
         listener.set_nonblocking(true).map_err(failed)?;
@@ -116,8 +121,8 @@ impl Server {
             run(TcpListener::from_std(listener)?, served, stop.stopped()).await;
             Ok(())
         });
-        // Ends all sessions, which cancel the frames of their threads.
-        drop(runtime);
+        // Ends all sessions, which cancel the frames of their threads. Work aside is not waited for.
+        runtime.shutdown_background();
         let since = Instant::now();
         while scenes.are_in_use() && since.elapsed() < LONGEST_END {
             std::thread::sleep(Duration::from_millis(5));
@@ -129,7 +134,7 @@ impl Server {
 /// Serves pages until `stop`.
 async fn run(listener: TcpListener, served: Arc<Served>, stop: impl Future<Output = ()>) {
     let routes = router(served);
-    let places = Arc::new(Semaphore::new(MOST_CONNECTIONS));
+    let places = Arc::new(Places::default());
     tokio::pin!(stop);
     loop {
         let accepted = tokio::select! {
@@ -140,12 +145,16 @@ async fn run(listener: TcpListener, served: Arc<Served>, stop: impl Future<Outpu
             tokio::time::sleep(PAUSE).await;
             continue;
         };
-        let Ok(place) = places.clone().try_acquire_owned() else { continue };
-        let routes = routes.clone();
+        let Some((place, ended)) = places.take() else { continue };
+        // The guard tells the place that a request came with a cookie or a token.
+        let routes = routes.clone().layer(Extension(place.clone()));
         tokio::spawn(async move {
             let _place = place;
-            if let Err(error) = connection(stream, routes).await {
-                tracing::debug!("a connection ended: {error}");
+            tokio::select! {
+                served = connection(stream, routes) => if let Err(error) = served {
+                    tracing::debug!("a connection ended: {error}");
+                },
+                () = ended.notified() => tracing::debug!("a connection without a cookie made place for another"),
             }
         });
     }
@@ -170,7 +179,11 @@ fn router(served: Arc<Served>) -> Router {
 
 /// Checks every request before anything else, and adds the headers of every answer.
 async fn guard(State(served): State<Arc<Served>>, request: Request, next: Next) -> Response {
-    let mut response = match admit(&served.access, &request) {
+    let admitted = admit(&served.access, &request);
+    if let (Ok(_), Some(place)) = (&admitted, request.extensions().get::<Arc<Place>>()) {
+        place.admit();
+    }
+    let mut response = match admitted {
         Ok(Admitted::ByCookie) => next.run(request).await,
         Ok(Admitted::ByToken) => let_in(&served.access),
         Err(refusal) => refuse(refusal),
@@ -219,7 +232,11 @@ async fn file(method: Method, uri: Uri) -> Response {
     let answer = |asset: &Asset| ([(CONTENT_TYPE, asset.kind)], asset.text).into_response();
     match uri.path() {
         "/" => answer(&PAGE),
-        path => ASSETS.iter().find(|asset| asset.path == path).map_or_else(|| StatusCode::NOT_FOUND.into_response(), answer),
+        path => ASSETS
+            .iter()
+            .chain([&ENTER])
+            .find(|asset| asset.path == path)
+            .map_or_else(|| StatusCode::NOT_FOUND.into_response(), answer),
     }
 }
 

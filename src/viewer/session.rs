@@ -6,17 +6,18 @@ use super::keeper::{Keeper, Maker};
 use super::look::Look;
 use super::outgoing::{Message, Outgoing, text};
 use super::page_camera::PageCamera;
-use super::painter::Painter;
+use super::painter::{Painter, Ways};
 use super::replies::Reply;
 use super::requests::{MAX_MESSAGE, OpenWanted, Request, saved_size, shown_size, transfer_function};
 use super::scene::SharedScene;
-use super::warming;
+use super::survey::{self, MOST_QUESTIONS, Question};
 use crate::device::Cancel;
 use crate::error::Error;
 use crate::memory;
 use crate::transfer::{FileFormat, TransferFunction};
 use std::path::Path;
 use std::sync::Arc;
+use std::sync::mpsc::{SyncSender, sync_channel};
 use std::thread::JoinHandle;
 
 /// The session of a page. Dropping it ends the drawing thread after the kernel that is running.
@@ -24,6 +25,8 @@ pub struct Session {
     scene: Arc<SharedScene>,
     inbox: Arc<Inbox>,
     keeper: Arc<Keeper>,
+    /// `None` once it ends.
+    questions: Option<SyncSender<Question>>,
     threads: Vec<JoinHandle<()>>,
 }
 
@@ -36,6 +39,8 @@ pub struct Received {
     pub answer: Option<Message>,
     /// A volume that the user wants to open instead, for programs that offer some.
     pub open: Option<OpenWanted>,
+    /// Whether the user gives up the volume that is being opened.
+    pub cancels_open: bool,
 }
 
 /// What the user of a page changed.
@@ -54,21 +59,25 @@ impl Session {
     /// # Errors
     /// Insufficient memory of the device, and failures of the system.
     pub fn new(scene: Arc<SharedScene>, first: &First, send: impl Fn(Message) + Send + Sync + 'static) -> Result<Self, Error> {
-        let cancel = Cancel::new();
-        let inbox = Arc::new(Inbox::new(cancel.clone()));
+        let inbox = Arc::new(Inbox::new(Cancel::new()));
         let (keeper, outgoing) = (Arc::new(Keeper::default()), Outgoing(Arc::new(send)));
         let maker = Maker { scene: scene.clone(), keeper: keeper.clone(), outgoing: outgoing.clone() };
-        let mut painter = Painter::new(scene.clone(), (inbox.clone(), keeper.clone()), outgoing, first, cancel)?;
+        let (questions, asked) = sync_channel(MOST_QUESTIONS);
+        let surveyor = (scene.clone(), outgoing.clone());
+        let ways = Ways { inbox: inbox.clone(), keeper: keeper.clone(), questions: questions.clone() };
+        let painter = Painter::new(scene.clone(), ways, outgoing, first)?;
         scene.ready.watch(&inbox);
-        warming::begin(&mut painter);
         let thread = std::thread::Builder::new().name("painter".into()).spawn(move || {
             painter.run();
             memory::return_freed();
         });
         let failed = |e| Error::read(Path::new("the viewer's drawing thread"), e);
         // From here on, dropping the session ends the threads.
-        let mut session = Self { scene, inbox, keeper, threads: vec![thread.map_err(failed)?] };
+        let mut session = Self { scene, inbox, keeper, questions: Some(questions), threads: vec![thread.map_err(failed)?] };
         let thread = std::thread::Builder::new().name("maker".into()).spawn(move || maker.run());
+        session.threads.push(thread.map_err(failed)?);
+        let answer = move || survey::answer(&surveyor.0, &surveyor.1, &asked);
+        let thread = std::thread::Builder::new().name("surveyor".into()).spawn(answer);
         session.threads.push(thread.map_err(failed)?);
         Ok(session)
     }
@@ -81,6 +90,7 @@ impl Session {
     /// Ends the drawing threads, and waits until they have ended.
     pub fn end(mut self) {
         self.close();
+        self.questions = None;
         for thread in std::mem::take(&mut self.threads) {
             // A panic was reported by its hook.
             let _ = thread.join();
@@ -109,11 +119,18 @@ impl Session {
             }
             _ => None,
         };
+        let cancels_open = matches!(request, Request::CancelOpen {});
+        let undo = matches!(request, Request::View(_) | Request::Look { .. } | Request::Transfer { .. });
         Some(match self.handle(request) {
-            Ok(answer) => Received { change, answer, open },
+            Ok(answer) => Received { change, answer, open, cancels_open },
             Err(error) => {
                 let sentence = self.scene.host.sentence(&error);
-                Received { change: None, open: None, answer: Some(text(&Reply::Problem { sentence: &sentence })) }
+                Received {
+                    change: None,
+                    open: None,
+                    cancels_open: false,
+                    answer: Some(text(&Reply::Problem { sentence: &sentence, undo })),
+                }
             }
         })
     }
@@ -148,12 +165,9 @@ impl Session {
                 return Ok(None);
             }
             // The caller's matter.
-            Request::Open { .. } => return Ok(None),
-            Request::Named { field, kind, name } => {
-                self.scene.check_field(field)?;
-                return Ok(Some(described(&self.scene.named(field, kind, &name)?)));
-            }
-            Request::Read { name, text } => return Ok(Some(described(&TransferFunction::from_text(&text, &name)?))),
+            Request::Open { .. } | Request::CancelOpen {} => return Ok(None),
+            Request::Named { field, kind, name } => return self.ask(field, Question::Named { field, kind, name }),
+            Request::Read { field, name, text } => return self.ask(field, Question::Read { field, name, text }),
             Request::Write { field, name } => {
                 self.scene.check_field(field)?;
                 let format = FileFormat::from_path(Path::new(&name))?;
@@ -179,12 +193,17 @@ impl Session {
     }
 }
 
+impl Session {
+    /// Asks what is answered by a thread of its own.
+    fn ask(&self, field: usize, question: Question) -> Result<Option<Message>, Error> {
+        self.scene.check_field(field)?;
+        self.questions.as_ref().map_or(Ok(()), |questions| survey::ask(questions, question))?;
+        Ok(None)
+    }
+}
+
 impl Drop for Session {
     fn drop(&mut self) {
         self.close();
     }
-}
-
-fn described(transfer: &TransferFunction) -> Message {
-    text(&Reply::Transfer { name: transfer.name(), colors: transfer.colors(), opacities: transfer.opacities() })
 }

@@ -14,6 +14,9 @@ use std::ops::Range;
 const BLOCK: u32 = 1536;
 /// Samples per side of a pixel, one picture after another.
 const SIDES: [u32; 2] = [2, 4];
+/// Most pixels of a page whose pictures get the last of them. On larger pages, such as those of screens with twice the pixels per length, it would
+/// take many times as long and hardly be seen.
+const MOST_FINEST: usize = 2_000_000;
 
 /// A picture with N × N samples per pixel, as far as it is drawn.
 pub(super) struct Sharpening {
@@ -44,12 +47,18 @@ impl Sharpening {
         Ok(Self { page, round, large, pixels, block: BLOCK / SIDES[round], drawn: 0 })
     }
 
+    /// Size with all samples.
+    pub fn large(&self) -> Viewport {
+        self.large
+    }
+
     /// The next picture; `None` after the last.
     ///
     /// # Errors
     /// If it is too large.
     pub fn next(&self) -> Result<Option<Self>, Error> {
-        (self.round + 1 < SIDES.len()).then(|| Self::round(self.page, self.round + 1)).transpose()
+        let rounds = if self.page.pixels() > MOST_FINEST { 1 } else { SIDES.len() };
+        (self.round + 1 < rounds).then(|| Self::round(self.page, self.round + 1)).transpose()
     }
 
     /// Draws the next block. Returns whether the picture is whole.

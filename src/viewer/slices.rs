@@ -1,6 +1,7 @@
 //! Three slices beside the picture, through one point.
 
 use super::encoding::encoded;
+use super::inbox::Inbox;
 use super::painter::Painter;
 use super::replies::{Picture, PlacedSlice, Reply, Step};
 use super::requests::{PagePlane, SlicesView};
@@ -65,12 +66,16 @@ impl Painter {
         let opening = &self.scene.opening;
         // Slices sample and colour the field by the code of these kernels.
         let blend = Settings { blend: Blend::Average, ..Algorithm::Raycast { kernel: Kernel::Linear, step: 0.5 }.into() };
-        self.scene.host.require_checked(&self.scene.camera(&opening.camera)?, viewport, &blend)?;
-        let grid = opening.volume.grid();
-        let slices = view.planes().map(|slice| slice.fitted(grid, viewport));
+        self.require_checked(&self.scene.camera(&opening.camera)?, viewport, &blend)?;
+        let grid = opening.volume.grid().clone();
+        let slices = view.planes().map(|slice| slice.fitted(&grid, viewport));
         let background = self.look.background()?;
+        self.build_programs(Inbox::has_look, |renderer| {
+            value_at(renderer, &grid, DVec3::from_array(view.point), view.kernel)?;
+            renderer.slice(&slices[0], viewport, view.kernel, view.colors()).map(drop)
+        })?;
         let renderer = self.renderer.require_whole("the page's slices")?;
-        let value = value_at(renderer, grid, DVec3::from_array(view.point), view.kernel)?;
+        let value = value_at(renderer, &grid, DVec3::from_array(view.point), view.kernel)?;
         let mut rgba = Vec::new();
         let mut placed = Vec::new();
         for slice in &slices {

@@ -1,9 +1,9 @@
 //! A page's WebSocket: what goes both ways, and the limits of both.
 
-use super::opening;
+use super::opening::{Opened, Progress};
 use super::outgoing::{Message as PageMessage, text};
 use super::rate::Rate;
-use super::replies::Reply;
+use super::replies::{Reply, Stage};
 use super::requests::OpenWanted;
 use super::scene::SharedScene;
 use super::served::Served;
@@ -15,8 +15,8 @@ use std::time::{Duration, Instant};
 use tokio::sync::mpsc;
 use tokio::time::{MissedTickBehavior, interval, timeout};
 
-/// Most pages at once.
-const MOST_SESSIONS: usize = 8;
+/// Most pages at once. Each has three threads, and they share memory (`MOST_AT_REST` in painter.rs).
+const MOST_SESSIONS: usize = 24;
 /// Messages that wait for the connection. More would only take memory.
 const MOST_WAITING: usize = 4;
 /// A page that takes no byte for this long is given up.
@@ -41,24 +41,38 @@ pub(super) async fn serve(mut socket: WebSocket, served: Arc<Served>) {
 
 /// Serves a page as long as it shows a scene. Returns the next one, which the page has opened.
 async fn show(socket: &mut WebSocket, served: &Arc<Served>, scene: Arc<SharedScene>) -> Option<Arc<SharedScene>> {
-    if !send(socket, Message::Text(scene.hello(&scene.opening.first()).into())).await {
+    let described = scene.clone();
+    // Looks at the voxels.
+    let hello = aside(move || described.hello(&described.opening.first())).await?;
+    if !send(socket, Message::Text(hello.into())).await {
         return None;
     }
     let (sender, mut outgoing) = mpsc::channel(MOST_WAITING);
     // Waits while too much is on its way. A page that is gone needs nothing.
     let to_page = move |message: PageMessage| drop(sender.blocking_send(message.into()));
-    match Session::new(scene.clone(), &scene.opening.first(), to_page) {
+    let drawn = scene.clone();
+    // May upload voxels.
+    match aside(move || Session::new(drawn.clone(), &drawn.opening.first(), to_page)).await? {
         Ok(session) => {
-            let (opened, mut opening) = mpsc::channel(1);
+            let (opened, mut opening) = mpsc::channel(MOST_WAITING);
             let (served, rate) = (served.clone(), Rate::new(Instant::now()));
-            let mut connection = Connection { session, served, scene, rate, opened, is_opening: false };
-            connection.run(socket, &mut outgoing, &mut opening).await
+            let mut connection = Connection { session, served, scene, rate, opened, opening: None };
+            let next = connection.run(socket, &mut outgoing, &mut opening).await;
+            connection.cancel_opening();
+            // Nobody else may have the voxels: freeing them takes a while.
+            aside(move || drop((connection, opening))).await;
+            next
         }
         Err(error) => {
-            send(socket, text(&Reply::Problem { sentence: &scene.host.sentence(&error) }).into()).await;
+            send(socket, text(&Reply::Problem { sentence: &scene.host.sentence(&error), undo: false }).into()).await;
             None
         }
     }
+}
+
+/// Does work that takes long on a thread of its own: this one carries all connections. `None` if it panicked.
+async fn aside<T: Send + 'static>(work: impl FnOnce() -> T + Send + 'static) -> Option<T> {
+    tokio::task::spawn_blocking(work).await.ok()
 }
 
 impl From<PageMessage> for Message {
@@ -87,9 +101,6 @@ impl Drop for Place {
     }
 }
 
-/// A scene that a page has opened, or the sentence of an error.
-type Opened = Result<Arc<SharedScene>, String>;
-
 struct Connection {
     session: Session,
     served: Arc<Served>,
@@ -97,7 +108,8 @@ struct Connection {
     rate: Rate,
     /// Where a volume that was opened comes out.
     opened: mpsc::Sender<Opened>,
-    is_opening: bool,
+    /// The volume that is being opened.
+    opening: Option<Arc<Progress>>,
 }
 
 impl Connection {
@@ -130,13 +142,20 @@ impl Connection {
                 },
                 // The connection has a sender, too: this never ends.
                 Some(opened) = opening.recv() => match opened {
-                    Ok(scene) => {
-                        self.served.scenes.open(scene.clone());
+                    Opened::Progress(message) => message.into(),
+                    Opened::Scene(scene) => {
+                        let (served, opened) = (self.served.clone(), scene.clone());
+                        // May free the last one.
+                        aside(move || served.scenes.open(opened)).await;
                         return Some(scene);
                     }
-                    Err(sentence) => {
-                        self.is_opening = false;
-                        text(&Reply::Problem { sentence: &sentence }).into()
+                    Opened::Problem(sentence) => {
+                        self.opening = None;
+                        text(&Reply::Problem { sentence: &sentence, undo: false }).into()
+                    }
+                    Opened::Cancelled => {
+                        self.opening = None;
+                        text(&Reply::Opening { stage: Stage::Cancelled, done: None }).into()
                     }
                 },
                 _ = pings.tick() => {
@@ -154,17 +173,24 @@ impl Connection {
 
     /// Opens a volume on a thread of its own, since reading takes long. Pictures of the old one are drawn meanwhile. Returns the problem.
     fn open(&mut self, volume: OpenWanted) -> Heard {
-        let problem = |sentence: &str| Heard::Answer(text(&Reply::Problem { sentence }).into());
-        if self.is_opening {
-            return problem("A volume is being opened: wait until it is there.");
+        let problem = |sentence: &str| Heard::Answer(text(&Reply::Problem { sentence, undo: false }).into());
+        if self.opening.is_some() {
+            return problem("A volume is being opened: wait until it is there, or cancel it.");
         }
-        let (served, scene, opened) = (self.served.clone(), self.scene.clone(), self.opened.clone());
-        let work = move || {
-            // The page may be gone.
-            let _ = opened.blocking_send(opening::open(&served, &scene, &volume));
-        };
-        self.is_opening = std::thread::Builder::new().name("opening".into()).spawn(work).is_ok();
-        if self.is_opening { Heard::Nothing } else { problem("The server has no thread left: try again.") }
+        let (served, scene, progress) = (self.served.clone(), self.scene.clone(), Progress::new(self.opened.clone()));
+        let opening = progress.clone();
+        let work = move || opening.open(&served, &scene, &volume);
+        if std::thread::Builder::new().name("opening".into()).spawn(work).is_err() {
+            return problem("The server has no thread left: try again.");
+        }
+        self.opening = Some(progress);
+        Heard::Nothing
+    }
+
+    fn cancel_opening(&self) {
+        if let Some(opening) = &self.opening {
+            opening.cancel();
+        }
     }
 
     fn receive(&mut self, message: &Message, now: Instant) -> Heard {
@@ -182,6 +208,10 @@ impl Connection {
         }
         match self.session.receive(request) {
             Some(Received { open: Some(volume), .. }) => self.open(volume),
+            Some(Received { cancels_open: true, .. }) => {
+                self.cancel_opening();
+                Heard::Nothing
+            }
             Some(Received { answer, .. }) => answer.map_or(Heard::Nothing, |answer| Heard::Answer(answer.into())),
             None => Heard::Close(close_code::INVALID, "This page belongs to another version of layersplat. Reload it."),
         }

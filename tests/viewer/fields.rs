@@ -6,6 +6,8 @@ use crate::pictures::run;
 use serde_json::{Value, json};
 use std::path::Path;
 
+/// What the test's file says of its components.
+const VECTOR: &[u8] = b"vector";
 /// Two fields of two grids, the second in one colour.
 const TWO: [&str; 3] = ["builtin:hydrogen@24", "--with", "builtin:gyroid@16,color=#3388ff,opacity=p60:0,p99:0.1"];
 
@@ -270,7 +272,7 @@ fn channels_of_a_file_and_masks_open() {
     saved(&mut page, folder.path(), &look);
 }
 
-/// Other files open as the command would open them, and with all channels where the run began with channels.
+/// Other files open as the command would open them: with all channels, and with what a file of vectors or labels holds.
 #[cfg(unix)]
 #[test]
 fn opened_files_have_their_channels_and_labels() {
@@ -284,7 +286,20 @@ fn opened_files_have_their_channels_and_labels() {
     assert!(hello["labels"].as_array().unwrap().len() > 1 && hello["channels"] == json!([]), "{hello}");
     page.send(&page.view(1, 0.0, true));
     assert!(page.picture().pixels().pixels().any(|p| p.0[0] > 20));
-    let plain = Viewer::start_in(Some(folder.path()), &["builtin:hydrogen@8"]);
+    let plain = Viewer::start_in(Some(folder.path()), &["rgb.nrrd"]);
+    assert!(plain.page().hello["channels"] == json!([]), "vectors have a magnitude");
+    let text = bytes("rgb.nrrd");
+    let at = text.windows(VECTOR.len()).position(|words| words == VECTOR).unwrap();
+    let list = [&text[..at], b"list", &text[at + VECTOR.len()..]].concat();
+    std::fs::write(folder.path().join("list.nrrd"), &list).unwrap();
+    let plain = Viewer::start_in(Some(folder.path()), &["list.nrrd"]);
     let mut page = plain.page();
-    assert_eq!(open_dropped(&plain, &mut page, "rgb.nrrd", &bytes("rgb.nrrd"))["channels"], json!([]));
+    assert_eq!(page.hello["channels"].as_array().unwrap().len(), 3, "no channel is left out in silence");
+    page.send(&json!({ "type": "command", "camera": page.hello["camera"], "width": 8, "height": 8, "samples": 1 }));
+    let line = page.text("command")["line"].as_str().unwrap().to_owned();
+    assert!(line.contains("--channels all"), "{line}");
+    let one = Viewer::start_in(Some(folder.path()), &["list.nrrd", "--channel", "1"]);
+    let page = one.page();
+    assert_eq!(page.hello["channels"], json!([]));
+    assert!(page.hello["notes"][0].as_str().unwrap().contains("channel 1 of 3"), "{}", page.hello["notes"]);
 }

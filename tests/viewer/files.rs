@@ -92,6 +92,13 @@ fn dropped_files_are_shown_and_removed() {
     other.shown();
     assert_eq!(viewer.page().hello["volume"]["name"], "my cube_9x9x9_uint8.raw");
     assert_eq!(temporary(folder.path()), 1);
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        let mode = |path: &Path| std::fs::metadata(path).unwrap().permissions().mode() & 0o777;
+        let kept = std::fs::read_dir(folder.path().join("temporary")).unwrap().next().unwrap().unwrap().path();
+        assert_eq!((mode(&kept), mode(&kept.join("my cube_9x9x9_uint8.raw"))), (0o700, 0o600), "others cannot read a scan");
+    }
     // The next file replaces it, and the first one is removed.
     let hello = open_dropped(&viewer, &mut page, "b_5x5x5_uint8.raw", &voxels(5));
     assert_eq!(hello["volume"]["dims"], json!([5, 5, 5]));
@@ -143,7 +150,7 @@ fn files_of_others_are_refused() {
         let answer = drop_with(&viewer, "a_2x2x2_uint8.raw", &headers, &[1; 8]);
         assert!(answer.starts_with("HTTP/1.1 403"), "{headers}: {answer}");
     }
-    for name in ["", ".", "..%2Fescaped.raw", "a%2Fb.raw", ".hidden", "a%00b", "%zz"] {
+    for name in ["", ".", "..%2Fescaped.raw", "a%2Fb.raw", ".hidden", "a%00b", "%zz", "a%E2%80%AEwar.gpj"] {
         let answer = drop_file(&viewer, name, &[1; 8]);
         assert!(answer.starts_with("HTTP/1.1 400"), "{name}: {answer}");
     }
@@ -166,6 +173,57 @@ fn files_of_others_are_refused() {
         std::thread::sleep(std::time::Duration::from_millis(20));
     }
     assert!(drop_file(&viewer, "b_2x2x2_uint8.raw", &[1; 8]).starts_with("HTTP/1.1 200"));
+}
+
+/// Slices that are dropped together are one volume.
+#[test]
+fn several_files_are_slices_of_a_volume() {
+    let folder = folder();
+    let viewer = Viewer::start_in(Some(folder.path()), &["builtin:hydrogen@16"]);
+    let mut page = viewer.page();
+    let number = |answer: String| {
+        assert!(answer.starts_with("HTTP/1.1 200"), "{answer}");
+        answer.rsplit("\r\n\r\n").next().unwrap().trim().to_owned()
+    };
+    let mut to = String::new();
+    for n in 0..4 {
+        let mut png = Vec::new();
+        let slice = image::GrayImage::from_fn(6, 5, |x, _| image::Luma([(x * 50) as u8]));
+        slice.write_to(&mut std::io::Cursor::new(&mut png), image::ImageFormat::Png).unwrap();
+        let told = number(drop_file(&viewer, &format!("slice_{n}.png&in=My%20series{to}"), &png));
+        to = format!("&to={told}");
+    }
+    let hello = open(&mut page, json!({ "dropped": to[4..].parse::<u32>().unwrap() }));
+    assert_eq!((&hello["volume"]["name"], &hello["volume"]["dims"]), (&json!("My series"), &json!([6, 5, 4])), "{hello}");
+    let refused = |query: &str| drop_file(&viewer, query, &[1]);
+    assert!(refused("a.png&in=..%2Fb").starts_with("HTTP/1.1 400") && refused("a.png&in=b&to=99").starts_with("HTTP/1.1 409"));
+}
+
+/// While a volume is unpacked, other pages draw, and it can be given up.
+#[test]
+fn opening_shows_progress_and_can_be_given_up() {
+    let folder = folder();
+    let mut packed = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+    (0..256).for_each(|_| packed.write_all(&[0; 1 << 20]).unwrap());
+    std::fs::write(folder.path().join("large_1024x1024x256_uint8.raw.gz"), packed.finish().unwrap()).unwrap();
+    let viewer = Viewer::start_in(Some(folder.path()), &[]);
+    let (mut page, mut other) = (viewer.page(), viewer.page());
+    page.send(&json!({ "type": "open", "volume": { "offered": "large_1024x1024x256_uint8.raw.gz" } }));
+    let progress = page.text("opening");
+    assert!(progress["stage"] == "reading" && progress["done"].as_f64().is_some_and(|done| done < 1.0), "{progress}");
+    assert!(!progress.to_string().contains("large"), "no path of the server");
+    other.send(&other.view(1, 0.0, true));
+    assert_eq!(other.picture().id, 1);
+    page.send(&json!({ "type": "cancel_open" }));
+    loop {
+        let told = page.text("opening");
+        if told["stage"] == "cancelled" {
+            break;
+        }
+    }
+    page.send(&page.view(1, 0.0, true));
+    assert_eq!(page.picture().id, 1, "the volume is that of before");
+    assert_eq!(open(&mut page, json!({ "offered": "builtin:cube" }))["volume"]["name"], "builtin:cube");
 }
 
 #[test]

@@ -10,7 +10,8 @@ const HYDROGEN: [&str; 1] = ["builtin:hydrogen@24"];
 #[test]
 fn silent_connections_do_not_disturb_others() {
     let viewer = Viewer::start(&HYDROGEN);
-    let silent: Vec<_> = (0..200).map(|_| viewer.connect()).collect();
+    // More than there are places.
+    let silent: Vec<_> = (0..600).map(|_| viewer.connect()).collect();
     let mut half = viewer.connect();
     half.write_all(b"GET / HTTP/1.1\r\nHost: lo").unwrap();
     let mut page = viewer.page();
@@ -57,7 +58,7 @@ fn a_page_that_closes_in_a_frame_does_not_disturb_others() {
 #[test]
 fn pages_floods_and_sizes_are_bounded() {
     let viewer = Viewer::start(&HYDROGEN);
-    let mut pages: Vec<_> = (0..8).map(|_| viewer.page()).collect();
+    let mut pages: Vec<_> = (0..24).map(|_| viewer.page()).collect();
     let host = viewer.host();
     let request = viewer.upgrade(&format!("Host: {host}\r\nOrigin: http://{host}\r\nCookie: {}\r\n", viewer.cookie()));
     let answer = viewer.raw(&request);

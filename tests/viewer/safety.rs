@@ -23,10 +23,14 @@ fn the_token_is_exchanged_for_a_cookie_and_leaves_the_address() {
     for part in ["layersplat-", "HttpOnly", "SameSite=Strict", "Path=/"] {
         assert!(cookie.contains(part), "{cookie}");
     }
-    assert!(answer.contains("content=\"0;url=/\"") && !answer.contains(&viewer.token), "{answer}");
+    // The script keeps the view after #, which no server sees.
+    assert!(
+        answer.contains("/enter.js") && answer.contains("content=\"0;url=/\"") && !answer.contains(&viewer.token),
+        "{answer}"
+    );
     assert!(!cookie.contains(&viewer.token));
     let cookie = format!("Cookie: {}\r\n", viewer.cookie());
-    for path in ["/", "/main.js", "/style.css"] {
+    for path in ["/", "/main.js", "/style.css", "/enter.js"] {
         assert_eq!(status(&viewer.get(path, &cookie)), "200", "{path}");
     }
     for path in ["/etc/passwd", "/../Cargo.toml", "/index.html/..", "/MAIN.JS"] {
@@ -180,4 +184,29 @@ fn other_addresses_need_a_token_file_and_a_name() {
     assert!(run(&["--listen", "0.0.0.0", "--token-file", token]).contains("--host"));
     assert!(run(&["--listen", "0.0.0.0", "--token-file", token, "--host", "http://a/"]).contains("scheme"));
     assert!(run(&["--token-file", "/missing"]).contains("/missing"));
+    for host in ["name:80", "fe80::1", "[fe80::1", "a b"] {
+        assert!(run(&["--host", host]).contains("omit scheme, port and path"), "{host}");
+    }
+    let taken = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let said = run(&["--port", &taken.local_addr().unwrap().port().to_string()]);
+    assert!(said.contains("--port") && said.contains("another program"), "{said}");
+    assert!(run(&["--listen", "192.0.2.1", "--token-file", token, "--host", "a"]).contains("--listen"));
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        for (mode, warns) in [(0o644, true), (0o600, false)] {
+            std::fs::set_permissions(token, std::fs::Permissions::from_mode(mode)).unwrap();
+            // Ends after the token was read.
+            let said = run(&["--token-file", token, "--time-limit", "1", "--channel", "7"]);
+            assert_eq!(said.contains("chmod 600"), warns, "{said}");
+        }
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn any_loopback_address_works() {
+    let viewer = Viewer::start(&["builtin:cube@8", "--listen", "127.0.0.2"]);
+    assert_eq!(viewer.address.ip().to_string(), "127.0.0.2");
+    assert_eq!(status(&viewer.get("/", &format!("Cookie: {}\r\n", viewer.cookie()))), "200");
 }

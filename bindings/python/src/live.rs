@@ -141,8 +141,9 @@ impl LiveScene {
         let view = View { shown: Mutex::new(ViewLook { overlay, look: look.clone() }), dims, iso, frame, has_labels };
         let view = Arc::new(view);
         let time = None;
-        let (camera_is_given, time_limit) = (true, None);
-        let opening = Opening { volume, time, transfer, drawn, device, orientation, camera, camera_is_given, look, time_limit };
+        let (camera_is_given, time_limit, notes) = (true, None, Vec::new());
+        let opening =
+            Opening { volume, time, transfer, drawn, device, orientation, camera, camera_is_given, look, time_limit, notes };
         let host = Box::new(ViewHost(view.clone()));
         let scene = detached(py, move || Ok(SharedScene::new(opening, host)?))?;
         Ok(Self { scene: Arc::new(scene), view })

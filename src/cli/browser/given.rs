@@ -54,11 +54,6 @@ pub(super) struct GivenOptions {
 }
 
 impl GivenOptions {
-    /// Those of the command line of this process.
-    pub fn of_this_process() -> Self {
-        Self::of(std::env::args_os())
-    }
-
     pub fn of(command_line: impl IntoIterator<Item = OsString>) -> Self {
         let mut cli = Cli::command();
         // The command line was parsed before; a test parses one without the program's name.

@@ -53,6 +53,12 @@ impl PageHost {
         Self { offered: offered.to_vec(), ..self }
     }
 
+    /// Kernel families of a picture that are not checked yet.
+    fn unchecked(&self, camera: &Camera, size: Viewport, settings: &Settings) -> BTreeSet<Family> {
+        let families = check::families(&[*camera], size, &self.grid, settings);
+        families.difference(&self.checked.lock().unwrap_or_else(PoisonError::into_inner)).copied().collect()
+    }
+
     /// How commands name a step.
     fn source(&self, step: usize) -> VolumeSource {
         let several = self.sequence.as_ref().filter(|_| !self.given.more.is_empty());
@@ -80,13 +86,16 @@ impl Host for PageHost {
         Ok(settings)
     }
 
+    fn is_checked(&self, camera: &Camera, size: Viewport, settings: &Settings) -> bool {
+        self.unchecked(camera, size, settings).is_empty()
+    }
+
     fn require_checked(&self, camera: &Camera, size: Viewport, settings: &Settings) -> Result<(), Error> {
-        let families = check::families(&[*camera], size, &self.grid, settings);
-        let mut checked = self.checked.lock().unwrap_or_else(PoisonError::into_inner);
-        let unknown: BTreeSet<Family> = families.difference(&checked).copied().collect();
+        let unknown = self.unchecked(camera, size, settings);
         if !unknown.is_empty() {
+            // Other pages draw meanwhile.
             check::require(&self.device, &unknown, &self.options)?;
-            checked.extend(unknown);
+            self.checked.lock().unwrap_or_else(PoisonError::into_inner).extend(unknown);
         }
         Ok(())
     }

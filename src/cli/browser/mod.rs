@@ -18,8 +18,9 @@ use super::standard;
 use crate::error::Error;
 use crate::image::Background;
 use crate::layers::Kernel;
-use crate::viewer::{Look, Opening, PageCamera, Server, Stop, Time};
-use crate::volume::Sequence;
+use crate::renderer::Channel;
+use crate::viewer::{Drawn, Look, Opening, PageCamera, Server, Stop, Time};
+use crate::volume::{Contents, Sequence};
 use address::AddressOptions;
 use given::GivenOptions;
 use host::PageHost;
@@ -66,6 +67,19 @@ impl Arguments {
         labels.masked_steps(sequence, volume.placement()).map(Some)
     }
 
+    /// Whether the file has several channels, which are shown together since no option chooses. Those of a sequence are not: several fields
+    /// are shown at one moment. `even_vectors`: also components of vectors.
+    fn takes_all_channels(&self, even_vectors: bool) -> bool {
+        let SceneOptions { volume, camera, bounds, channels, colors, labels, .. } = &self.scene;
+        let is_chosen = !self.more.is_empty() || channels.are_given() || colors.are_given() || labels.is_given();
+        if is_chosen || bounds.memory.is_some() {
+            return false;
+        }
+        let several = |contents: &Contents| (2..=Channel::MOST).contains(&contents.channels) && contents.frames == 1;
+        let contents = volume.contents(camera.size).filter(|contents| several(contents) && (even_vectors || !contents.is_vector));
+        contents.is_some() && !volume.declares_labels(camera.size)
+    }
+
     /// Opens the volume, or the first step of a sequence.
     fn open(&self, processes: &Processes) -> Result<(OpenedScene, Option<Sequence>), Error> {
         let sequence = self.sequence(processes)?;
@@ -86,10 +100,17 @@ pub(super) fn run(arguments: Arguments, processes: &Processes) -> Result<ExitCod
     arguments.address.check()?;
     let listener = arguments.address.bind()?;
     let admission = arguments.address.admission(&listener)?;
-    let given = GivenOptions::of_this_process();
+    let words = std::env::args_os().collect();
+    let (arguments, words) =
+        if processes.counts().is_some() { (arguments, words) } else { opening::with_all_channels(arguments, words, false)? };
+    let given = GivenOptions::of(words);
     let (scene, sequence) = arguments.open(processes)?;
     let offered = opening::offered_by(&arguments.scene.volume);
     let opening = opening_of(&arguments.scene, scene, sequence)?;
+    if let Ok(program) = std::env::current_exe() {
+        // PoCL draws no frame of any page while this process compiles.
+        opening.device.set_compiler_command(move || std::process::Command::new(&program));
+    }
     let host = PageHost::new(given, arguments.scene.device, &opening).offering(&offered);
     let server = Server::new(opening, Box::new(host), admission.access, listener)?;
     let opened = arguments.address.announce(&admission.address)?;
@@ -135,8 +156,14 @@ fn opening_of(options: &SceneOptions, mut scene: OpenedScene, sequence: Option<S
     look.channels = channels;
     drawn.kind().check(&scene.settings)?;
     let OpenedScene { volume, transfer, device, time_limit, overview, .. } = scene;
+    let &Contents { channel, channels, magnitude, .. } = volume.contents();
+    let is_one = channels > 1 && !magnitude && matches!(drawn, Drawn::One);
+    let notes = is_one.then(|| {
+        format!("This is channel {channel} of {channels}, from 0. Start with --channel N for another, or with --channels N,N")
+    });
+    let notes = notes.into_iter().collect();
     let time = sequence.zip(overview).map(|(sequence, overview)| Time { sequence, overview });
-    Ok(Opening { volume, time, transfer, drawn, device, orientation, camera, camera_is_given, look, time_limit })
+    Ok(Opening { volume, time, transfer, drawn, device, orientation, camera, camera_is_given, look, time_limit, notes })
 }
 
 fn look(options: &SceneOptions, scene: &OpenedScene) -> Look {

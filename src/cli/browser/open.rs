@@ -1,12 +1,12 @@
 //! Opening the browser.
 
+use crate::files::Scratch;
 use std::io::Write;
 use std::process::{Command, Stdio};
-use tempfile::NamedTempFile;
 
 /// The page that leads the browser to the viewer; removed when this is dropped.
 pub(super) struct Opened {
-    _file: NamedTempFile,
+    _folder: Scratch,
 }
 
 /// Opens an address in the user's browser. `None` where there is no screen or no browser; the address is printed in any case.
@@ -17,7 +17,11 @@ pub(super) fn in_browser(address: &str) -> Option<Opened> {
     if !has_screen() {
         return None;
     }
-    let mut file = tempfile::Builder::new().prefix("layersplat-").suffix(".html").tempfile().ok()?;
+    /// The file's name.
+    const NAME: &str = "layersplat.html";
+    // It has the token, and is removed even after a kill.
+    let folder = Scratch::new().ok()?;
+    let mut file = folder.create(NAME).ok()?;
     let page = format!(
         "<!doctype html><meta charset=utf-8><meta name=referrer content=no-referrer>\
          <meta http-equiv=refresh content=\"0;url={address}\"><title>layersplat</title><a href=\"{address}\">Open the viewer</a>"
@@ -29,10 +33,10 @@ pub(super) fn in_browser(address: &str) -> Option<Opened> {
         _ => "xdg-open",
     };
     let mut command = Command::new(program);
-    command.arg(file.path()).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
+    command.arg(folder.path().join(NAME)).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
     let mut child = command.spawn().ok()?;
     std::thread::spawn(move || child.wait());
-    Some(Opened { _file: file })
+    Some(Opened { _folder: folder })
 }
 
 fn has_screen() -> bool {

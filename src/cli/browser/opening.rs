@@ -5,13 +5,14 @@ use super::given::GivenOptions;
 use super::host::PageHost;
 use crate::cli::options::VolumeOptions;
 use crate::cli::processes::Processes;
-use crate::cli::scene::{OpenedScene, SceneOptions};
+use crate::cli::scene::OpenedScene;
 use crate::cli::{Cli, Command};
 use crate::device::Device;
 use crate::error::Error;
-use crate::viewer::{Offered, Opening, Source};
+use crate::viewer::{Offered, Opening, Source, reorders};
 use crate::volume::BUILTIN;
 use clap::Parser;
+use std::ffi::OsString;
 use std::path::Path;
 
 /// Most files of the folder that are offered.
@@ -27,7 +28,9 @@ pub(super) fn offered() -> Vec<Offered> {
     let builtin = BUILTIN.iter().map(|name| Offered { name: format!("builtin:{name}"), is_builtin: true });
     let entries = std::fs::read_dir(".").into_iter().flatten().flatten();
     let names = entries.filter_map(|entry| entry.file_name().into_string().ok());
-    let is_volume = |name: &String| ENDINGS.iter().any(|ending| name.to_lowercase().ends_with(ending)) && !name.starts_with('.');
+    let is_volume = |name: &String| {
+        ENDINGS.iter().any(|ending| name.to_lowercase().ends_with(ending)) && !name.starts_with('.') && !reorders(name)
+    };
     let mut files: Vec<Offered> =
         names.filter(is_volume).take(MOST_FILES).map(|name| Offered { name, is_builtin: false }).collect();
     files.sort_by(|a, b| a.name.cmp(&b.name));
@@ -54,25 +57,38 @@ pub(super) fn open(
         Source::File(path) => path.to_string_lossy().into_owned(),
     };
     let options = given.running.iter().chain(&given.drawing).flat_map(|option| option.words.clone());
-    let mut words: Vec<String> = ["layersplat".into(), "view".into(), volume].into_iter().chain(options).collect();
+    let words: Vec<OsString> = ["layersplat".into(), "view".into(), volume].into_iter().chain(options).map(Into::into).collect();
     let is_alone = matches!(source, Source::File(_));
-    let mut arguments = parsed(&words, is_alone)?;
-    // A run that began with channels shows those of other files, too.
-    let SceneOptions { volume, camera, .. } = &arguments.scene;
-    if given.reading.iter().any(|option| option.id == "channels") && volume.has_several_channels(camera.size) {
-        words.extend(["--channels".into(), "all".into()]);
-        arguments = parsed(&words, is_alone)?;
-    }
+    // A run that began with channels shows the components of vectors, too.
+    let even_vectors = given.reading.iter().any(|option| option.id == "channels");
+    let (arguments, words) = with_all_channels(parsed(&words, is_alone)?, words, even_vectors)?;
     let (scene, sequence) = arguments.open(&Processes::alone())?;
     let scene = OpenedScene { device: device.clone(), ..scene };
     let opening = super::opening_of(&arguments.scene, scene, sequence)?;
-    let host = PageHost::new(GivenOptions::of(words.into_iter().map(Into::into)), arguments.scene.device, &opening);
+    let host = PageHost::new(GivenOptions::of(words), arguments.scene.device, &opening);
     Ok((opening, host.offering(offered)))
 }
 
+/// The arguments and words of a command: with all channels, if its file has several and no option chooses.
+pub(super) fn with_all_channels(
+    arguments: Arguments,
+    mut words: Vec<OsString>,
+    even_vectors: bool,
+) -> Result<(Arguments, Vec<OsString>), Error> {
+    if !arguments.takes_all_channels(even_vectors) {
+        return Ok((arguments, words));
+    }
+    words.extend(["--channels".into(), "all".into()]);
+    let arguments = parsed(&words, arguments.scene.volume.alone)?;
+    Ok((arguments, words))
+}
+
 /// The arguments of a command that this program makes.
-fn parsed(words: &[String], is_alone: bool) -> Result<Arguments, Error> {
-    let refused = |e: clap::Error| Error::Settings { field: "page", problem: e.to_string() };
+fn parsed(words: &[OsString], is_alone: bool) -> Result<Arguments, Error> {
+    let refused = |e: clap::Error| {
+        let problem = e.to_string().lines().next().unwrap_or_default().trim_start_matches("error: ").to_owned();
+        Error::Settings { field: "page", problem }
+    };
     let Command::View(mut arguments) = Cli::try_parse_from(words).map_err(refused)?.command else {
         unreachable!("the words name the command")
     };

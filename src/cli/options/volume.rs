@@ -3,9 +3,9 @@
 use super::LabelOptions;
 use crate::cli::values::{ChannelChoice, LevelChoice};
 use crate::cli::{parse, standard};
-#[cfg(feature = "viewer")]
-use crate::renderer::Channel;
 use crate::viewport::Viewport;
+#[cfg(feature = "viewer")]
+use crate::volume::Contents;
 use crate::volume::{ChannelDescription, Endian, Labels, Level, OpenOptions, Placement, ScalarType, Sequence, Volume};
 use clap::{Args, ValueEnum};
 use glam::DVec3;
@@ -136,11 +136,15 @@ impl VolumeOptions {
         labels.open(&self.volume, &OpenOptions { alone: self.alone, ..self.file.raw(Some(size))? })
     }
 
-    /// Whether the file has several channels, as many as are drawn together.
+    /// What the file holds, if it is a readable one and none of its channels or frames is chosen.
     #[cfg(feature = "viewer")]
-    pub fn has_several_channels(&self, size: Viewport) -> bool {
-        let count = self.channel_descriptions(Some(size)).map_or(0, |described| described.len());
-        (2..=Channel::MOST).contains(&count)
+    pub fn contents(&self, size: Viewport) -> Option<Contents> {
+        if standard::is_input(&self.volume) || self.file.channel.is_some() || self.file.frame.is_some() {
+            return None;
+        }
+        let options = OpenOptions { alone: self.alone, ..self.file.raw(Some(size)).ok()? };
+        // The reader says what is wrong with a file.
+        Contents::of_file(&self.volume, &options).ok()
     }
 
     /// Whether the file says that its voxels are labels.

@@ -15,7 +15,7 @@ use super::launch::KernelRequest;
 use super::program::Programs;
 use crate::error::Error;
 use progress::{Batch, OnReady};
-use queue::{FindKernels, JobQueue};
+use queue::JobQueue;
 use std::process::Command;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
@@ -32,9 +32,10 @@ impl BackgroundBuilder {
         Self { programs, queue: Arc::default(), thread: Mutex::default() }
     }
 
-    fn request(&self, find: FindKernels, on_ready: OnReady) -> ProgramBuilds {
+    /// `add` adds the request to the queue.
+    fn request(&self, on_ready: OnReady, add: impl FnOnce(&JobQueue, &Arc<Batch>)) -> ProgramBuilds {
         let batch = Arc::new(Batch::new(on_ready));
-        self.queue.push(find, batch.clone());
+        add(&self.queue, &batch);
         let mut thread = self.thread.lock().unwrap_or_else(PoisonError::into_inner);
         if thread.is_none() {
             let (programs, queue) = (self.programs.clone(), self.queue.clone());
@@ -65,11 +66,17 @@ impl Device {
         find: impl FnOnce() -> Result<Vec<KernelRequest>, Error> + Send + 'static,
         on_ready: impl FnOnce(Result<(), Error>) + Send + 'static,
     ) -> ProgramBuilds {
-        self.shared.background.request(Box::new(find), Box::new(on_ready))
+        self.shared.background.request(Box::new(on_ready), |queue, batch| queue.push(Box::new(find), batch.clone()))
+    }
+
+    /// Builds these kernels in the background before all that wait.
+    #[cfg(feature = "page")]
+    pub(crate) fn build_first(&self, kernels: Vec<KernelRequest>) -> ProgramBuilds {
+        self.shared.background.request(Box::new(|_| {}), |queue, batch| queue.push_first(kernels, batch))
     }
 
     /// Whether a kernel was built in the background, so that its launch compiles nothing.
-    pub(super) fn is_ready(&self, kernel: &KernelRequest) -> bool {
+    pub(crate) fn is_ready(&self, kernel: &KernelRequest) -> bool {
         self.shared.background.queue.is_ready(kernel)
     }
 

@@ -2,6 +2,8 @@
 
 use crate::error::Error;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+#[cfg(feature = "page")]
+use std::time::Duration;
 
 /// Called when all programs of a request are built.
 pub(super) type OnReady = Box<dyn FnOnce(Result<(), Error>) + Send>;
@@ -44,6 +46,17 @@ impl ProgramBuilds {
         self.batch.progress().is_complete()
     }
 
+    /// Waits until a kernel or all are finished, for at most this time. Returns whether all are.
+    #[cfg(feature = "page")]
+    pub(crate) fn wait_for_next(&self, longest: Duration) -> bool {
+        let progress = self.batch.progress();
+        let (done, total) = (progress.done, progress.total);
+        let is_same = |now: &mut Progress| !now.is_complete() && (now.done, now.total) == (done, total);
+        let (progress, _) =
+            self.batch.changed.wait_timeout_while(progress, longest, is_same).unwrap_or_else(PoisonError::into_inner);
+        progress.is_complete()
+    }
+
     /// Waits until all kernels are finished.
     pub fn wait(&self) {
         let progress = self.batch.progress();
@@ -72,12 +85,12 @@ impl Batch {
     fn update(&self, change: impl FnOnce(&mut Progress)) {
         let mut progress = self.progress();
         change(&mut progress);
+        self.changed.notify_all();
         if !progress.is_complete() {
             return;
         }
         let (on_ready, failure) = (progress.on_ready.take(), progress.failure.take());
         drop(progress);
-        self.changed.notify_all();
         if let Some(on_ready) = on_ready {
             on_ready(failure.map_or(Ok(()), Err));
         }

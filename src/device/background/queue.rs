@@ -64,6 +64,24 @@ impl JobQueue {
         self.changed.notify_one();
     }
 
+    /// Adds kernels before all jobs that wait.
+    #[cfg(feature = "page")]
+    pub fn push_first(&self, kernels: Vec<KernelRequest>, batch: &Arc<Batch>) {
+        let total = kernels.len();
+        let is_closed = {
+            let mut state = self.state();
+            if !state.closed {
+                kernels.into_iter().rev().for_each(|kernel| state.waiting.push_front((Job::Build(kernel), batch.clone())));
+            }
+            state.closed
+        };
+        match is_closed {
+            true => batch.fail(closed("no program")),
+            false => batch.set_total(total),
+        }
+        self.changed.notify_one();
+    }
+
     /// Whether a kernel is built.
     pub fn is_ready(&self, kernel: &KernelRequest) -> bool {
         self.state().ready.contains(kernel)

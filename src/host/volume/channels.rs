@@ -111,9 +111,8 @@ impl ChannelDescription {
         if path.to_str().is_some_and(|name| name.starts_with("builtin:")) {
             return Ok(vec![Self::default()]);
         }
-        // Chosen, so that nothing warns of a default.
+        let Contents { channels: count, .. } = Contents::of_file(path, options)?;
         let options = OpenOptions { frame: options.frame.or(Some(0)), channel: options.channel.or(Some(0)), ..options.clone() };
-        let Contents { channels: count, .. } = format::header(path, &options)?.contents;
         if count > MOST {
             return Err(Error::volume(path, format!("it has {count} channels: more than {MOST} cannot be described")));
         }

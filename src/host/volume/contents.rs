@@ -1,5 +1,9 @@
 //! What a file states and holds beside the volume that is read from it.
 
+use super::{OpenOptions, format};
+use crate::error::Error;
+use std::path::Path;
+
 /// What a file states about its volumes: their numbers, and which of them was read. Built-in volumes and volumes in memory hold one.
 ///
 /// ```
@@ -29,6 +33,8 @@ pub struct Contents {
     pub channel: usize,
     /// Whether the magnitude of all channels was read instead of one of them.
     pub magnitude: bool,
+    /// Whether the file declares the channels as the components of vectors.
+    pub is_vector: bool,
     /// Dimensions of all resolutions, finest first. Empty if the format has one resolution.
     pub levels: Vec<[usize; 3]>,
     /// The resolution that was read, from 0.
@@ -47,6 +53,22 @@ pub struct FrameSpacing {
     pub unit: Option<String>,
 }
 
+impl Contents {
+    /// What a file holds: its first frame and channel, unless others are chosen. No voxels are read.
+    ///
+    /// # Errors
+    /// As [`Volume::open`](super::Volume::open), as far as headers show.
+    pub fn of_file(source: impl AsRef<Path>, options: &OpenOptions) -> Result<Self, Error> {
+        let path = source.as_ref();
+        if path.to_str().is_some_and(|name| name.starts_with("builtin:")) {
+            return Ok(Self::default());
+        }
+        // Chosen, so that nothing warns of a default.
+        let options = OpenOptions { frame: options.frame.or(Some(0)), channel: options.channel.or(Some(0)), ..options.clone() };
+        Ok(format::header(path, &options)?.contents)
+    }
+}
+
 impl Default for Contents {
     fn default() -> Self {
         Self {
@@ -58,6 +80,7 @@ impl Default for Contents {
             channels: 1,
             channel: 0,
             magnitude: false,
+            is_vector: false,
             levels: Vec::new(),
             level: 0,
             palette: Vec::new(),

@@ -66,6 +66,7 @@ use crate::progress::Task;
 use placed::Placed;
 use shared::Shared;
 use std::path::Path;
+use std::sync::{Arc, OnceLock};
 use voxels::{is_valid, with_voxel_type};
 
 /// A scalar volume: a [`Description`] and voxels. `'a` is the lifetime of borrowed voxels; volumes with owned, shared or mapped voxels are
@@ -88,6 +89,8 @@ pub struct Volume<'a> {
     invalid: usize,
     shared: Option<Shared>,
     contents: Contents,
+    /// Counted once, for all clones.
+    statistics: Arc<OnceLock<Statistics>>,
 }
 
 impl Volume<'static> {
@@ -144,7 +147,7 @@ impl<'a> Volume<'a> {
         let description = Description::new(name, grid, voxel_type, range.unwrap_or((0.0, 0.0)))?;
         description.warn_of_values(invalid as u64);
         let description = if invalid > 0 { description.with_invalid_voxels() } else { description };
-        Ok(Self { description, voxels, invalid, shared: None, contents: Contents::default() })
+        Ok(Self { description, voxels, invalid, shared: None, contents: Contents::default(), statistics: Arc::default() })
     }
 
     /// Places the voxels on another grid of the same dimensions.
@@ -167,7 +170,7 @@ impl<'a> Volume<'a> {
 
     /// See [`Description::with_rescale`].
     pub fn with_rescale(self, rescale: Rescale) -> Self {
-        Self { description: self.description.with_rescale(rescale), ..self }
+        Self { description: self.description.with_rescale(rescale), statistics: Arc::default(), ..self }
     }
 
     /// Declares what else the file of the volume holds.
@@ -309,9 +312,9 @@ impl<'a> Volume<'a> {
         Ok(VolumePart { description: self.description.clone(), first, voxels })
     }
 
-    /// Range, mean and histogram of the valid voxels.
+    /// Range, mean and histogram of the valid voxels. Takes a pass over the voxels the first time.
     pub fn statistics(&self) -> Statistics {
-        Statistics::new(self)
+        self.statistics.get_or_init(|| Statistics::new(self)).clone()
     }
 }
 

@@ -147,8 +147,9 @@ impl<'a> Unseen<'a> {
         description.warn_of_values(invalid);
         let description = if invalid > 0 { description.with_invalid_voxels() } else { description };
         let shared = Some(Shared { held, own, read_bytes, collective });
-        let volume = Volume { description, voxels, invalid: invalid as usize, shared, contents: Contents::default() }
-            .with_rescale(rescale);
+        let (contents, statistics) = (Contents::default(), Arc::default());
+        let volume =
+            Volume { description, voxels, invalid: invalid as usize, shared, contents, statistics }.with_rescale(rescale);
         match background {
             Some(value) => volume.with_background(value),
             None => Ok(volume),

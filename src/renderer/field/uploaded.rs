@@ -38,7 +38,10 @@ impl UploadedVolume {
     /// Uploads a volume.
     pub fn new(device: &Device, volume: &Volume) -> Result<Self, Error> {
         let held = &volume.held();
-        Self::with_capacity(device, held, held.dims().iter().product())
+        let voxels = held.dims().iter().product();
+        // Unpacked voxels may already take most of a CPU device's memory.
+        device.require(volume.name(), voxels as u64 * volume.voxel_type().bytes() as u64, 0)?;
+        Self::with_capacity(device, held, voxels)
     }
 
     /// Uploads a part of a volume, for [`PartRenderer::from_uploaded`](crate::renderer::PartRenderer::from_uploaded).

@@ -117,10 +117,19 @@ export function panned(camera, x, y, frame) {
   return { ...camera, center: sum(camera.center, move) };
 }
 
-/** Magnifies about a place of the picture, which stays where it is. @param {Camera} camera @param {number} factor
- * @param {number} x @param {number} y the place, in half heights from the middle @param {Frame} frame @returns {Camera} */
-export function zoomed(camera, factor, x, y, frame) {
+/** Half heights of a picture, relative to the diagonal of the volume: from less than a voxel to a dot. */
+const NEAREST = 1e-5;
+const FARTHEST = 50;
+
+/** Magnifies about a place of the picture, which stays where it is, within limits. @param {Camera} camera @param {number} wanted
+ * @param {number} x @param {number} y the place, in half heights from the middle @param {Frame} frame @param {number} diagonal of the volume
+ * @returns {Camera} */
+export function zoomed(camera, wanted, x, y, frame, diagonal) {
   const { projection } = camera;
+  const half = halfHeight(camera);
+  const within = Math.min(Math.max(half / wanted, NEAREST * diagonal), FARTHEST * diagonal);
+  // A camera beyond the limits stays where it is, or comes back.
+  const factor = (wanted > 1) === (half / within > 1) ? half / within : 1;
   const nearer = "parallel_scale" in projection
     ? { parallel_scale: projection.parallel_scale / factor }
     : { perspective: /** @type {[number, number]} */ ([projection.perspective[0], projection.perspective[1] / factor]) };

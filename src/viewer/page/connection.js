@@ -6,13 +6,28 @@ const HEADER = 20;
 const FIRST_PAUSE = 250;
 const LONGEST_PAUSE = 5000;
 
+/** The status of a WebSocket whose server does not understand a message. */
+const INVALID = 1007;
+const RESTARTED = "Another run of layersplat answers here, and does not know this page. Open the address that it printed. What stands after # in "
+  + "the address of this page can be added to it: it is the view.";
+
+/** Whether a server answers that gives this page no access. */
+async function isRefused() {
+  try {
+    return (await fetch("/icon.svg")).status === 403;
+  } catch {
+    return false;
+  }
+}
+
 /** What a picture is, by the first byte. */
 export const STEPS = ["moving", "standard", "high", "half", "refined", "saved", "slices", "part"];
 
 /** @typedef {{ step: string, id: number, width: number, height: number, milliseconds: number, blob: Blob }} Received */
 
 export class Connection {
-  /** @param {{ message: (text: any) => void, picture: (picture: Received) => void, lost: (reason: string) => void }} handlers */
+  /** @param {{ message: (text: any) => void, picture: (picture: Received) => void, lost: (reason: string, isBad: boolean) => void }} handlers
+   * `isBad`: the server does not understand what it was sent */
   constructor(handlers) {
     this.handlers = handlers;
     this.pause = FIRST_PAUSE;
@@ -32,8 +47,11 @@ export class Connection {
         this.receive(data);
       }
     };
-    socket.onclose = ({ reason }) => {
-      this.handlers.lost(reason);
+    let isOpen = false;
+    socket.onopen = () => { isOpen = true; };
+    socket.onclose = async ({ reason, code }) => {
+      this.handlers.lost(reason, code === INVALID);
+      if (!isOpen && (await isRefused())) this.handlers.lost(RESTARTED, false);
       setTimeout(() => this.connect(), this.pause);
       this.pause = Math.min(2 * this.pause, LONGEST_PAUSE);
     };

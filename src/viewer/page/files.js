@@ -1,18 +1,39 @@
 // Other volumes: those that the server offers, and files that are dropped onto the page.
 
+import { Raw } from "./raw.js";
+
 /** @param {string} id */
 const element = (id) => /** @type {HTMLElement} */ (document.getElementById(id));
 const field = (/** @type {string} */ id) => /** @type {HTMLInputElement} */ (element(id));
 
 /** Ends of the names of transfer functions; other files are volumes. */
 const TRANSFERS = /\.(json|vp|csv)$/i;
+/** What is done with a volume that is being opened. @type {Record<string, string>} */
+const STAGES = { reading: "reading", looking: "looking at its values" };
+
+/** The files of a folder, without those of its folders and hidden ones. @param {FileSystemDirectoryEntry} folder @returns {Promise<File[]>} */
+async function inFolder(folder) {
+  const reader = folder.createReader();
+  /** @type {File[]} */
+  const found = [];
+  for (;;) {
+    /** @type {FileSystemEntry[]} */
+    const some = await new Promise((done, failed) => reader.readEntries(done, failed));
+    if (some.length === 0) return found;
+    const files = /** @type {FileSystemFileEntry[]} */ (some.filter(({ isFile, name }) => isFile && !name.startsWith(".")));
+    found.push(...await Promise.all(files.map((entry) => new Promise((/** @type {(file: File) => void} */ done, failed) => entry.file(done, failed)))));
+  }
+}
 
 export class Files {
-  /** @param {{ send: (request: object) => void, problem: (sentence: string) => void, transfer: (file: File) => void }} page */
+  /** @param {{ send: (request: object) => void, problem: (sentence: string) => void, coming: (text: string) => void, transfer: (file: File) => void }} page */
   constructor(page) {
     this.page = page;
+    this.raw = new Raw();
     /** @type {XMLHttpRequest | null} */
     this.upload = null;
+    /** Name of the volume that is being opened. */
+    this.opening = "";
     this.opens = false;
     field("offered").addEventListener("change", () => {
       const name = field("offered").value;
@@ -20,11 +41,11 @@ export class Files {
     });
     element("open-file").addEventListener("click", () => field("volume-file").click());
     field("volume-file").addEventListener("change", () => {
-      const file = field("volume-file").files?.[0];
+      const files = [...field("volume-file").files ?? []];
       field("volume-file").value = "";
-      if (file) this.take(file);
+      this.take(files, "");
     });
-    element("upload-cancel").addEventListener("click", () => this.upload?.abort());
+    element("upload-cancel").addEventListener("click", () => this.cancel());
     addEventListener("dragover", (event) => {
       event.preventDefault();
       document.body.classList.add("dropping");
@@ -35,9 +56,10 @@ export class Files {
     addEventListener("drop", (event) => {
       event.preventDefault();
       document.body.classList.remove("dropping");
-      const files = [...event.dataTransfer?.files ?? []];
-      if (files.length > 1) this.page.problem("Drop one file at a time. Folders and volumes of several files open with the command.");
-      else if (files.length === 1) this.take(files[0]);
+      const { items, files } = /** @type {DataTransfer} */ (event.dataTransfer);
+      const folder = items.length === 1 ? items[0].webkitGetAsEntry?.() : null;
+      if (folder?.isDirectory) inFolder(/** @type {FileSystemDirectoryEntry} */ (folder)).then((found) => this.take(found, folder.name));
+      else this.take([...files], "");
     });
   }
 
@@ -60,20 +82,47 @@ export class Files {
     element("offered-line").hidden = offered.length === 0;
     const groups = [group("Built in", true), group("In the folder", false)].filter((made) => made.childElementCount > 0);
     field("offered").replaceChildren(option("", "choose …"), ...groups);
-    field("offered").value = shown;
-    if (field("offered").value !== shown) field("offered").value = "";
-    this.say("");
+    this.shown = shown;
+    this.end();
   }
 
   /** @param {object} volume @param {string} name */
   open(volume, name) {
-    this.say(`${name} is being opened.`);
+    this.opening = name;
+    this.say(`opening ${name} …`, null, true);
     this.page.send({ type: "open", volume });
   }
 
-  /** A volume goes to the server, a transfer function to the editor. @param {File} file */
-  take(file) {
-    if (TRANSFERS.test(file.name)) {
+  /** How far the volume is that is being opened. @param {{ stage: string, done: number | null }} progress */
+  progress({ stage, done }) {
+    if (stage === "cancelled") this.end();
+    else if (this.opening) this.say(`opening ${this.opening}: ${STAGES[stage]}${done === null ? "" : `, ${Math.floor(100 * done)} %`} …`, done, true);
+  }
+
+  /** Nothing is on its way any more: the volume is there, or is not to be had. */
+  end() {
+    this.opening = "";
+    element("upload").hidden = this.upload === null;
+    element("volume-state").textContent = "";
+    this.page.coming("");
+    field("offered").value = this.shown ?? "";
+    if (field("offered").value !== this.shown) field("offered").value = "";
+  }
+
+  /** Gives up the volume that is on its way. @returns whether there was one */
+  cancel() {
+    if (this.upload) this.upload.abort();
+    else if (this.opening) this.page.send({ type: "cancel_open" });
+    else return false;
+    return true;
+  }
+
+  /** A volume goes to the server, a transfer function to the editor. @param {File[]} files several are one volume
+   * @param {string} folder its name, if they come from one */
+  async take(files, folder) {
+    const [file] = files;
+    if (!file) return;
+    if (files.length === 1 && TRANSFERS.test(file.name)) {
       this.page.transfer(file);
       return;
     }
@@ -81,35 +130,65 @@ export class Files {
       this.page.problem("Only files of transfer functions can be dropped here.");
       return;
     }
-    if (this.upload) {
-      this.page.problem("Another file is still on its way. Drop this one again when it is there.");
+    if (this.upload || this.opening) {
+      this.page.problem("Another volume is still on its way. Drop this file again when it is there, or cancel the other.");
       return;
     }
-    const upload = new XMLHttpRequest();
-    this.upload = upload;
-    upload.upload.addEventListener("progress", ({ loaded, total }) => {
-      field("upload-progress").value = String(loaded / Math.max(total, 1));
-      this.say(`${file.name}: ${Math.round(loaded / 1e6)} of ${Math.round(total / 1e6)} MB`);
-    });
-    upload.addEventListener("load", () => {
-      if (upload.status === 200) this.open({ dropped: Number(upload.responseText) }, file.name);
-      else this.page.problem(upload.responseText || "The server did not take the file.");
-    });
-    upload.addEventListener("error", () => this.page.problem("The file did not arrive, because the connection is lost. Drop it again."));
-    upload.addEventListener("abort", () => this.page.problem("The file was not sent."));
-    upload.addEventListener("loadend", () => {
-      this.upload = null;
-      element("upload").hidden = true;
-      if (upload.status !== 200) this.say("");
-    });
-    element("upload").hidden = false;
-    this.say(`${file.name} is being sent.`);
-    upload.open("POST", `/drop?name=${encodeURIComponent(file.name)}`);
-    upload.send(file);
+    const isOne = files.length === 1;
+    const name = isOne ? await this.raw.named(file) : folder || file.name.replace(/\.[^.]*$/, "");
+    if (name === null) return;
+    const named = files.map((each) => ({ file: each, name: isOne ? name : each.name }));
+    const number = await this.sendAll(named, name, isOne ? "" : `&in=${encodeURIComponent(name)}`);
+    if (number !== null) this.open({ dropped: number }, name);
   }
 
-  /** @param {string} text */
-  say(text) {
+  /** Sends the files of a volume one after another. @param {{ file: File, name: string }[]} files @param {string} shown
+   * @param {string} query where they belong @returns {Promise<number | null>} the number of the drop */
+  async sendAll(files, shown, query) {
+    const all = files.reduce((sum, { file }) => sum + file.size, 0);
+    const mega = (/** @type {number} */ bytes) => Math.round(bytes / 1e6);
+    /** @type {number | null} */
+    let number = null;
+    let before = 0;
+    for (const { file, name } of files) {
+      const progress = (/** @type {number} */ sent) => this.say(`sending ${shown}: ${mega(sent)} of ${mega(all)} MB`, sent / Math.max(all, 1), false);
+      const start = before;
+      progress(start);
+      /** @type {string} */
+      const address = `/drop?name=${encodeURIComponent(name)}${query}${number === null ? "" : `&to=${number}`}`;
+      number = await this.send(file, address, (loaded) => progress(start + loaded));
+      if (number === null) break;
+      before += file.size;
+    }
+    this.end();
+    return number;
+  }
+
+  /** @param {File} file @param {string} address @param {(bytes: number) => void} progress @returns {Promise<number | null>} the number of the drop */
+  send(file, address, progress) {
+    const upload = new XMLHttpRequest();
+    this.upload = upload;
+    upload.upload.addEventListener("progress", ({ loaded }) => progress(loaded));
+    upload.addEventListener("error", () => this.page.problem("The file did not arrive, because the connection is lost. Drop it again."));
+    upload.addEventListener("abort", () => this.page.problem("The file was not sent."));
+    return new Promise((done) => {
+      upload.addEventListener("loadend", () => {
+        this.upload = null;
+        if (upload.status !== 200 && upload.status > 0) this.page.problem(upload.responseText || "The server did not take the file.");
+        done(upload.status === 200 ? Number(upload.responseText) : null);
+      });
+      upload.open("POST", address);
+      upload.send(file);
+    });
+  }
+
+  /** @param {string} text @param {number | null} done from 0 to 1, if it is known @param {boolean} isComing whether the volume is about to be shown */
+  say(text, done, isComing) {
+    element("upload").hidden = false;
+    const bar = element("upload-progress");
+    if (done === null) bar.removeAttribute("value");
+    else bar.setAttribute("value", String(done));
     element("volume-state").textContent = text;
+    if (isComing) this.page.coming(text);
   }
 }

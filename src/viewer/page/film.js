@@ -102,7 +102,7 @@ export class Film {
 
   /** Tells the step of a sequence, too. @param {Key} key @param {number} n */
   showButton({ camera, frame }, n) {
-    const [text, name] = this.page.steps() > 1 ? [`Show ${frame}`, `, step ${frame}`] : ["Show", ""];
+    const [text, name] = this.page.steps() > 1 ? [`Show ${frame + 1}`, `, step ${frame + 1}`] : ["Show", ""];
     return button(text, `Show key camera ${n + 1}${name}`, () => this.page.show(copy({ camera, frame })));
   }
 

@@ -12,6 +12,8 @@ const CATCH = 14;
 /** Part of the volume's diagonal: half the side of a plane's square, and the length of its arrow. */
 const SQUARE = 0.17;
 const ARROW = 0.14;
+/** Part of the picture, from its middle, in which all handles are when they are switched on. */
+const REACH = 0.92;
 /** Least part of a direction that is seen from the side: others are dragged up and down. */
 const STEEP = 0.25;
 /** Edges of a box by its corners: these differ in one bit. */
@@ -72,6 +74,13 @@ export class Handles {
   /** @param {number[]} point */
   place(point) {
     return projected(point, this.session.state.camera, this.session.hello.frame);
+  }
+
+  /** How many times too near the view is for all handles to be in the picture. @param {number} aspect of the picture */
+  beyond(aspect) {
+    if (!this.isShown) return 1;
+    const places = this.all.map(({ point }) => this.place(point));
+    return Math.max(...places.map(({ x, y, scale }) => (scale > 0 ? Math.max(Math.abs(y), Math.abs(x) / aspect) / REACH : 2)));
   }
 
   /** Takes the handle at a place. @param {Place} from @param {number} pixel half heights per pixel */

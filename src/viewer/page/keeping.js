@@ -18,6 +18,12 @@ export class Keeping {
     field("copy-python").addEventListener("click", () => this.copy("python"));
   }
 
+  /** Another volume has other commands. */
+  clear() {
+    this.wants = null;
+    field("command").hidden = true;
+  }
+
   /** Offers the size of the picture on the page. */
   offerSize() {
     const { width, height } = this.session.picture.size();

@@ -11,7 +11,7 @@ export const LINES = [
   { keys: "1 … 6", does: "front, right, back, left, above, below" },
   { keys: "7 8", does: "two corners" },
   { keys: "f", does: "fit what is visible" },
-  { keys: "r", does: "first view" },
+  { keys: "r", does: "view, look, curves and slices as at the start" },
   { keys: "o", does: "parallel or perspective" },
   { keys: "m", does: "measure a distance: click on both ends" },
   { keys: "t", does: "show around a value: click on the picture, drag on the curve" },

@@ -34,9 +34,16 @@ const element = (id) => /** @type {HTMLElement} */ (document.getElementById(id))
 
 const picture = new Picture(/** @type {HTMLCanvasElement} */ (element("picture")));
 const status = new Status();
-const session = new Session(picture, { show, showCamera, showHistory, showTime: () => time.show(), requested }, {
+const note = (/** @type {string} */ sentence) => status.problem(sentence, "note");
+const session = new Session(picture, { say: note, show, showCamera, showHistory, showTime: () => time.show(), requested }, {
   message, picture: receive,
-  lost: (reason) => { film.giveUp(); time.pause(); status.problem(reason || "The connection is lost. The page connects again by itself once layersplat answers.", "lost"); },
+  lost: (reason, isBad) => {
+    if (isBad) session.forget();
+    film.giveUp();
+    files.end();
+    time.pause();
+    status.problem(reason || "The connection is lost. The page connects again by itself once layersplat answers.", "lost");
+  },
 });
 const editor = new Editor({
   changed: (transfer) => { session.transfer = transfer; show({ exceptEditor: true }); session.move(); },
@@ -84,7 +91,8 @@ const film = new Film({
 const files = new Files({
   send: (request) => session.connection.send(request),
   problem: (sentence) => status.problem(sentence),
-  transfer: async (file) => session.connection.send({ type: "read", name: file.name, text: await file.text() }),
+  coming: (text) => status.come(text),
+  transfer: async (file) => session.connection.send({ type: "read", field: session.field, name: file.name, text: await file.text() }),
 });
 const sides = new Sides((side) => session.look(side));
 const keeping = new Keeping(session, status);
@@ -100,7 +108,7 @@ const handles = new Handles(session, cutting);
 const reading = new Reading(session, {
   draw: () => overlay.draw(),
   tent: (value) => editor.showAround(value, /** @type {HTMLInputElement} */ (element("tent-alone")).checked),
-  say: (sentence) => status.problem(sentence, "note"),
+  say: note,
 });
 const overlay = new Overlay(picture, () => {
   if (!session.history) return;
@@ -113,8 +121,9 @@ Object.assign(globalThis, {
   layersplat: { shown: status.shown, requested: () => session.id, state: () => session.history?.now, connection: () => session.connection, slices: () => slices },
 });
 
-/** Slices follow what views are asked with. @param {{ transfer: unknown, background: string, isMoving: boolean }} own */
-function requested({ transfer, background, isMoving }) {
+/** Slices follow what views are asked with. @param {{ id: number, isOther: boolean, transfer: unknown, background: string, isMoving: boolean }} own */
+function requested({ id, isOther, transfer, background, isMoving }) {
+  status.request(id, isOther, isMoving);
   slices.follow(transfer, background, isMoving);
 }
 
@@ -125,16 +134,24 @@ function message(text) {
     hello: () => begin(text),
     ready: () => status.ready(text.ready),
     refined: () => status.refined(text.id),
+    work: () => status.working(text),
+    failed: () => status.failed(text.id),
     given: () => session.give(text),
     fitted: () => session.fitted(text.camera),
-    transfer: () => session.setTransfer({ name: text.name, colors: text.colors, opacities: text.opacities }),
+    transfer: () => session.setTransfer({ name: text.name, colors: text.colors, opacities: text.opacities }, text.field),
     written: () => download(new Blob([text.text], { type: "text/plain" }), text.name),
     command: () => keeping.show(text),
     slices: () => slices.answer(text),
     film_command: () => film.command(text),
     film: () => film.progress(text),
+    opening: () => files.progress(text),
     picked: () => reading.picked(text),
-    problem: () => { files.say(""); time.pause(); status.problem(text.sentence); },
+    problem: () => {
+      files.end();
+      time.pause();
+      status.problem(text.sentence);
+      if (text.undo) session.takeBack();
+    },
   };
   answers[text.type]?.();
 }
@@ -143,14 +160,22 @@ function message(text) {
 function begin(hello) {
   status.clear();
   const { volume, histogram } = hello;
-  if (session.hello && session.hello.scene !== hello.scene) film.clear();
+  if (session.hello?.scene !== hello.scene) {
+    // Nothing of another volume stays: its picture is old, its distances and its commands are gone.
+    status.begin(session.id);
+    film.clear();
+    keeping.clear();
+    reading.begin();
+    if (hello.notes.length > 0) note(hello.notes.join(" "));
+  }
   files.set(hello, volume.name);
   element("name").textContent = volume.name;
   document.title = `${volume.name} – layersplat`;
   const { labels, unavailable } = hello;
   // Labels alone have no curve.
   const values = labels.length > 0 && "curve" in unavailable ? [] : [`${volume.voxel_type}, ${short(histogram.lowest)} to ${short(histogram.highest)}`];
-  const content = [...values, ...(labels.length > 0 ? [`${labels.length} labels`] : [])].join(", ");
+  const channelsSaid = hello.channels.length > 1 ? [`${hello.channels.length} channels`] : [];
+  const content = [...values, ...channelsSaid, ...(labels.length > 0 ? [`${labels.length} labels`] : [])].join(", ");
   element("facts").textContent = `${volume.dims.join(" × ")} voxels of ${content}`;
   editor.setHistogram(histogram);
   cutting.setVolume(volume);
@@ -182,6 +207,7 @@ async function receive(received) {
   }
   if (received.step === "slices") {
     await slices.draw(received);
+    status.working(null);
     requestAnimationFrame(() => session.connection.send({ type: "shown" }));
     return;
   }
@@ -237,7 +263,11 @@ function fold() {
   document.body.classList.toggle("panel-open", !isFolded);
 }
 
-const help = () => /** @type {HTMLDialogElement} */ (element("help")).showModal();
+function help() {
+  /** @type {HTMLDialogElement} */ (element("help")).showModal();
+  // The button at its end has the focus.
+  element("help").scrollTop = 0;
+}
 
 function listen() {
   const change = session.changeCamera.bind(session);
@@ -246,7 +276,7 @@ function listen() {
   };
   const pan = (/** @type {number} */ x, /** @type {number} */ y) => change((camera) => panned(camera, x, y, session.hello.frame));
   const zoom = (/** @type {number} */ factor, /** @type {number} */ x, /** @type {number} */ y) => {
-    change((camera) => zoomed(camera, factor, x, y, session.hello.frame));
+    change((camera) => zoomed(camera, factor, x, y, session.hello.frame, session.hello.volume.diagonal));
   };
   const roll = (/** @type {number} */ degrees) => change((camera) => rolled(camera, degrees));
   const project = () => { change(otherProjection); session.settle(); };
@@ -270,9 +300,9 @@ function listen() {
     ",": held(() => roll(-5)), ".": held(() => roll(5)),
     ...Object.fromEntries([0, 1, 2, 3, 4, 5].map((n) => [String(n + 1), () => session.look(session.hello.sides[n])])),
     "7": corner(45), "8": corner(225),
-    f: () => session.fit(), r: reset, o: project, p: fold, v: () => { if (!session.hello.unavailable.slices) slices.toggle(); }, "?": help,
+    f: () => session.fit(), r: reset, o: project, p: fold, v: () => { if (session.hello.unavailable.slices) note(session.hello.unavailable.slices); else slices.toggle(); }, "?": help,
     k: () => film.record(), s: () => keeping.save(), c: () => keeping.copy("line"), y: () => keeping.copy("python"),
-    m: () => reading.toggle("measure"), t: () => reading.toggle("tent"), Escape: () => reading.putAway(),
+    m: () => reading.toggle("measure"), t: () => reading.toggle("tent"), Escape: () => { if (!files.cancel()) reading.putAway(); },
     " ": () => time.toggle(), "[": () => time.step(-1), "]": () => time.step(1),
     d: () => reading.choosePivot({ x: 0, y: 0 }), l: toggle("legend"), b: toggle("bounding_box"), x: toggle("axes"),
     "Ctrl+z": () => session.go(-1), "Ctrl+y": () => session.go(1), "Ctrl+Shift+z": () => session.go(1),
@@ -286,7 +316,14 @@ function listen() {
   click("help-button", help);
   click("fit", () => session.fit());
   click("projection", project);
-  element("handles").addEventListener("change", () => overlay.draw());
+  element("handles").addEventListener("change", () => {
+    const beyond = session.history ? handles.beyond(picture.canvas.clientWidth / picture.canvas.clientHeight) : 1;
+    if (beyond > 1) {
+      zoom(1 / beyond, 0, 0);
+      session.settle();
+    }
+    overlay.draw();
+  });
   names.listen(session);
   session.listen();
 }

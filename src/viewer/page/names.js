@@ -12,7 +12,7 @@ export function listen(session) {
   field("transfer-file").addEventListener("change", async () => {
     const file = field("transfer-file").files?.[0];
     field("transfer-file").value = "";
-    if (file) connection.send({ type: "read", name: file.name, text: await file.text() });
+    if (file) connection.send({ type: "read", field: session.field, name: file.name, text: await file.text() });
   });
   field("save-transfer").addEventListener("change", () => {
     const format = field("save-transfer").value;

@@ -11,6 +11,8 @@ export class Picture {
     /** Numbers of the pictures, in the order of arrival: decoding may change it. */
     this.arrived = 0;
     this.shown = 0;
+    /** The picture that is shown. @type {ImageBitmap | null} */
+    this.bitmap = null;
   }
 
   /** Size of the picture to ask for, in device pixels. */
@@ -21,22 +23,35 @@ export class Picture {
     return { width: Math.max(1, Math.round(w * ratio)), height: Math.max(1, Math.round(h * ratio)) };
   }
 
-  /** Draws a picture, scaled to the window; false if a later one is shown already. @param {import("./connection.js").Received} picture */
+  /** Draws a picture; false if a later one is shown already. @param {import("./connection.js").Received} picture */
   async draw({ blob }) {
     this.arrived += 1;
     const number = this.arrived;
     const bitmap = await createImageBitmap(blob);
     const isNewest = number > this.shown;
-    if (isNewest) {
-      this.shown = number;
-      const { width, height } = this.size();
-      if (this.canvas.width !== width || this.canvas.height !== height) [this.canvas.width, this.canvas.height] = [width, height];
-      this.context.clearRect(0, 0, width, height);
-      this.context.imageSmoothingQuality = "high";
-      this.context.drawImage(bitmap, 0, 0, width, height);
+    if (!isNewest) {
+      bitmap.close();
+      return false;
     }
-    bitmap.close();
-    return isNewest;
+    this.shown = number;
+    this.bitmap?.close();
+    this.bitmap = bitmap;
+    this.paint();
+    return true;
+  }
+
+  /** Draws the picture that is shown, as high as the window. Its shape stays where the window has another one: the next picture is as wide. */
+  paint() {
+    const { canvas, context, bitmap } = this;
+    const { width, height } = this.size();
+    if (canvas.width !== width || canvas.height !== height) [canvas.width, canvas.height] = [width, height];
+    context.clearRect(0, 0, width, height);
+    if (!bitmap) return;
+    const wide = (bitmap.width / bitmap.height) * height;
+    // Small pictures are a pixel off.
+    const across = Math.abs(wide - width) * bitmap.height < 2 * height ? width : wide;
+    context.imageSmoothingQuality = "high";
+    context.drawImage(bitmap, (width - across) / 2, 0, across, height);
   }
 
   /** A place of the window in half heights from the middle, upwards. @param {{ clientX: number, clientY: number }} event */

@@ -46,6 +46,14 @@ export class Reading {
     element("unmeasure").addEventListener("click", () => this.clear());
   }
 
+  /** Another volume: what was read of the last one is gone. */
+  begin() {
+    this.pivot = null;
+    this.waiting.clear();
+    this.line.textContent = "";
+    this.clear();
+  }
+
   /** @param {Tool} tool is taken, or put away if it is in the hand */
   toggle(tool) {
     this.tool = this.tool === tool ? "turn" : tool;

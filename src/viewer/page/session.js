@@ -8,8 +8,8 @@ import { copy, fromFragment, History, isEqual, toFragment } from "./state.js";
 /** @typedef {import("./state.js").Look} Look */
 /** @typedef {import("./state.js").State} State */
 /** @typedef {import("./state.js").Transfer} Transfer */
-/** @typedef {{ show: () => void, showCamera: () => void, showHistory: () => void, showTime: () => void,
- *   requested: (own: { transfer: unknown, background: string, isMoving: boolean }) => void }} Shows */
+/** @typedef {{ say: (sentence: string) => void, show: () => void, showCamera: () => void, showHistory: () => void, showTime: () => void,
+ *   requested: (own: { id: number, isOther: boolean, transfer: unknown, background: string, isMoving: boolean }) => void }} Shows */
 
 /** Milliseconds after the last key at which the hand rests. */
 const KEY_REST = 250;
@@ -18,7 +18,7 @@ const ADDRESS_TIME = 300;
 
 export class Session {
   /** @param {import("./picture.js").Picture} picture @param {Shows} shows
-   * @param {{ message: (text: any) => void, picture: (received: import("./connection.js").Received) => void, lost: (reason: string) => void }} handlers */
+   * @param {{ message: (text: any) => void, picture: (received: import("./connection.js").Received) => void, lost: (reason: string, isBad: boolean) => void }} handlers */
   constructor(picture, shows, handlers) {
     this.picture = picture;
     this.shows = shows;
@@ -38,7 +38,9 @@ export class Session {
     /** Number of the first view with the last step. */
     this.stepId = 0;
     /** Whether the next fitted camera is the first view. */
-    this.awaits = /** @type {"nothing" | "first" | "fit"} */ ("nothing");
+    this.awaits = /** @type {"nothing" | "first" | "fit" | "resized"} */ ("nothing");
+    /** What the last fit chose: the view follows sides and sizes as long as it is so. @type {unknown} */
+    this.fittedTo = null;
     this.rest = 0;
     this.addressTimer = 0;
     this.connection = new Connection(handlers);
@@ -61,7 +63,7 @@ export class Session {
     this.sent = { look: null, transfers: [] };
     if (this.history === null) {
       this.history = new History(this.initial);
-      const kept = fromFragment(location.hash.slice(1), this.initial);
+      const kept = this.fromAddress();
       if (kept) {
         this.history.now = kept;
         this.history.commit();
@@ -72,6 +74,20 @@ export class Session {
     this.shows.show();
     if (this.awaits === "first") this.connection.send({ type: "fit", camera: this.state.camera, ...this.picture.size() });
     else this.settle();
+  }
+
+  /** The state in the address; says if it holds none. */
+  fromAddress() {
+    const fragment = location.hash.slice(1);
+    const kept = fromFragment(fragment, this.initial);
+    if (fragment && !kept) this.shows.say("The view in the address is damaged or of another kind of volume: this is the first view.");
+    return kept;
+  }
+
+  /** The server does not understand the state, which came from the address: the first view instead. */
+  forget() {
+    this.history = null;
+    window.history.replaceState(null, "", location.pathname);
   }
 
   get initial() {
@@ -124,23 +140,35 @@ export class Session {
   /** Sends what the server does not have, and asks for a picture. */
   request() {
     if (!this.history || !this.connection.isOpen) return;
-    this.sync();
+    // The last step of a sequence stands until the next one is there.
+    const isOther = this.sync() && !this.isPlaying;
     this.id += 1;
     const { camera, look, transfer } = this.state;
     this.connection.send({ type: "view", id: this.id, camera, ...this.picture.size(), moving: this.isMoving, playing: this.isPlaying });
     const isMoving = this.isMoving || this.isPlaying;
-    this.shows.requested({ transfer: [transfer.colors, transfer.opacities, look.frame], background: look.background, isMoving });
+    this.shows.requested({ id: this.id, isOther, transfer: [transfer.colors, transfer.opacities, look.frame], background: look.background, isMoving });
   }
 
-  /** Sends the look and the transfer functions that the server does not have. */
+  /** Sends the look and the transfer functions that the server does not have. @returns whether there were some */
   sync() {
     const { look, transfer, others } = this.state;
-    if (!isEqual(this.sent.look, look)) this.connection.send({ type: "look", look });
     const transfers = [transfer, ...others].map(({ colors, opacities }) => [colors, opacities]);
-    transfers.forEach(([colors, opacities], field) => {
-      if (!isEqual(this.sent.transfers[field], [colors, opacities])) this.connection.send({ type: "transfer", field, colors, opacities });
+    const isOther = !isEqual(this.sent.look, look);
+    if (isOther) this.connection.send({ type: "look", look });
+    const changed = transfers.filter(([colors, opacities], field) => {
+      const isSent = isEqual(this.sent.transfers[field], [colors, opacities]);
+      if (!isSent) this.connection.send({ type: "transfer", field, colors, opacities });
+      return !isSent;
     });
     this.sent = { look: copy(look), transfers: copy(transfers) };
+    return isOther || changed.length > 0;
+  }
+
+  /** The server refused the last change: what it shows still is shown here, too. */
+  takeBack() {
+    if (!this.history?.takeBack()) return;
+    this.shows.show();
+    this.settle();
   }
 
   /** @param {(look: Look) => void} change @param {boolean} isDone */
@@ -184,18 +212,37 @@ export class Session {
 
   /** Looks from a side. @param {{ azimuth: number, elevation: number }} side */
   look({ azimuth, elevation }) {
+    const { isFitted } = this;
     this.changeCamera((camera) => ({ ...camera, azimuth, elevation, roll: 0 }));
-    this.settle();
+    if (isFitted) this.fit();
+    else this.settle();
   }
 
-  fit() {
-    this.awaits = "fit";
+  /** Whether the user has neither zoomed nor moved since the last fit. */
+  get isFitted() {
+    return this.history !== null && isEqual(this.fittedTo, [this.state.camera.center, this.state.camera.projection]);
+  }
+
+  /** The picture has another size. */
+  resized() {
+    this.picture.paint();
+    if (!this.history || this.awaits !== "nothing") return;
+    if (this.isFitted) this.fit("resized");
+    else this.settle();
+  }
+
+  /** @param {"fit" | "resized"} [why] */
+  fit(why = "fit") {
+    this.awaits = why;
     this.connection.send({ type: "fit", camera: this.state.camera, ...this.picture.size() });
   }
 
   /** @param {Camera} camera */
   fitted(camera) {
     this.state.camera = camera;
+    this.fittedTo = copy([camera.center, camera.projection]);
+    // Undo does not return to the size before.
+    if (this.awaits === "resized" && this.history) this.history.past[this.history.at].camera = copy(camera);
     if (this.awaits === "first" && this.history) {
       // The first view of this page: undo ends here.
       this.history.past = [copy(this.state)];
@@ -238,9 +285,9 @@ export class Session {
     this.changeLook(change, isDone);
   }
 
-  /** Takes a transfer function that was chosen as a whole. @param {Transfer} transfer */
-  setTransfer(transfer) {
-    this.transfer = transfer;
+  /** Takes a transfer function that was chosen as a whole, by default for the chosen channel. @param {Transfer} transfer @param {number} [field] */
+  setTransfer(transfer, field = this.field) {
+    this.put(field, transfer);
     this.shows.show();
     this.settle();
   }
@@ -255,9 +302,9 @@ export class Session {
   }
 
   listen() {
-    new ResizeObserver(() => { if (this.history && this.awaits === "nothing") this.settle(); }).observe(this.picture.canvas);
+    new ResizeObserver(() => this.resized()).observe(this.picture.canvas);
     addEventListener("hashchange", () => {
-      if (this.history) this.replace(fromFragment(location.hash.slice(1), this.initial));
+      if (this.history) this.replace(this.fromAddress());
     });
   }
 }

@@ -54,6 +54,8 @@ export class Slices {
     /** @type {{ axes: Axis[], has_anatomy: boolean, window: number[] } | null} */
     this.volume = null;
     this.spacing = 1;
+    /** @type {unknown} */
+    this.scene = null;
     /** The parts of the page's state on which slices depend. */
     this.context = { transfer: /** @type {unknown} */ (null), background: "" };
     this.requested = 0;
@@ -75,6 +77,16 @@ export class Slices {
 
   /** A new connection: everything is asked for again. @param {any} hello */
   begin(hello) {
+    if (hello.scene !== this.scene) {
+      // The slices of another volume are gone, those on their way, too.
+      this.bitmap?.close();
+      [this.bitmap, this.placed, this.shown] = [null, [], this.requested];
+      for (const { canvas, name } of this.views) {
+        canvas.getContext("2d")?.clearRect(0, 0, canvas.width, canvas.height);
+        name.textContent = "";
+      }
+    }
+    this.scene = hello.scene;
     this.volume = hello.slices;
     this.spacing = Math.min(...hello.volume.spacing);
     this.sent.key = "";
@@ -152,6 +164,7 @@ export class Slices {
     this.sent = { key, isMoving };
     this.requested += 1;
     this.page.send({ ...request, id: this.requested, moving: isMoving });
+    this.showAge();
   }
 
   /** @param {{ value: number | null, placed: Placed[] }} answer */
@@ -165,7 +178,7 @@ export class Slices {
     const placed = this.next;
     const bitmap = await createImageBitmap(blob);
     // Decoding may change the order.
-    if (id < this.shown) {
+    if (id <= this.shown) {
       bitmap.close();
       return;
     }
@@ -173,7 +186,13 @@ export class Slices {
     this.bitmap = bitmap;
     this.placed = placed;
     this.shown = id;
+    this.showAge();
     this.paint();
+  }
+
+  /** Slices of an earlier request are dimmed, unless a hand moves: they follow it. */
+  showAge() {
+    element("slices").classList.toggle("old", this.shown < this.requested && !this.sent.isMoving);
   }
 
   /** The pictures as they came, and the crosshair where it is. */

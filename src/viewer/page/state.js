@@ -46,6 +46,17 @@ export class History {
     this.at = this.past.length - 1;
   }
 
+  /** Forgets the state, and the last one that was kept if it is the same. @returns whether there is another */
+  takeBack() {
+    if (isEqual(this.now, this.past[this.at])) {
+      if (this.at === 0) return false;
+      this.past.splice(this.at);
+      this.at -= 1;
+    }
+    this.now = copy(this.past[this.at]);
+    return true;
+  }
+
   /** @param {number} steps −1: back, 1: forward @returns whether there was one */
   go(steps) {
     this.commit();
@@ -81,7 +92,7 @@ export function fromFragment(fragment, first) {
       }
     }
     const areFields = [state.transfer, ...state.others].every(isTransfer) && state.look.channels.length === first.look.channels.length;
-    return isCamera(state.camera) && areFields && isSlices(state.slices) ? state : null;
+    return isCamera(state.camera) && areFields && isLook(state.look, first.look) && isSlices(state.slices) ? state : null;
   } catch {
     return null;
   }
@@ -91,6 +102,23 @@ export function fromFragment(fragment, first) {
 function isCamera({ azimuth, elevation, roll, center, projection }) {
   const numbers = [azimuth, elevation, roll, ...center, ...Object.values(projection).flat()];
   return numbers.length >= 7 && numbers.every(Number.isFinite);
+}
+
+const areNumbers = (/** @type {unknown} */ list, /** @type {number} */ count) => Array.isArray(list) && list.length === count && list.every(Number.isFinite);
+
+/** Whether it has the shape of a look; names are known to the server. @param {any} look @param {any} first */
+function isLook(look, first) {
+  const isKind = (/** @type {string} */ name) => typeof look[name] === typeof first[name] && Array.isArray(look[name]) === Array.isArray(first[name]);
+  const isText = (/** @type {unknown} */ value) => typeof value === "string";
+  const { quality, kernel, gradient, lights, crop, clips, channels, labels } = look;
+  return Object.keys(first).filter((name) => !["quality", "kernel", "gradient", "crop"].includes(name)).every(isKind)
+    && [quality, kernel, gradient].every((name) => name === null || isText(name))
+    && lights.every((/** @type {any} */ { direction, strength, angle, color }) => (direction === null || areNumbers(direction, 3))
+      && areNumbers([strength, angle], 2) && (color === undefined || areNumbers(color, 3)))
+    && (crop === null || (crop.length === 2 && crop.every((/** @type {unknown} */ corner) => areNumbers(corner, 3))))
+    && clips.every((/** @type {unknown} */ clip) => areNumbers(clip, 6))
+    && channels.every((/** @type {any} */ { visible, factor, color }) => typeof visible === "boolean" && Number.isFinite(factor) && isText(color))
+    && [...labels.only, ...labels.hidden, ...labels.colors.flat()].every(isText);
 }
 
 /** @param {SlicesState} slices */

@@ -29,7 +29,7 @@ export class Time {
   show() {
     const { frame } = this.session.state.look;
     field("time-step").value = String(frame);
-    field("time-shown").value = `${frame} of ${this.steps - 1}`;
+    field("time-shown").value = `${frame + 1} of ${this.steps}`;
   }
 
   toggle() {

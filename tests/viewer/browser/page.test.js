@@ -63,6 +63,45 @@ describe("opening", () => {
     assert.ok(await page.locator("#problem").isHidden());
   });
 
+  onRefining("a damaged view in the address is said, and the first view stands", async (page, first) => {
+    for (const damaged of ["xyz", "e30", btoa(JSON.stringify({ look: { blend: 7 } })).replaceAll("=", ""), btoa(JSON.stringify({ camera: { azimuth: null } })).replaceAll("=", "")]) {
+      await page.evaluate((hash) => { location.hash = hash; location.reload(); }, damaged);
+      await page.waitForFunction(() => globalThis.layersplat?.shown.pictures > 0);
+      isSame(await refined(page), first, damaged);
+      if (damaged !== "e30") assert.match(await page.locator("#problem").textContent(), /view in the address/);
+    }
+  });
+
+  onRefining("names that no server knows lead to the first view, too", async (page, first) => {
+    const look = await page.evaluate(() => globalThis.layersplat.state().look);
+    const hash = Buffer.from(JSON.stringify({ look: { ...look, blend: "nothing" } })).toString("base64url");
+    await page.evaluate((to) => { location.hash = to; location.reload(); }, hash);
+    await page.waitForFunction(() => globalThis.layersplat?.shown.pictures > 0);
+    isSame(await refined(page), first, "the first view");
+  });
+
+  onRefining("a new address keeps the view of an old one", async (page) => {
+    await drag(page, 90, 40);
+    const before = await refined(page);
+    await page.waitForTimeout(500);
+    const fragment = new URL(page.url()).hash;
+    const again = await page.context().newPage();
+    await again.goto(refining.url + fragment);
+    isSame(await refined(again), before, "from the new address");
+    assert.ok(!again.url().includes("token"));
+  });
+
+  test("a page says that another run has no access for it", async () => {
+    const first = await serve("builtin:hydrogen@16", "--quality", "standard");
+    const page = await open(browser, first.url);
+    await first.end();
+    const { port } = new URL(first.url);
+    const second = await serve("builtin:hydrogen@16", "--port", port);
+    await page.locator("#problem", { hasText: /Another run/ }).waitFor();
+    await page.context().close();
+    await second.end();
+  });
+
   test("two pages have views of their own", async () => {
     const [a, b] = [await open(browser, refining.url), await open(browser, refining.url)];
     const before = await pixels(b);

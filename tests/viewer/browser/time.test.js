@@ -48,12 +48,12 @@ const seen = async (page) => {
 };
 
 on("the slider and keys choose a step, which is refined, undone and kept in the address", async (page, first) => {
-  assert.equal(await page.locator("#time-shown").textContent(), "0 of 4");
+  assert.equal(await page.locator("#time-shown").textContent(), "1 of 5");
   await set(page, "#time-step", 4);
   const last = await refined(page);
   isDifferent(last, first, "the last step");
   assert.ok(measured(last).x > measured(first).x + 0.2, "the block has moved");
-  assert.equal(await page.locator("#time-shown").textContent(), "4 of 4");
+  assert.equal(await page.locator("#time-shown").textContent(), "5 of 5");
   await page.locator("#picture").focus();
   await page.keyboard.press("]");
   await isAt(page, 0);
@@ -132,7 +132,7 @@ on("commands and films name the step", async (page) => {
   const second = await refined(page);
   await page.locator("#film-add").click();
   const shows = page.locator("#film-keys").getByRole("button", { name: "Show key camera" });
-  assert.deepEqual(await shows.allTextContents(), ["Show 3", "Show 1"]);
+  assert.deepEqual(await shows.allTextContents(), ["Show 4", "Show 2"]);
   await shows.nth(0).click();
   await isAt(page, 3);
   isDifferent(await refined(page), second, "the first key's step");

@@ -31,6 +31,7 @@ impl Contents {
         several: usize,
         is_vector: bool,
     ) -> Result<usize, Error> {
+        self.is_vector = is_vector && several > 1;
         if several < 2 || !(options.magnitude || is_vector && options.channel.is_none()) {
             return self.choose_channel(path, options, several);
         }

@@ -424,7 +424,7 @@ impl Reading<'_> {
     }
 
     fn read(&mut self, at: u64, bytes: &mut [u8]) -> Result<(), Error> {
-        match self.opened.bytes.read(at, bytes) {
+        match self.task.check().and_then(|()| self.opened.bytes.read(at, bytes)) {
             Ok(found) if found == bytes.len() => {
                 self.task.add(found as u64);
                 Ok(())

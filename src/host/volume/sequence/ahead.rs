@@ -1,5 +1,6 @@
 //! Reading ahead on another thread.
 
+use crate::progress;
 use std::sync::mpsc::{Receiver, sync_channel};
 use std::thread::JoinHandle;
 
@@ -15,11 +16,18 @@ impl<T: Send + 'static> Ahead<T> {
     pub fn new<K: Send + 'static>(keys: Vec<K>, mut read: impl FnMut(K) -> T + Send + 'static) -> Self {
         // Without a queue, the thread holds one item until the caller takes it.
         let (sender, receiver) = sync_channel(0);
+        let observer = progress::observer();
         let work = move || {
-            for key in keys {
-                if sender.send(read(key)).is_err() {
-                    break;
+            let all = || {
+                for key in keys {
+                    if sender.send(read(key)).is_err() {
+                        break;
+                    }
                 }
+            };
+            match observer {
+                Some(observer) => progress::observed(observer, all),
+                None => all(),
             }
         };
         Self { receiver: Some(receiver), thread: Some(std::thread::spawn(work)) }

@@ -1,0 +1,144 @@
+// What the page says of its picture: "refined" is said only of a picture of the present request, whatever was changed.
+
+import assert from "node:assert/strict";
+import { mkdtemp, mkdir, rm, writeFile } from "node:fs/promises";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { after, before, test } from "node:test";
+import { pagesOf } from "./shared.js";
+import { launch, refined, serveIn } from "./viewer.js";
+
+let folder;
+let server;
+let browser;
+before(async () => {
+  folder = await mkdtemp(join(tmpdir(), "layersplat-test-"));
+  await mkdir(join(folder, "temporary"));
+  await writeFile(join(folder, "cube_16x16x16_uint8.raw"), Buffer.from(Array.from({ length: 16 ** 3 }, (_, n) => (n % 16) * 17)));
+  server = await serveIn(folder, "--quality", "draft");
+  browser = await launch();
+});
+after(async () => {
+  await browser.close();
+  await server.end();
+  await rm(folder, { recursive: true });
+});
+
+const on = pagesOf(() => [browser, server.url]);
+
+/** Changes a control of the panel, and returns at once, before any answer: the page's words, and whether a picture is awaited. */
+const changed = (page, number) => page.evaluate((n) => {
+  const control = document.querySelectorAll("#panel :is(input, select, button)")[n];
+  const name = control.id || control.getAttribute("aria-label") || control.textContent;
+  const viewer = globalThis.layersplat;
+  const before = viewer.requested();
+  if (control instanceof HTMLButtonElement || control.type === "checkbox") control.click();
+  else {
+    if (control instanceof HTMLSelectElement) control.selectedIndex = (control.selectedIndex + 1) % control.options.length;
+    else if (control.type === "color") control.value = control.value === "#336699" ? "#996633" : "#336699";
+    else control.value = String(Number(control.value) * 0.9 + 0.01);
+    for (const kind of ["input", "change"]) control.dispatchEvent(new Event(kind, { bubbles: true }));
+  }
+  return {
+    name, asked: viewer.requested() > before, awaited: viewer.shown.id < viewer.requested(),
+    text: document.getElementById("status").textContent, old: document.getElementById("stage").classList.contains("old"),
+  };
+}, number);
+
+on("no control leaves \"refined\" under an old picture", async (page) => {
+  // The quality of a fixed picture is its name.
+  await page.evaluate(() => {
+    globalThis.wrong = [];
+    const { shown, requested } = globalThis.layersplat;
+    const line = document.getElementById("status");
+    new MutationObserver(() => {
+      if (/refined|standard|high/.test(line.textContent) && shown.id < requested()) globalThis.wrong.push(line.textContent);
+    }).observe(line, { childList: true, characterData: true, subtree: true });
+    // Files and films are no pictures of the page.
+    globalThis.skipped = /^(open-file|load-transfer|save|copy|copy-python|film-|offered|volume-|transfer-|help-button|upload)/;
+  });
+  const count = await page.locator("#panel :is(input, select, button)").count();
+  let asked = 0;
+  for (let n = 0; n < count; n += 1) {
+    const isSkipped = await page.evaluate((number) => {
+      const control = document.querySelectorAll("#panel :is(input, select, button)")[number];
+      return !control || control.disabled || globalThis.skipped.test(control.id) || control.type === "file";
+    }, n);
+    if (isSkipped) continue;
+    const { name, asked: isAsked, awaited, text } = await changed(page, n);
+    asked += Number(isAsked);
+    assert.ok(!awaited || !/refined|standard|high/.test(text), `${name}: ${text}`);
+  }
+  assert.ok(asked > 60, `${asked} controls asked for a picture`);
+  assert.deepEqual(await page.evaluate(() => globalThis.wrong), []);
+});
+
+on("another kind of picture dims the last one until it is there", async (page) => {
+  const wanted = await page.evaluate(() => {
+    const blend = document.getElementById("blend");
+    blend.value = "maximum";
+    blend.dispatchEvent(new Event("change"));
+    return [document.getElementById("stage").className, document.getElementById("status").textContent];
+  });
+  assert.match(wanted[0], /\bold\b/);
+  assert.match(wanted[1], /drawing/);
+  await refined(page);
+  assert.doesNotMatch(await page.locator("#stage").getAttribute("class"), /\bold\b/);
+});
+
+on("a volume that is coming is named over the dimmed picture of the last one", async (page) => {
+  const words = await page.evaluate(() => new Promise((done) => {
+    const said = [];
+    const [line, stage, name] = ["status", "stage", "name"].map((id) => document.getElementById(id));
+    const note = () => {
+      const { shown, requested } = globalThis.layersplat;
+      said.push({ text: line.textContent, name: name.textContent, isDim: stage.classList.contains("coming"), isOld: shown.id < requested() });
+      if (name.textContent.startsWith("cube") && !said.at(-1).isDim) done(said);
+      else requestAnimationFrame(note);
+    };
+    const offered = document.getElementById("offered");
+    offered.value = "cube_16x16x16_uint8.raw";
+    offered.dispatchEvent(new Event("change"));
+    note();
+  }));
+  assert.ok(words.slice(0, -1).every(({ isDim }) => isDim), JSON.stringify(words));
+  assert.match(words[0].text, /opening cube_16x16x16_uint8\.raw/);
+  assert.ok(words.every(({ text, name, isOld }) => !/refined/.test(text) || (name.startsWith("cube") && !isOld)), JSON.stringify(words));
+  await refined(page);
+});
+
+on("a change that is refused is taken back", async (page) => {
+  await page.evaluate(() => {
+    const quality = document.getElementById("quality");
+    quality.value = "paper";
+    quality.dispatchEvent(new Event("change"));
+  });
+  await refined(page);
+  await page.evaluate(() => {
+    const kernel = document.getElementById("kernel");
+    kernel.disabled = false;
+    kernel.value = "linear";
+    kernel.dispatchEvent(new Event("change"));
+  });
+  await page.locator("#problem", { hasText: /cubic/ }).waitFor();
+  assert.equal(await page.evaluate(() => globalThis.layersplat.state().look.kernel), null);
+  await refined(page);
+});
+
+test("before the first picture the page says what it waits for", async () => {
+  const page = await (await browser.newContext()).newPage();
+  await page.addInitScript(() => {
+    globalThis.said = [];
+    const note = () => {
+      const line = document.getElementById("status");
+      if (line && globalThis.layersplat?.shown.pictures === 0) globalThis.said.push(line.textContent);
+      requestAnimationFrame(note);
+    };
+    note();
+  });
+  await page.goto(server.url);
+  await refined(page);
+  const said = await page.evaluate(() => globalThis.said);
+  assert.ok(said.length > 0 && said.every((text) => /(connecting|drawing|building programs|checking the device)/.test(text)), JSON.stringify(said));
+  await page.context().close();
+});
