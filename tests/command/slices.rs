@@ -19,6 +19,7 @@ fn slices_are_written_and_reported() {
         "at",
         "axis",
         "center",
+        "convention",
         "device",
         "height",
         "kernel",
@@ -172,4 +173,82 @@ fn planes_and_metadata() {
     assert_eq!((&placed["center"], &placed["parallel_scale"]), (&json!([9.0, 10.0, 12.0]), &json!(3.0)));
     let out = layersplat(f, &with("-o -"));
     assert!(out.status.success() && out.stdout.starts_with(b"\x89PNG"));
+}
+
+/// Slices of labels have the colours of the nearest ones, or their ids; over a scan they are half transparent.
+#[test]
+fn labels_keep_their_ids_and_colors() {
+    let folder = tempfile::tempdir().unwrap();
+    let f = folder.path();
+    // The label 3 in the left half of each slice, and 70 in the right one.
+    let header = "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 6 6 2\nspace: right-anterior-superior\nspace directions: (1,0,0) (0,1,0) (0,0,1)\nspace origin: (0,0,0)\nencoding: raw\n\n";
+    let voxels = |of: &dyn Fn(usize) -> u8| [header.as_bytes(), &(0..72).map(of).collect::<Vec<_>>()].concat();
+    std::fs::write(f.join("ids.nrrd"), voxels(&|n| if n % 6 < 3 { 3 } else { 70 })).unwrap();
+    std::fs::write(f.join("scan.nrrd"), voxels(&|n| if n > 0 { 200 } else { 0 })).unwrap();
+    let common = ["--axis", "z", "--at", "1", "--size", "12x12", "--letters", "off"];
+    let slice = |arguments: &[&str]| json(f, &[&["slice"], arguments, &common].concat());
+    slice(&["ids.nrrd", "--labels", "--values", "-o", "ids.npy"]);
+    let ids = std::fs::read(f.join("ids.npy")).unwrap();
+    let ids: Vec<f32> = ids[ids.len() - 4 * 144..].chunks_exact(4).map(|b| f32::from_le_bytes(b.try_into().unwrap())).collect();
+    assert!(ids.iter().enumerate().all(|(n, &id)| id == if n % 12 < 6 { 3.0 } else { 70.0 }), "{ids:?}");
+    slice(&["ids.nrrd", "--labels", "--label", "3:#ff0000", "--label", "70:hide", "-o", "labels.npy"]);
+    let labels = read_image(&f.join("labels.npy")).unwrap();
+    assert_eq!((labels.pixel(2, 5), labels.pixel(9, 5)), ([1.0, 0.0, 0.0, 1.0], [0.0; 4]));
+    let over = ["scan.nrrd", "--window", "200,400", "--label-colors", "ids.nrrd", "--label", "3:#ff0000", "--label", "70:hide"];
+    slice(&[&over[..], &["-o", "over.npy"]].concat());
+    let over = read_image(&f.join("over.npy")).unwrap();
+    assert_eq!((over.pixel(2, 5), over.pixel(9, 5)), ([0.75, 0.25, 0.25, 1.0], [0.5, 0.5, 0.5, 1.0]));
+    for (more, problem) in [
+        (["--opacity", "0:1"], "--label"),
+        (["--with", "scan.nrrd"], "--label-colors"),
+        (["--label-surfaces", "smooth"], "nearest"),
+    ] {
+        refused(f, &[&["slice", "ids.nrrd", "--labels"], &more[..]].concat(), 2, &[problem]);
+    }
+}
+
+/// Letters stand at the edges where the file says how the patient lies, and the side of the left is said.
+#[test]
+fn slices_of_patients_have_letters() {
+    let folder = tempfile::tempdir().unwrap();
+    let f = folder.path();
+    let header = "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 4 4 4\nspace: left-posterior-superior\nspace directions: (1,0,0) (0,1,0) (0,0,1)\nspace origin: (0,0,0)\nencoding: raw\n\n";
+    std::fs::write(f.join("head.nrrd"), [header.as_bytes(), &[0; 63], &[9]].concat()).unwrap();
+    let conventions = ["axial", "coronal", "sagittal", "z"]
+        .map(|axis| json(f, &["slice", "head.nrrd", "--axis", axis, "--size", "60x60", "-o", "s.png"])["convention"].clone());
+    assert_eq!(conventions, [json!("radiological"), json!("radiological"), json!(null), json!("radiological")]);
+    let lit = |letters: &[&str]| {
+        let arguments = [&["slice", "head.nrrd", "--window", "500,2", "--size", "60x60", "-o", "s.png"], letters].concat();
+        assert!(layersplat(f, &arguments).status.success());
+        let picture = image::open(f.join("s.png")).unwrap().into_luma8();
+        // The middle of each edge.
+        [(52..60, 22..38), (0..14, 22..38), (22..38, 0..20), (22..38, 42..60)].map(|(columns, rows)| {
+            rows.into_iter().flat_map(|y| columns.clone().map(move |x| (x, y))).any(|(x, y)| picture.get_pixel(x, y).0[0] > 128)
+        })
+    };
+    assert_eq!((lit(&[]), lit(&["--letters", "off"])), ([true; 4], [false; 4]));
+    refused(f, &["slice", "builtin:cube@8", "--letters", "on"], 2, &["how the patient lies"]);
+}
+
+/// Fields on grids of their own lie over a slice in grey, and are mixed with one in colours.
+#[test]
+fn slices_show_several_fields() {
+    let folder = tempfile::tempdir().unwrap();
+    let f = folder.path();
+    // Blocks of one value but for a corner: 100 of 8 voxels, and 50 of 4 voxels twice as large.
+    let block = |n: usize, value: u8| (0..n * n * n).map(|i| if i > 0 { value } else { 0 }).collect::<Vec<u8>>();
+    std::fs::write(f.join("a_8x8x8_uint8.raw"), block(8, 100)).unwrap();
+    std::fs::write(f.join("b_4x4x4_uint8.raw"), block(4, 50)).unwrap();
+    let pixel = |arguments: &[&str]| {
+        json(f, &[&["slice", "a_8x8x8_uint8.raw", "--axis", "z", "--size", "16x16", "-o", "s.npy"], arguments].concat());
+        read_image(&f.join("s.npy")).unwrap().pixel(7, 7).map(|c| (f64::from(c) * 1e4).round() / 1e4)
+    };
+    let with = ["--with", "b_4x4x4_uint8.raw,spacing=2,2,2,origin=0.5,0.5,0.5,color=#ff0000,opacity=0:0,50:0.5"];
+    let grey = pixel(&[&["--window", "100,200"], &with[..]].concat());
+    assert_eq!(grey, [0.75, 0.25, 0.25, 1.0]);
+    let field = ["--field", "0,color=#0000ff,opacity=0:0,100:0.5"];
+    assert_eq!(pixel(&[&field[..], &with].concat()), [0.375, 0.0, 0.375, 0.75]);
+    assert_eq!(pixel(&[&field[..], &["--field", "1,visible=off"], &with].concat()), [0.0, 0.0, 0.5, 0.5]);
+    refused(f, &[&["slice", "a_8x8x8_uint8.raw", "--values", "-o", "v.npy"], &with[..]].concat(), 2, &["one field"]);
+    refused(f, &["slice", "a_8x8x8_uint8.raw", "--field", "0,iso=5"], 2, &["omit iso"]);
 }

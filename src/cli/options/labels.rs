@@ -30,6 +30,11 @@ pub(in crate::cli) struct LabelOptions {
 }
 
 impl LabelOptions {
+    /// Whether `--label-surfaces` is given.
+    pub fn has_surfaces(&self) -> bool {
+        self.label_surfaces.is_some()
+    }
+
     /// Whether `--mask` is given.
     pub fn has_mask(&self) -> bool {
         self.mask.is_some()

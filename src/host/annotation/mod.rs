@@ -24,6 +24,7 @@ use crate::viewport::Viewport;
 use crate::volume::Grid;
 use canvas::Canvas;
 use extent::Extent;
+use glam::DVec2;
 use key::Key;
 pub use list::{Legend, LegendEntry};
 use rayon::prelude::*;
@@ -242,6 +243,30 @@ pub fn labelled(frame: Frame, label: &str, background: Background) -> Result<Fra
     let [under, mut over] = [Canvas::new(extent, background)?, Canvas::new(extent, background)?];
     let margin = extent.scale * 8.0;
     over.text([margin, margin], label);
+    Ok(composed(frame, viewport, &under, &over))
+}
+
+/// Draws letters at the middle of the right, left, upper and lower edge of a picture, as of a patient's directions in a slice.
+///
+/// # Errors
+/// If memory is insufficient.
+pub fn with_letters(frame: Frame, [right, left, upper, lower]: &[String; 4], background: Background) -> Result<Frame, Error> {
+    let viewport = Viewport::new(frame.width(), frame.height())?;
+    let extent = Extent::new(viewport, None);
+    let [under, mut over] = [Canvas::new(extent, background)?, Canvas::new(extent, background)?];
+    let size = DVec2::new(viewport.width.into(), viewport.height.into());
+    let margin = DVec2::splat(extent.scale * 6.0);
+    // The share of the room beside the text that lies to its left, and above it.
+    let places = [
+        (right, DVec2::new(1.0, 0.5)),
+        (left, DVec2::new(0.0, 0.5)),
+        (upper, DVec2::new(0.5, 0.0)),
+        (lower, DVec2::new(0.5, 1.0)),
+    ];
+    for (text, share) in places {
+        let room = size - over.text_size(text) - 2.0 * margin;
+        over.text((margin + room * share).to_array(), text);
+    }
     Ok(composed(frame, viewport, &under, &over))
 }
 

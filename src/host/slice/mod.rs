@@ -1,8 +1,10 @@
 //! Slices: rectangles of planes through a volume, on which its field is drawn.
 
 mod axis;
+mod patient;
 
 pub use axis::SliceAxis;
+pub use patient::{Convention, patient_letters};
 
 use crate::error::Error;
 use crate::files::write_whole;
