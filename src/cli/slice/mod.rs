@@ -114,7 +114,7 @@ struct SlicePicture {
 enum Content {
     Labels(Labels),
     /// Values of a volume, and of these fields.
-    Values(Fields),
+    Values(Box<Fields>),
 }
 
 #[derive(Serialize)]
@@ -165,7 +165,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
             arguments.draw_labels(&labels, &slice, output.path(), grid)?;
             report
         }
-        Content::Values(fields) => arguments.draw_values(&volume, fields, &slice, output.path(), report)?,
+        Content::Values(fields) => arguments.draw_values(&volume, *fields, &slice, output.path(), report)?,
     };
     if output.is_standard() {
         return output.finish(output.path());
@@ -188,7 +188,7 @@ impl Arguments {
         };
         let mut fields = self.channels.open(&self.volume, &volume, size)?;
         let volume = fields.first.take().unwrap_or(volume);
-        Ok((self.labels.masked(volume, self.volume.placement())?, Content::Values(fields)))
+        Ok((self.labels.masked(volume, self.volume.placement())?, Content::Values(Box::new(fields))))
     }
 
     /// The report, but for what values are shown with.
