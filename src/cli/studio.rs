@@ -216,7 +216,8 @@ impl PictureOptions {
 
     fn annotations(&self, scene: &OpenedScene) -> Annotations {
         let Self { legend, bounding_box, axes, .. } = *self;
-        let (units, length_units) = (self.units.clone(), self.length_units.clone());
+        let length_units = self.length_units.clone().or_else(|| scene.volume.length_unit().map(Into::into));
+        let units = self.units.clone();
         Annotations { legend, list: scene.legend.clone(), bounding_box, axes, units, length_units, font_size: self.font_pixels() }
     }
 

@@ -106,7 +106,7 @@ pub(super) fn files_of_others(transfers: &[TransferFunction]) -> Vec<NamedText> 
     others.map(|(name, transfer)| NamedText { name, text: transfer.to_text(FileFormat::ParaView) }).collect()
 }
 
-fn wanted<'a>(scene: &SharedScene, saving: &'a Saving, look: &'a Look, others: &'a [String]) -> Result<Wanted<'a>, Error> {
+fn wanted<'a>(scene: &'a SharedScene, saving: &'a Saving, look: &'a Look, others: &'a [String]) -> Result<Wanted<'a>, Error> {
     let Saving { camera, size, samples, format } = saving;
     let (view, length_units) = (scene.camera(camera)?, scene.length_units());
     let (size, samples, format) = (*size, *samples, *format);

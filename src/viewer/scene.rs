@@ -109,9 +109,9 @@ impl SharedScene {
         self.opening.orientation.frame()
     }
 
-    /// Unit of length of the volume. Patients are measured in millimetres; other files name no unit.
-    pub fn length_units(&self) -> Option<&'static str> {
-        self.opening.volume.grid().has_anatomy().then_some("mm")
+    /// Unit of length of the volume.
+    pub fn length_units(&self) -> Option<&str> {
+        self.opening.volume.length_unit()
     }
 
     /// The camera of a page, and its check.

@@ -111,3 +111,33 @@ fn what_cannot_be_written_leaves_nothing() {
     assert_eq!(std::fs::read_dir(temporary.path()).unwrap().count(), 0);
     assert!(to("a_4x4x4_uint8.raw").unwrap().ends_with("a_4x4x4_uint8.raw"));
 }
+
+/// Units of length are kept through reading and writing, by their symbols; a spacing that is given has none.
+#[test]
+fn units_of_length_are_kept() {
+    let folder = tempfile::tempdir().unwrap();
+    let f = folder.path();
+    let nrrd =
+        |units: &str| format!("NRRD0004\ntype: uint8\ndimension: 3\nsizes: 2 2 2\nspacings: 1 1 2\n{units}encoding: raw\n\n");
+    let unit_of = |header: &str| {
+        std::fs::write(f.join("a.nrrd"), [header.as_bytes(), &[1, 2, 3, 4, 5, 6, 7, 8]].concat()).unwrap();
+        opened(&f.join("a.nrrd")).length_unit().map(str::to_owned)
+    };
+    assert_eq!(unit_of(&nrrd("")), None);
+    assert_eq!(unit_of(&nrrd("units: \"mm\" \"cm\" \"mm\"\n")), None);
+    assert_eq!(unit_of(&nrrd("units: \"microns\" \"um\" \"µm\"\n")).as_deref(), Some("µm"));
+    for target in ["b.nrrd", "b.nii"] {
+        let written = convert(f.join("a.nrrd"), &OpenOptions::default(), f.join(target)).unwrap();
+        assert_eq!(opened(&written).length_unit(), Some("µm"), "{target}");
+        assert_eq!(
+            opened(&opened(&written).save(f.join(format!("again_{target}"))).unwrap()).length_unit(),
+            Some("µm"),
+            "{target}"
+        );
+    }
+    let given = OpenOptions { spacing: Some(DVec3::ONE), ..OpenOptions::default() };
+    assert_eq!(Volume::open(f.join("a.nrrd"), &given).unwrap().length_unit(), None);
+    // A patient is measured in millimetres.
+    let space = "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 2 2 2\nspace: right-anterior-superior\nspace directions: (1,0,0) (0,1,0) (0,0,1)\nencoding: raw\n\n";
+    assert_eq!(unit_of(space).as_deref(), Some("mm"));
+}

@@ -185,6 +185,11 @@ impl<'a> Volume<'a> {
         &self.contents
     }
 
+    /// Unit of lengths in the world: that of the file, or `mm` for a patient.
+    pub fn length_unit(&self) -> Option<&str> {
+        self.contents.length_unit.as_deref().or(self.grid().has_anatomy().then_some("mm"))
+    }
+
     /// Metadata of the volume.
     pub fn description(&self) -> &Description {
         &self.description

@@ -237,6 +237,9 @@ fn open_one(path: &Path, options: &OpenOptions) -> Result<Opened, Error> {
         *grid = options.unstated.grid(grid.dims()).map_err(of_file)?;
         contents.states_spacing = true;
     }
+    if options.spacing.is_some() {
+        contents.length_unit = None;
+    }
     if let Some(origin) = options.origin {
         *grid = grid.with_origin(origin).map_err(of_file)?;
     }

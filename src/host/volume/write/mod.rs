@@ -25,6 +25,8 @@ struct Written<'a> {
     grid: &'a Grid,
     scalar: ScalarType,
     rescale: Rescale,
+    /// Unit of lengths, if it is known.
+    length_unit: Option<&'a str>,
     /// Which of the numbers stand for missing voxels, if some do.
     missing: Option<&'a MissingData>,
     numbers: Numbers<'a>,
@@ -97,7 +99,9 @@ pub fn convert(source: impl AsRef<Path>, options: &OpenOptions, target: impl AsR
     let format::Header { ref grid, scalar, endian, rescale, ref missing, .. } = header;
     let stored = wide::Numbers { bytes: (*bytes).as_ref(), scalar, endian, missing: missing.declared() };
     let missing = stored.missing.filter(|_| stored.has_missing());
-    let written = Written { name: &name, grid, scalar, rescale, missing, numbers: Numbers::Bytes(stored.bytes, endian) };
+    let length_unit = header.contents.length_unit.as_deref().or(grid.has_anatomy().then_some("mm"));
+    let written =
+        Written { name: &name, grid, scalar, rescale, length_unit, missing, numbers: Numbers::Bytes(stored.bytes, endian) };
     written.save(target, format)
 }
 
@@ -124,7 +128,8 @@ impl Volume<'_> {
         let target = target.as_ref();
         let (scalar, rescale) = (self.voxel_type().into(), self.description().rescale());
         let numbers = Numbers::Volume(self);
-        Written { name: self.name(), grid: self.grid(), scalar, rescale, missing: None, numbers }
+        let length_unit = self.length_unit();
+        Written { name: self.name(), grid: self.grid(), scalar, rescale, length_unit, missing: None, numbers }
             .save(target, Format::from_path(target)?)
     }
 }

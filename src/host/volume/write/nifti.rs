@@ -45,6 +45,16 @@ pub(super) fn head(written: &Written) -> Result<Vec<u8>, String> {
         put(280 + 16 * row, &floats(&numbers));
         put(292 + 16 * row, &floats(&[place.translation[row]]));
     }
+    // A unit that the format does not know is not stated.
+    put(
+        123,
+        &[match written.length_unit {
+            Some("m") => 1,
+            Some("mm") => 2,
+            Some("µm") => 3,
+            _ => 0,
+        }],
+    );
     put(344, b"n+1\0");
     Ok(head)
 }

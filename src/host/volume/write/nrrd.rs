@@ -20,6 +20,9 @@ pub(super) fn head(written: &Written) -> Result<Vec<u8>, String> {
     let space = if written.grid.has_anatomy() { "space: right-anterior-superior" } else { "space dimension: 3" };
     let mut head = format!("NRRD0005\ntype: {scalar}\ndimension: 3\n{space}\nsizes: {x} {y} {z}\n");
     let _ = write!(head, "space directions: {axes}\nkinds: domain domain domain\n");
+    if let Some(unit) = written.length_unit {
+        let _ = writeln!(head, "space units: \"{unit}\" \"{unit}\" \"{unit}\"");
+    }
     if written.scalar.bytes() > 1 {
         head += "endian: little\n";
     }

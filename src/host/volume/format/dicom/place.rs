@@ -40,6 +40,7 @@ pub(super) fn stack(path: &Path, images: &[Image], options: &OpenOptions) -> Res
     let times = times(path, located.heights, SAME_PLACE * spacing[0].min(spacing[1]))?;
     let mut contents = Contents {
         states_spacing: first.spacing.is_some(),
+        length_unit: first.spacing.map(|_| "mm".into()),
         frame_spacing: images[0].frame_spacing.clone(),
         ..Contents::default()
     };
@@ -169,6 +170,10 @@ fn unlocated<'a>(path: &Path, mut slices: Vec<Slice>, frame: impl Fn(Slice) -> &
     let first = frame(slices[0]);
     let [x, y] = first.spacing.unwrap_or([1.0; 2]);
     let spacing = DVec3::new(x, y, first.thickness.unwrap_or(x));
-    let contents = Contents { states_spacing: first.spacing.is_some(), ..Contents::default() };
+    let contents = Contents {
+        states_spacing: first.spacing.is_some(),
+        length_unit: first.spacing.map(|_| "mm".into()),
+        ..Contents::default()
+    };
     Stack { slices, index_to_world: upright(spacing, DVec3::ZERO), is_anatomical: false, contents }
 }

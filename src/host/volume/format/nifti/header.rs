@@ -85,11 +85,25 @@ impl Fields {
         self.floats(76, 104)
     }
 
+    /// `xyzt_units`.
+    fn units(&self) -> i32 {
+        if self.second { self.int32(500) } else { i32::from(self.bytes[123]) }
+    }
+
+    /// Unit of lengths.
+    pub fn length_unit(&self) -> Option<&'static str> {
+        match self.units() & 7 {
+            1 => Some("m"),
+            2 => Some("mm"),
+            3 => Some("µm"),
+            _ => None,
+        }
+    }
+
     /// Distance between volumes of a sequence. The unit is that of `xyzt_units`.
     pub fn time_spacing(&self) -> Option<FrameSpacing> {
         let [distance] = self.floats(76 + 4 * 4, 104 + 4 * 8);
-        let units = if self.second { self.int32(500) } else { i32::from(self.bytes[123]) };
-        let unit = match units & 0x38 {
+        let unit = match self.units() & 0x38 {
             8 => Some("s"),
             16 => Some("ms"),
             24 => Some("µs"),

@@ -57,6 +57,7 @@ impl Format for Nifti {
         let mut contents = Contents::default();
         let frame = contents.choose_frame(path, options, frames)?;
         contents.frame_spacing = fields.time_spacing();
+        contents.length_unit = fields.length_unit().map(Into::into);
         let outside: usize = sizes[4..].iter().product();
         let channels = inside * outside;
         // Components of a voxel are either side by side or in volumes of their own.

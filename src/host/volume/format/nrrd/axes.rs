@@ -3,6 +3,7 @@
 use super::fields::Fields;
 use crate::error::Error;
 use crate::volume::format::{OpenOptions, choice};
+use crate::volume::lengths;
 use crate::volume::{Contents, FrameSpacing, Grid, ScalarType};
 use glam::{DAffine3, DMat3, DVec3};
 use std::path::Path;
@@ -131,11 +132,24 @@ impl Axes {
         }
     }
 
+    /// Unit of lengths, if all axes in space have one.
+    fn length_unit(&self, fields: &Fields) -> Option<String> {
+        let (of_space, of_axes) = (quoted(fields, "space units"), units(fields));
+        let stated: Vec<&str> = if of_space.is_empty() {
+            self.space.iter().filter_map(|&axis| of_axes.get(axis).copied()).collect()
+        } else {
+            of_space
+        };
+        let symbols: Option<Vec<_>> = stated.into_iter().map(lengths::symbol).collect();
+        let symbols = symbols?;
+        symbols.iter().all(|symbol| symbol == &symbols[0]).then(|| symbols.first().map(ToString::to_string))?
+    }
+
     /// The first byte and the strides of the frame and the channel that are wanted, and what there is to choose from.
     pub fn place(&self, fields: &Fields, path: &Path, scalar: ScalarType, options: &OpenOptions) -> Result<Place, Error> {
         let states_spacing = !self.directions.iter().all(Option::is_none) || fields.get("spacings").is_some();
         let (mut first, mut component_stride) = (0, 0);
-        let mut contents = Contents { states_spacing, ..Contents::default() };
+        let mut contents = Contents { states_spacing, length_unit: self.length_unit(fields), ..Contents::default() };
         let others = || (0..self.sizes.len()).filter(|axis| !self.space.contains(axis) && self.sizes[*axis] > 1);
         for (field, wanted) in [("frame", options.frame), ("channel", options.channel)] {
             let axes: Vec<usize> = others().filter(|&axis| self.chosen_by(axis) == field).collect();
@@ -170,6 +184,11 @@ impl Axes {
     }
 }
 
+/// Units that are quoted in a field, one after the other.
+fn quoted<'a>(fields: &'a Fields, name: &str) -> Vec<&'a str> {
+    fields.get(name).map(|text| text.split('"').skip(1).step_by(2).collect()).unwrap_or_default()
+}
+
 /// Spacing of an axis of frames, with its unit.
 fn frame_spacing(fields: &Fields, axis: usize, count: usize) -> Option<FrameSpacing> {
     let spacings: Vec<f64> = fields.numbers("spacings", count).ok()??;
@@ -178,7 +197,7 @@ fn frame_spacing(fields: &Fields, axis: usize, count: usize) -> Option<FrameSpac
 
 /// Units of the axes, as far as they are stated.
 fn units(fields: &Fields) -> Vec<&str> {
-    fields.get("units").map(|text| text.split('"').skip(1).step_by(2).collect()).unwrap_or_default()
+    quoted(fields, "units")
 }
 
 /// The direction of each axis in space, and its role as far as that tells it.

@@ -1,6 +1,6 @@
 //! Assignment of pages to slices, channels and frames.
 
-use crate::volume::FrameSpacing;
+use crate::volume::{FrameSpacing, lengths};
 use glam::DVec3;
 use serde_json::Value;
 
@@ -51,6 +51,8 @@ pub(super) struct Layout {
     pub axes: Vec<(Axis, usize)>,
     pub spacing: DVec3,
     pub states_spacing: bool,
+    /// Unit of the spacing.
+    pub length_unit: Option<String>,
     pub frame_spacing: Option<FrameSpacing>,
 }
 
@@ -70,6 +72,7 @@ impl Layout {
             axes: order.map(|axis| (axis, size(axis))).into(),
             spacing: DVec3::ONE,
             states_spacing: false,
+            length_unit: None,
             frame_spacing: None,
         }
     }
@@ -125,6 +128,7 @@ impl Layout {
             kind: Kind::ImageJ,
             spacing: DVec3::new(x, y, if z > 0.0 { z } else { 1.0 }),
             states_spacing: pixels_per_unit.is_some(),
+            length_unit: value("unit").filter(|_| pixels_per_unit.is_some()).and_then(length_unit),
             frame_spacing: number("finterval")
                 .and_then(|interval| FrameSpacing::new(interval, Some(value("tunit").unwrap_or("s")))),
             ..found
@@ -156,6 +160,13 @@ impl Layout {
         let (slices, frames, channels) = (size(Axis::Slice), size(Axis::Frame), size(Axis::Channel));
         Some(Self { kind: Kind::Shaped, slices, frames, channels, axes: found, ..Self::plain(1) })
     }
+}
+
+/// The symbol of a unit that ImageJ names. It escapes letters beyond ASCII.
+fn length_unit(name: &str) -> Option<String> {
+    let name = name.replace("\\u00B5", "µ");
+    let is_length = !["pixel", "pixels"].contains(&name.to_lowercase().as_str());
+    is_length.then(|| lengths::symbol(&name).map_or(name, Into::into))
 }
 
 /// The shape of an array and the letters of its axes.
@@ -192,6 +203,8 @@ mod tests {
         assert_eq!(timed.frame_spacing, FrameSpacing::new(0.1, Some("s")));
         let spaced = layout("images=6\nslices=3\nframes=2\nunit=um\nspacing=0.5\n", 1);
         assert_eq!((spaced.page(2, 1, 0), spaced.spacing), (5, DVec3::new(0.25, 0.5, 0.5)));
+        let unit = |name: &str| layout(&format!("images=6\nunit={name}\n"), 1).length_unit;
+        assert_eq!((unit("micron"), unit("\\u00B5m"), unit("pixel")), (Some("µm".into()), Some("µm".into()), None));
         assert_eq!(layout("images=6\nslices=4\n", 1).slices, 6);
         let ordered = layout("images=6\nslices=3\nchannels=2\norder=zct\n", 1);
         assert_eq!((ordered.page(2, 0, 0), ordered.page(0, 0, 1)), (2, 3));

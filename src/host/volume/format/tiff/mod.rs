@@ -62,7 +62,8 @@ impl Format for Tiff {
         let Document { path, ref page, ref layout, .. } = document;
         let dims = [page.width, page.height, layout.slices];
         let grid = load::grid(path, dims, upright(layout.spacing, DVec3::ZERO), options)?;
-        let mut contents = Contents { states_spacing: layout.states_spacing, ..Contents::default() };
+        let mut contents =
+            Contents { states_spacing: layout.states_spacing, length_unit: layout.length_unit.clone(), ..Contents::default() };
         let frame = contents.choose_frame(path, options, layout.frames)?;
         let channel = contents.choose_channel(path, options, layout.channels.saturating_mul(page.samples))?;
         contents.frame_spacing = layout.frame_spacing.clone();

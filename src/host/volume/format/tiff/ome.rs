@@ -171,6 +171,7 @@ impl Image {
             kind: Kind::Ome,
             spacing: DVec3::new(x, size("Y").unwrap_or(x), size("Z").unwrap_or(x)),
             states_spacing: size("X").is_some(),
+            length_unit: size("X").map(|_| "µm".into()),
             frame_spacing: value("TimeIncrement")
                 .and_then(|interval| FrameSpacing::new(interval.parse().ok()?, Some(value("TimeIncrementUnit").unwrap_or("s")))),
             ..Layout::ordered(order, slices, frames, channels)
