@@ -8,10 +8,9 @@ use super::processes::Processes;
 use super::progress;
 use super::scene::{OpenedScene, SceneOptions};
 use super::studio::{PictureOptions, Studio};
-use super::time::{Moments, TimeOptions};
+use super::time::{Moments, TimeOptions, Timed};
 use crate::camera::Orbit;
 use crate::error::Error;
-use crate::volume::Sequence;
 use serde::Serialize;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -100,7 +99,7 @@ pub(super) fn run(arguments: &Arguments, processes: &Processes) -> Result<ExitCo
     // Checks files before any work.
     let keys = arguments.keys.as_deref().map(Keys::read).transpose()?;
     let sequence = arguments.time.sequence(&arguments.scene, keys.as_ref(), processes)?;
-    let frames = arguments.frame_count(keys.as_ref(), sequence.as_ref().map(Sequence::len))?;
+    let frames = arguments.frame_count(keys.as_ref(), sequence.as_ref().map(|timed| timed.sequence.len()))?;
     let moments = sequence.map(|sequence| Moments::new(sequence, keys.as_ref(), frames)).transpose()?;
     arguments.pictures.rendered(options.size)?;
     processes.make_teams(&arguments.scene.teams, &arguments.scene.volume, options.size, frames as usize)?;
@@ -108,7 +107,10 @@ pub(super) fn run(arguments: &Arguments, processes: &Processes) -> Result<ExitCo
     let film = || Film::create(&arguments.output, options, encoding, frames, arguments.rate);
     let mut film = if processes.leads() { Some(film()?) } else { None };
     let mut scene = match &moments {
-        Some(moments) => OpenedScene::open_sequence(&arguments.scene, processes, moments.sequence())?,
+        Some(moments) => {
+            let Timed { sequence, others } = moments.timed();
+            OpenedScene::open_sequence(&arguments.scene, processes, sequence, others)?
+        }
         None => OpenedScene::open(&arguments.scene, processes)?,
     };
     let fitting = arguments.pictures.cameras(options, &scene);
@@ -126,8 +128,8 @@ pub(super) fn run(arguments: &Arguments, processes: &Processes) -> Result<ExitCo
     let bar = progress::steps(frames, "rendering");
     let mut played = moments.as_ref().map(Moments::play);
     for (n, camera) in cameras.iter().enumerate() {
-        if let Some(step) = played.as_mut().and_then(|played| played.change(n)) {
-            studio.set_volume(&step?)?;
+        if let Some(step) = played.as_mut().map_or(Ok(None), |played| played.change(n))? {
+            studio.set_step(step)?;
         }
         let rendered = if processes.owns(n) { studio.picture(camera, options.size)?.0 } else { None };
         if let (Some(film), Some(frame)) = (&mut film, processes.collect(n, rendered, options.size)) {
@@ -139,7 +141,7 @@ pub(super) fn run(arguments: &Arguments, processes: &Processes) -> Result<ExitCo
     film.finish()?;
     bar.finish_and_clear();
     let output = arguments.output.display().to_string();
-    let steps = moments.as_ref().map(|moments| moments.sequence().len());
+    let steps = moments.as_ref().map(|moments| moments.timed().sequence.len());
     let rotated = Rotated { output, frames, steps, volume: scene.volume.name(), device: &scene.device.info().name, up };
     super::report(arguments.json, &rotated, || format!("{} pictures in {}", rotated.frames, rotated.output))?;
     Ok(ExitCode::SUCCESS)

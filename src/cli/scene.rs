@@ -1,7 +1,7 @@
 //! The scene of a picture, built from the shared options.
 
 use super::blending::BlendOptions;
-use super::channels::{ChannelOptions, Field, FieldLook};
+use super::channels::{ChannelOptions, Field, FieldLook, FieldSteps};
 use super::check;
 use super::colors::{ColorOptions, reject_value_options};
 use super::options::{
@@ -91,12 +91,18 @@ pub(super) struct OpenedScene {
 impl OpenedScene {
     /// Checks the options, opens the device and reads the volume, or this process's part of it.
     pub fn open(options: &SceneOptions, processes: &Processes) -> Result<Self, Error> {
-        Self::open_first(options, processes, None)
+        Self::open_first(options, processes, None, &[])
     }
 
-    /// As [`open`](Self::open), for a sequence. Values, transfer function and fit are those of its sampled steps.
-    pub fn open_sequence(options: &SceneOptions, processes: &Processes, sequence: &Sequence) -> Result<Self, Error> {
-        let mut scene = Self::open_first(options, processes, Some(sequence))?;
+    /// As [`open`](Self::open), for a sequence, and the steps of the fields beside it. Values, transfer function and fit are those of its
+    /// sampled steps.
+    pub fn open_sequence(
+        options: &SceneOptions,
+        processes: &Processes,
+        sequence: &Sequence,
+        others: &[FieldSteps],
+    ) -> Result<Self, Error> {
+        let mut scene = Self::open_first(options, processes, Some(sequence), others)?;
         if options.camera.fit.is_none_or(|fit| fit == Fit::Visible) {
             for step in sequence.play(sequence.sampled_steps()) {
                 let shown = scene.framing_of(&step?);
@@ -109,7 +115,12 @@ impl OpenedScene {
         Ok(scene)
     }
 
-    fn open_first(options: &SceneOptions, processes: &Processes, sequence: Option<&Sequence>) -> Result<Self, Error> {
+    fn open_first(
+        options: &SceneOptions,
+        processes: &Processes,
+        sequence: Option<&Sequence>,
+        others: &[FieldSteps],
+    ) -> Result<Self, Error> {
         let settings = options.quality.settings(options.camera.background)?;
         // Conflicting options fail before the volume is read.
         options.blend.check()?;
@@ -137,7 +148,7 @@ impl OpenedScene {
             },
             Some(sequence) => sequence.step(0)?,
         };
-        let mut fields = options.channels.open(&options.volume, &volume, options.camera.size)?;
+        let mut fields = options.channels.open(&options.volume, &volume, options.camera.size, others)?;
         let volume = fields.first.take().unwrap_or(volume);
         // Steps of a sequence are masked when they are read.
         let volume = if sequence.is_some() { volume } else { options.labels.masked(volume, options.volume.placement())? };
@@ -163,7 +174,7 @@ impl OpenedScene {
                 },
             },
         };
-        let look = fields.first_look(&volume);
+        let look = fields.first_look(values);
         let labels = shown.as_ref().map_or_else(|| Ok(Vec::new()), |shown| shown.tables(&[]))?;
         let label_colors = options
             .labels

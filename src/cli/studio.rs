@@ -7,7 +7,8 @@ use super::notice;
 use super::options::{CameraOptions, EncodingOptions, Fit};
 use super::parse;
 use super::scene::OpenedScene;
-use super::scene_renderer::SceneRenderer;
+use super::scene_renderer::{SceneRenderer, channels};
+use super::time::NextStep;
 use crate::annotation::{AnnotatedView, Annotations, VectorFormat};
 use crate::camera::Camera;
 use crate::error::Error;
@@ -69,6 +70,8 @@ pub(super) struct Studio<'a> {
     scene_renderer: SceneRenderer,
     /// Grid of the volume that is drawn.
     grid: Grid,
+    /// Volumes of the fields beside it, if they are not those of the scene.
+    others: Vec<Option<Volume<'static>>>,
     /// Whether the first picture was checked for being empty or of one colour.
     first_checked: bool,
     has_empty_picture: bool,
@@ -86,6 +89,7 @@ impl<'a> Studio<'a> {
             annotations,
             scene_renderer: SceneRenderer::new(scene)?,
             grid: scene.volume.grid().clone(),
+            others: vec![None; scene.others.len()],
             first_checked: false,
             has_empty_picture: false,
         })
@@ -97,9 +101,16 @@ impl<'a> Studio<'a> {
     }
 
     /// Draws another step of a sequence in the following pictures.
-    pub fn set_volume(&mut self, volume: &Volume<'static>) -> Result<(), Error> {
-        self.grid = volume.grid().clone();
-        self.scene_renderer.renderer().set_volume(volume)
+    pub fn set_step(&mut self, step: NextStep) -> Result<(), Error> {
+        self.grid = step.first.grid().clone();
+        if !self.scene.has_channels() {
+            return self.scene_renderer.renderer().set_volume(&step.first);
+        }
+        for (kept, volume) in self.others.iter_mut().zip(step.others) {
+            *kept = volume.or(kept.take());
+        }
+        let channels = channels(self.scene, &step.first, &self.others)?;
+        self.scene_renderer.renderer().require_whole("a sequence of several fields")?.set_channels(&channels)
     }
 
     /// Stream plan of a view, also printed to standard error. `None` if the view is not streamed.

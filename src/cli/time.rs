@@ -1,5 +1,6 @@
 //! Sequences in time: `rotate --time`.
 
+use super::channels::{FieldSteps, PlayedField};
 use super::keys::Keys;
 use super::processes::Processes;
 use super::scene::SceneOptions;
@@ -24,49 +25,57 @@ impl TimeOptions {
     ///
     /// # Errors
     /// [`Error::Settings`] for options that conflict, [`Error::Volume`] if there is a single step, and those of [`Sequence::open`].
-    pub fn sequence(&self, scene: &SceneOptions, keys: Option<&Keys>, processes: &Processes) -> Result<Option<Sequence>, Error> {
+    pub fn sequence(&self, scene: &SceneOptions, keys: Option<&Keys>, processes: &Processes) -> Result<Option<Timed>, Error> {
         let wrong = |problem: &str| Err(Error::Settings { field: "time", problem: problem.into() });
         match (self.time, keys.is_some_and(Keys::have_frames)) {
             (false, false) if self.more.is_empty() => return Ok(None),
             (false, false) => return wrong("is needed for several volumes, which are the steps of a sequence: add it"),
             (true, true) => return wrong("and the frames of key cameras conflict: omit one of them"),
-            _ if scene.channels.name_fields() || scene.colors.are_given() || scene.labels.is_given() => {
-                return wrong(
-                    "plays the values of one field: several fields, colours and labels are drawn at one moment, by --frame; omit one of both",
-                );
+            _ if scene.colors.are_given() || scene.labels.is_given() => {
+                return wrong("plays values: colours and labels are drawn at one moment, by --frame; omit one of both");
             }
             _ if processes.counts().is_some() => {
                 return wrong("plays a sequence in one process only: start layersplat without mpirun");
             }
             _ => {}
         }
-        let sequence = scene.volume.sequence(&self.more, Some(scene.camera.size), scene.bounds.memory)?;
+        let (size, channel) = (scene.camera.size, scene.channels.first_component());
+        let sequence = scene.volume.sequence(&self.more, channel, Some(size), scene.bounds.memory)?;
         if sequence.len() == 1 {
             let problem = "it has one volume, and a sequence has several: name a file with a time axis, or several files";
             return Err(Error::volume(&scene.volume.volume, problem));
         }
-        scene.labels.masked_steps(sequence, scene.volume.placement()).map(Some)
+        let others = scene.channels.steps(&scene.volume, &self.more, size, sequence.len())?;
+        let sequence = scene.labels.masked_steps(sequence, scene.volume.placement())?;
+        Ok(Some(Timed { sequence, others }))
     }
+}
+
+/// A sequence, and the fields that are drawn together with it.
+pub(super) struct Timed {
+    pub sequence: Sequence,
+    pub others: Vec<FieldSteps>,
 }
 
 /// A sequence, and the step that each picture shows.
 pub(super) struct Moments {
-    sequence: Sequence,
+    timed: Timed,
     steps: Vec<usize>,
 }
 
 impl Moments {
     /// Takes the steps from the frames of keys, or spreads them evenly over `count` pictures.
-    pub fn new(sequence: Sequence, keys: Option<&Keys>, count: u32) -> Result<Self, Error> {
+    pub fn new(timed: Timed, keys: Option<&Keys>, count: u32) -> Result<Self, Error> {
+        let all = timed.sequence.len();
         let steps = match keys.filter(|keys| keys.have_frames()) {
-            Some(keys) => keys.steps(count, sequence.len())?,
-            None => spread(count, sequence.len()),
+            Some(keys) => keys.steps(count, all)?,
+            None => spread(count, all),
         };
-        Ok(Self { sequence, steps })
+        Ok(Self { timed, steps })
     }
 
-    pub fn sequence(&self) -> &Sequence {
-        &self.sequence
+    pub fn timed(&self) -> &Timed {
+        &self.timed
     }
 
     /// Starts to read the steps. Step 0 is that of the scene.
@@ -74,7 +83,9 @@ impl Moments {
         let mut order = self.steps.clone();
         order.dedup();
         let first = usize::from(order[0] == 0);
-        Played { steps: &self.steps, shown: 0, playback: self.sequence.play(order.split_off(first)) }
+        let order = order.split_off(first);
+        let others = self.timed.others.iter().map(|field| field.play(&order)).collect();
+        Played { steps: &self.steps, shown: 0, others, playback: self.timed.sequence.play(order) }
     }
 }
 
@@ -83,15 +94,25 @@ pub(super) struct Played<'a> {
     steps: &'a [usize],
     shown: usize,
     playback: Playback,
+    others: Vec<PlayedField<'a>>,
+}
+
+/// The volumes of another step.
+pub(super) struct NextStep {
+    pub first: Volume<'static>,
+    /// Of each field beside the first, unless it stays as it is.
+    pub others: Vec<Option<Volume<'static>>>,
 }
 
 impl Played<'_> {
     /// The step that picture `n` shows, unless it is that of the picture before. To be called for each picture in order.
-    pub fn change(&mut self, n: usize) -> Option<Result<Volume<'static>, Error>> {
+    pub fn change(&mut self, n: usize) -> Result<Option<NextStep>, Error> {
         if std::mem::replace(&mut self.shown, self.steps[n]) == self.steps[n] {
-            return None;
+            return Ok(None);
         }
-        Some(self.playback.next().expect("a step is read for every change"))
+        let first = self.playback.next().expect("a step is read for every change")?;
+        let others = self.others.iter_mut().map(|field| field.next().transpose()).collect::<Result<_, _>>()?;
+        Ok(Some(NextStep { first, others }))
     }
 }
 

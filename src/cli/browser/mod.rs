@@ -60,7 +60,7 @@ impl Arguments {
         if !is_several && volume.declares_labels(camera.size) {
             return Ok(None);
         }
-        let sequence = volume.sequence(&self.more, Some(camera.size), bounds.memory)?;
+        let sequence = volume.sequence(&self.more, None, Some(camera.size), bounds.memory)?;
         if sequence.len() == 1 {
             return Ok(None);
         }
@@ -84,7 +84,7 @@ impl Arguments {
     fn open(&self, processes: &Processes) -> Result<(OpenedScene, Option<Sequence>), Error> {
         let sequence = self.sequence(processes)?;
         let scene = match &sequence {
-            Some(sequence) => OpenedScene::open_sequence(&self.scene, processes, sequence)?,
+            Some(sequence) => OpenedScene::open_sequence(&self.scene, processes, sequence, &[])?,
             None => OpenedScene::open(&self.scene, processes)?,
         };
         Ok((scene, sequence))

@@ -2,6 +2,7 @@
 
 mod scene_file;
 mod spec;
+mod steps;
 
 use super::options::VolumeOptions;
 use crate::annotation::{Legend, LegendEntry};
@@ -15,6 +16,7 @@ use crate::volume::{ChannelDescription, OpenOptions, Volume};
 use clap::Args;
 use spec::{FieldChange, FieldSpec};
 use std::path::PathBuf;
+pub(super) use steps::{FieldSteps, PlayedField};
 
 /// Fields that are drawn together with the volume.
 #[derive(Args)]
@@ -88,6 +90,8 @@ pub(super) struct Fields {
     first_spec: FieldSpec,
     others: Vec<FieldSpec>,
     opened: Vec<Volume<'static>>,
+    /// Of fields in time, the values of all steps.
+    overviews: Vec<Volume<'static>>,
     /// Whether the fields are channels of one picture, each in its colour.
     has_channel_colors: bool,
 }
@@ -122,13 +126,25 @@ impl ChannelOptions {
         self.scene.is_some()
     }
 
-    /// Opens the fields beside `first`, the volume of the command.
-    pub fn open(&self, options: &VolumeOptions, first: &Volume, size: Viewport) -> Result<Fields, Error> {
+    /// Opens the fields beside `first`, the volume of the command. `steps`: those of fields in time, else none.
+    pub fn open(&self, options: &VolumeOptions, first: &Volume, size: Viewport, steps: &[FieldSteps]) -> Result<Fields, Error> {
+        let mut steps = steps.iter();
+        let mut open = |fields: &mut Fields, still: &dyn Fn() -> Result<Volume<'static>, Error>| {
+            match steps.next() {
+                Some(steps) => {
+                    fields.opened.push(steps.step(0)?);
+                    fields.overviews.push(steps.overview()?);
+                }
+                None => fields.opened.push(still()?),
+            }
+            Ok::<_, Error>(())
+        };
         let mut fields = Fields {
             first: None,
             first_spec: FieldSpec::default(),
             others: Vec::new(),
             opened: Vec::new(),
+            overviews: Vec::new(),
             has_channel_colors: self.channels.is_some(),
         };
         if let Some(components) = &self.channels {
@@ -145,7 +161,7 @@ impl ChannelOptions {
             };
             fields.first_spec = spec(numbers[0]);
             for &number in numbers.iter().skip(1) {
-                fields.opened.push(options.open_component(number, Some(size))?);
+                open(&mut fields, &|| options.open_component(number, Some(size)))?;
                 fields.others.push(spec(number));
             }
         }
@@ -160,7 +176,7 @@ impl ChannelOptions {
             }
         }
         for spec in specs {
-            fields.opened.push(spec.open(unstated)?);
+            open(&mut fields, &|| spec.open(unstated))?;
             fields.others.push(spec);
         }
         let count = 1 + fields.others.len();
@@ -228,9 +244,12 @@ impl Fields {
 
     /// The other fields.
     pub fn into_others(self, blend: Blend) -> Result<Vec<Field>, Error> {
+        let mut overviews = self.overviews.into_iter();
         let field = |(spec, volume): (FieldSpec, Volume<'static>)| {
-            let transfer = spec.transfer(&volume, blend)?;
-            Ok(Field { look: spec.look(&volume), volume, transfer })
+            let overview = overviews.next();
+            let values = overview.as_ref().unwrap_or(&volume);
+            let (transfer, look) = (spec.transfer(values, blend)?, spec.look(values));
+            Ok(Field { volume, transfer, look })
         };
         self.others.into_iter().zip(self.opened).map(field).collect()
     }
@@ -247,10 +266,6 @@ impl FieldLook {
 }
 
 impl Field {
-    pub fn channel(&self, device: &Device) -> Result<Channel, Error> {
-        self.look.channel(device, &self.volume, &self.transfer)
-    }
-
     pub fn is_visible(&self) -> bool {
         self.look.visible
     }

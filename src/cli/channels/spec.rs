@@ -9,7 +9,7 @@ use crate::error::Error;
 use crate::files;
 use crate::settings::{Blend, GradientOpacity};
 use crate::transfer::{TransferFunction, Value};
-use crate::volume::{ChannelDescription, Grid, Labels, OpenOptions, Placement, Volume};
+use crate::volume::{ChannelDescription, Grid, Labels, OpenOptions, Placement, Sequence, Volume};
 use glam::{DAffine3, DMat3, DVec3};
 use std::path::{Path, PathBuf};
 
@@ -141,15 +141,27 @@ impl FieldSpec {
         self.placed(self.masked(&volume, unstated)?.unwrap_or(volume))
     }
 
+    /// The steps of its file in time, or the one that it names. See [`open`](Self::open).
+    pub fn sequence(&self, unstated: Placement) -> Result<Sequence, Error> {
+        let file = self.file.as_deref().expect("a field beside the first one names its file");
+        let options = OpenOptions { unstated, frame: None, ..open_options(self) };
+        let sequence = Sequence::open(&[file], &options)?;
+        let sequence = self.frame.map_or(Ok(sequence.clone()), |frame| sequence.only(frame))?;
+        self.mask()?.map_or(Ok(sequence.clone()), |mask| mask.applied_to_steps(sequence, unstated))
+    }
+
+    fn mask(&self) -> Result<Option<Mask>, Error> {
+        let mask = self.mask.as_ref().map(|text| Mask::from_text(text)).transpose();
+        mask.map_err(|problem| Error::Settings { field: "mask", problem })
+    }
+
     /// What of a volume lies within the labels of the mask, or `None` without one. The mask is in the world of the field's file.
     pub fn masked(&self, volume: &Volume, unstated: Placement) -> Result<Option<Volume<'static>>, Error> {
-        let Some(text) = &self.mask else { return Ok(None) };
-        let mask = Mask::from_text(text).map_err(|problem| Error::Settings { field: "mask", problem })?;
-        mask.applied_to(volume, unstated).map(Some)
+        self.mask()?.map(|mask| mask.applied_to(volume, unstated)).transpose()
     }
 
     /// The volume where `at` places it.
-    fn placed(&self, volume: Volume<'static>) -> Result<Volume<'static>, Error> {
+    pub fn placed(&self, volume: Volume<'static>) -> Result<Volume<'static>, Error> {
         let Some(path) = &self.at else { return Ok(volume) };
         let transform = read_transform(path)?;
         let grid = Grid::from_affine(volume.grid().dims(), transform * volume.grid().index_to_world());

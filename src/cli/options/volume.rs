@@ -183,13 +183,21 @@ impl VolumeOptions {
     }
 
     /// Opens the volume and `more` of them as a sequence in time; otherwise as [`open`](Self::open).
-    pub fn sequence(&self, more: &[PathBuf], size: Option<Viewport>, memory: Option<u64>) -> Result<Sequence, crate::Error> {
+    /// `channel`: another component than the options choose.
+    pub fn sequence(
+        &self,
+        more: &[PathBuf],
+        channel: Option<usize>,
+        size: Option<Viewport>,
+        memory: Option<u64>,
+    ) -> Result<Sequence, crate::Error> {
         let sources: Vec<&Path> = std::iter::once(&self.volume).chain(more).map(PathBuf::as_path).collect();
         if sources.iter().any(|source| standard::is_input(source)) {
             let problem = "reads steps more than once, and standard input can be read once: name a file".into();
             return Err(crate::Error::Settings { field: "time", problem });
         }
-        let options = OpenOptions { memory, alone: self.alone, ..self.file.raw(size)? };
+        let raw = self.file.raw(size)?;
+        let options = OpenOptions { memory, alone: self.alone, channel: channel.or(raw.channel), ..raw };
         let sequence = Sequence::open(&sources, &options)?;
         Ok(match self.background_value {
             Some(value) => sequence.with_background(value),

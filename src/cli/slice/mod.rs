@@ -186,7 +186,7 @@ impl Arguments {
             Some(first) => self.volume.open_component(first, Some(size))?,
             None => self.volume.open(Some(size), None)?,
         };
-        let mut fields = self.channels.open(&self.volume, &volume, size)?;
+        let mut fields = self.channels.open(&self.volume, &volume, size, &[])?;
         let volume = fields.first.take().unwrap_or(volume);
         Ok((self.labels.masked(volume, self.volume.placement())?, Content::Values(Box::new(fields))))
     }

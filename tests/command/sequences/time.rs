@@ -202,6 +202,40 @@ fn masks_and_labels_are_those_of_every_step() {
     assert!(of_all[1] == still(f, "bright.nrrd --azimuth 30 --mask halves.nrrd:2 --transfer fire"));
 }
 
+/// Fields beside the first have a step for each of its steps, or stand still.
+#[test]
+fn several_fields_play_together() {
+    let folder = folder();
+    let f = folder.path();
+    let look = "--azimuth 30 --transfer fire --transfer-range 0,128";
+    let with = "transfer=cool-warm,range=0,60,opacity=0:0,60:0.3";
+    let [key, other] =
+        [(0.0, 0), (1.0, STEPS - 1)].map(|(time, n)| format!(r#"{{"time": {time}, "azimuth": 30, "frame": {n}}}"#));
+    write(f.join("keys.json"), format!("[{key}, {other}]")).unwrap();
+    let files: Vec<String> = (0..STEPS).map(|n| format!("s{n}.nrrd")).collect();
+    let both = film(f, &format!("beat.nii --keys keys.json --rate {} {look} --with beat.nii,{with}", STEPS - 1));
+    let still_beside = film(f, &format!("{} --time --turn 0 {look} --with beat.nii,frame=2,{with}", files.join(" ")));
+    assert_eq!((both.len(), still_beside.len()), (STEPS, STEPS));
+    for n in 0..STEPS {
+        assert!(both[n] == still(f, &format!("beat.nii --frame {n} {look} --with beat.nii,frame={n},{with}")), "{n}");
+        assert!(still_beside[n] == still(f, &format!("s{n}.nrrd {look} --with beat.nii,frame=2,{with}")), "{n}");
+    }
+    // Components of a file: two, and a range of all steps.
+    let [x, y, z] = DIMS;
+    let header = format!(
+        "NRRD0004\ntype: uint8\ndimension: 5\nsizes: 2 {x} {y} {z} 2\nkinds: vector domain domain domain time\nencoding: raw\n\n"
+    );
+    let pairs = |step: usize| voxels(step).into_iter().zip(voxels(3 - step)).flat_map(|(one, other)| [one, other]);
+    write(f.join("5d.nrrd"), header.bytes().chain(pairs(0)).chain(pairs(1)).collect::<Vec<u8>>()).unwrap();
+    let looks = "--field 0,color=#ff0000,range=0,200,opacity=0:0,200:0.5 --field 1,color=#00ff00,range=0,200,opacity=0:0,200:0.5";
+    let of_channels = film(f, &format!("5d.nrrd --time --turn 0 --azimuth 30 --channels all {looks}"));
+    assert_eq!(of_channels.len(), 2);
+    for (n, frame) in of_channels.iter().enumerate() {
+        assert!(*frame == still(f, &format!("5d.nrrd --frame {n} --azimuth 30 --channels all {looks}")), "{n}");
+    }
+    assert!(of_channels[0] != of_channels[1]);
+}
+
 #[test]
 fn sequences_that_cannot_be_played_are_refused() {
     let folder = folder();
@@ -222,8 +256,10 @@ fn sequences_that_cannot_be_played_are_refused() {
         ("s0.nrrd missing.nrrd --time", 1, vec!["missing.nrrd"]),
         ("beat.nii --time --frame 1", 2, vec!["--frame", "omit"]),
         ("- --time", 2, vec!["standard input", "name a file"]),
-        ("beat.nii --time --with s0.nrrd", 2, vec!["--time", "one moment", "--frame"]),
-        ("beat.nii --time --channels 0", 2, vec!["--time", "several fields"]),
+        ("s0.nrrd s1.nrrd --time --with beat.nii", 2, vec!["--time", "2 steps", "has 4"]),
+        ("beat.nii --time --with beat.nii,frame=4", 2, vec!["frame is 4"]),
+        ("beat.nii --time --channels 0,1", 2, vec!["channel", "beat.nii"]),
+        ("beat.nii --time --scene scene.json", 2, vec!["--time", "--with"]),
         ("beat.nii --time --labels", 2, vec!["--time", "labels"]),
         ("beat.nii --time --colors direct", 2, vec!["--time", "colours"]),
         ("beat.nii --time --mask s9.nrrd", 1, vec!["s9.nrrd"]),

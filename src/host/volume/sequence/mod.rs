@@ -58,11 +58,14 @@ impl Sequence {
             let problem = "selects one volume, but a sequence has them all: omit it".into();
             return Err(Error::Settings { field: "frame", problem });
         }
+        let mut options = options.clone();
         let mut steps: Vec<Step> = Vec::new();
         let mut first: Option<Layout> = None;
-        let sources: Result<Vec<_>, Error> = sources.iter().map(|source| format::collected(source.as_ref(), options)).collect();
+        let sources: Result<Vec<_>, Error> = sources.iter().map(|source| format::collected(source.as_ref(), &options)).collect();
         for source in sources?.concat() {
-            let (layout, frames) = layout(&source, options)?;
+            let (layout, frames, channel) = layout(&source, &options)?;
+            // What is chosen by default is chosen for all steps, so that a warning does not come with each.
+            options.channel = options.channel.or(channel);
             let first = *first.get_or_insert(layout);
             if layout != first {
                 let ([this, that], n, start) = ([layout, first].map(describe), steps.len(), steps[0].path.display());
@@ -82,7 +85,7 @@ impl Sequence {
                 problem: "are none: name a file with a time axis, or several files".into(),
             });
         }
-        Ok(Self { steps, options: options.clone(), background: None, mask: None })
+        Ok(Self { steps, options, background: None, mask: None })
     }
 
     /// Sets the background of all steps; see [`Description::with_background`](super::Description::with_background).
@@ -96,6 +99,20 @@ impl Sequence {
     /// If memory is too small for the labels.
     pub fn with_mask(self, mask: &Labels) -> Result<Self, Error> {
         Ok(Self { mask: Some(Arc::new(Mask::new(mask)?)), ..self })
+    }
+
+    /// The sequence of step `n` alone.
+    ///
+    /// # Errors
+    /// [`Error::OutOfRange`] if there is no such step.
+    #[doc(hidden)]
+    pub fn only(mut self, n: usize) -> Result<Self, Error> {
+        if n >= self.len() {
+            let expected = "the number of a frame, from 0";
+            return Err(Error::OutOfRange { name: "frame", value: n.to_string(), expected });
+        }
+        self.steps = vec![self.steps.swap_remove(n)];
+        Ok(self)
     }
 
     /// Number of steps, at least 1.
@@ -157,19 +174,20 @@ impl Iterator for Playback {
     }
 }
 
-/// Layout of a source, and its number of frames unless it is built in.
-fn layout(source: &Path, options: &OpenOptions) -> Result<(Layout, Option<usize>), Error> {
+/// Layout of a source, its number of frames unless it is built in, and the channel that is read of several.
+fn layout(source: &Path, options: &OpenOptions) -> Result<(Layout, Option<usize>, Option<usize>), Error> {
     if let Some(name) = source.to_str().and_then(|name| name.strip_prefix("builtin:")) {
         let (_, grid, _) = builtin::sampled(name, options)?;
-        return Ok(((grid.dims(), ScalarType::Uint8), None));
+        return Ok(((grid.dims(), ScalarType::Uint8), None, None));
     }
-    let of_frame = |frame| format::header(source, &OpenOptions { frame: Some(frame), ..options.clone() });
-    let header = of_frame(0)?;
+    let of_frame = |frame, channel| format::header(source, &OpenOptions { frame: Some(frame), channel, ..options.clone() });
+    let header = of_frame(0, options.channel)?;
+    let channel = Some(header.contents.channel).filter(|_| header.contents.channels > 1 && !header.contents.magnitude);
     // The last frame shows whether the file is long enough for all of them.
     if header.contents.frames > 1 {
-        of_frame(header.contents.frames - 1)?;
+        of_frame(header.contents.frames - 1, options.channel.or(channel))?;
     }
-    Ok(((header.grid.dims(), header.scalar), Some(header.contents.frames)))
+    Ok(((header.grid.dims(), header.scalar), Some(header.contents.frames), channel))
 }
 
 fn describe(([x, y, z], scalar): Layout) -> String {
