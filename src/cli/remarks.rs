@@ -17,6 +17,15 @@ pub(super) fn remark_on_volume(options: &VolumeOptions, volume: &Volume) {
     notices.into_iter().flatten().for_each(|notice| eprintln!("layersplat: {notice}"));
 }
 
+/// Says on standard error how the other components of a file are drawn, where one of them was chosen by default.
+pub(super) fn remark_on_components(volume: &Volume) {
+    let contents = volume.contents();
+    if contents.channels > 1 && !contents.magnitude {
+        let colors = if (3..=4).contains(&contents.channels) { ", as red, green and blue by --colors direct" } else { "" };
+        eprintln!("channels: {} of {} is drawn; all by --channels all{colors}", contents.channel, contents.channels);
+    }
+}
+
 /// Says on standard error which transfer function was made for the volume. The built-in phantom has its own, which needs no remark.
 pub(super) fn remark_on_transfer(transfer: &TransferFunction) {
     match transfer.name() {

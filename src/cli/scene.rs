@@ -9,7 +9,7 @@ use super::options::{
 };
 use super::orientation::describe;
 use super::processes::{Processes, TeamOptions};
-use super::remarks::{remark_on_transfer, remark_on_volume};
+use super::remarks::{remark_on_components, remark_on_transfer, remark_on_volume};
 use super::values::Tent;
 use crate::annotation::{Legend, LegendEntry};
 use crate::camera::Camera;
@@ -157,6 +157,9 @@ impl OpenedScene {
         let first_pass = opened_at.elapsed();
         if processes.leads() {
             remark_on_volume(&options.volume, &volume);
+            if shown.is_none() && !options.channels.name_fields() && !options.volume.has_channel() {
+                remark_on_components(&volume);
+            }
         }
         let settings = options.blend.apply(settings, Value::finder(values));
         if settings.blend.gathers_values() && volume.grid().voxel_count() == 1 {

@@ -10,6 +10,7 @@ use crate::volume::{ChannelDescription, Endian, Labels, Level, OpenOptions, Plac
 use clap::{Args, ValueEnum};
 use glam::DVec3;
 use std::path::{Path, PathBuf};
+use tracing::subscriber::{NoSubscriber, with_default};
 
 /// Selection of the volume.
 #[derive(Args)]
@@ -106,6 +107,11 @@ impl VolumeOptions {
         self.background_value.is_some()
     }
 
+    /// Whether one of several components is chosen.
+    pub fn has_channel(&self) -> bool {
+        self.file.channel.is_some()
+    }
+
     /// Whether one of several frames is chosen.
     pub fn has_frame(&self) -> bool {
         self.file.frame.is_some()
@@ -168,13 +174,12 @@ impl VolumeOptions {
     pub fn open_described(&self, label_options: &LabelOptions) -> Result<Described, crate::Error> {
         let options = OpenOptions { alone: self.alone, ..self.file.raw(None)? };
         let (volume, labels, channels) = standard::open_input(&self.volume, |path| {
-            let volume = Volume::open(path, &options)?;
-            // What was chosen by default, so that warnings do not come twice.
-            let contents = volume.contents();
-            let frame = options.frame.or((contents.frames > 1).then_some(contents.frame));
-            let level = options.level.or((contents.levels.len() > 1).then_some(Level::Number(contents.level)));
-            let channels = if contents.channels > 1 { ChannelDescription::of_file(path, &options) } else { Ok(Vec::new()) };
-            let labels = label_options.open(path, &OpenOptions { frame, level, ..options.clone() })?;
+            let labels = label_options.open(path, &options)?;
+            let open = || Volume::open(path, &options);
+            // Labels have said what was chosen by default, and their ids are exact, which the volume's floats need not be.
+            let volume = if labels.is_some() { with_default(NoSubscriber::default(), open) } else { open() }?;
+            let channels =
+                if volume.contents().channels > 1 { ChannelDescription::of_file(path, &options) } else { Ok(Vec::new()) };
             Ok((volume, labels, channels))
         })?;
         // Those that colour the volume are listed, too.
