@@ -136,6 +136,23 @@ impl ClassifiedField {
     }
 }
 
+/// The error of fields whose common grid would have too many voxels.
+fn too_many_voxels(fields: &[&Field]) -> Error {
+    let spacing = |field: &&&Field| field.description().grid().spacing().min_element();
+    let diagonal = |field: &&&Field| field.description().grid().diagonal();
+    let finest = fields.iter().min_by(|a, b| spacing(a).total_cmp(&spacing(b))).expect("a scene has a field");
+    let largest = fields.iter().max_by(|a, b| diagonal(a).total_cmp(&diagonal(b))).expect("a scene has a field");
+    let problem = format!(
+        "{} has a spacing of {:.4e}, and {} a diagonal of {:.4e}: a grid for both has too many voxels; check the units of both, or draw \
+         one alone",
+        finest.description().name(),
+        spacing(&finest),
+        largest.description().name(),
+        diagonal(&largest)
+    );
+    Error::Settings { field: "channels", problem }
+}
+
 impl Fields {
     /// The field of an uploaded volume. Others may share its voxels.
     pub fn new(volume: &UploadedVolume, transfer: &TransferFunction) -> Self {
@@ -243,7 +260,7 @@ impl Fields {
         let as_they_are = || channels.iter().map(|channel| channel.volume.field.for_renderer()).collect();
         let Some(first) = visible.first() else { return Ok(as_they_are()) };
         let grids: Vec<&Grid> = visible.iter().map(|field| field.description().grid()).collect();
-        let grid = common_grid(&grids)?;
+        let grid = common_grid(&grids).map_err(|_| too_many_voxels(&visible))?;
         let kind = first.voxel_kind();
         if visible.iter().all(|field| *field.description().grid() == grid && field.voxel_kind() == kind) {
             self.resampled.clear();

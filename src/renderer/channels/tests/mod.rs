@@ -239,8 +239,11 @@ fn a_larger_grid_changes_nothing_within_it() {
 #[test]
 fn bad_channels_are_refused() {
     let device = Device::shared();
-    let (_, [one, other]) = scene(&device);
+    let (volume, [one, other]) = scene(&device);
     let mut renderer = Renderer::from_channels(std::slice::from_ref(&one)).unwrap();
+    let fine = UploadedVolume::new(&device, &moved(&volume, 1e-4, DVec3::ZERO)).unwrap();
+    let problem = renderer.set_channels(&[one.clone(), Channel::new(&fine, &one.transfer)]).unwrap_err().to_string();
+    assert!(problem.contains("moved has a spacing of 1.0000e-4") && problem.contains("units"), "{problem}");
     let many = vec![one.clone(); Channel::MOST + 1];
     for channels in [&[][..], &many] {
         assert!(matches!(renderer.set_channels(channels), Err(Error::Settings { field: "channels", .. })));
