@@ -246,6 +246,7 @@ fn slices_show_several_fields() {
     let with = ["--with", "b_4x4x4_uint8.raw,spacing=2,2,2,origin=0.5,0.5,0.5,color=#ff0000,opacity=0:0,50:0.5"];
     let grey = pixel(&[&["--window", "100,200"], &with[..]].concat());
     assert_eq!(grey, [0.75, 0.25, 0.25, 1.0]);
+    assert_eq!(pixel(&[&["--window", "100,200", "--field", "0,visible=off"], &with[..]].concat()), [0.5, 0.0, 0.0, 0.5]);
     let field = ["--field", "0,color=#0000ff,opacity=0:0,100:0.5"];
     assert_eq!(pixel(&[&field[..], &with].concat()), [0.375, 0.0, 0.375, 0.75]);
     assert_eq!(pixel(&[&field[..], &["--field", "1,visible=off"], &with].concat()), [0.0, 0.0, 0.5, 0.5]);

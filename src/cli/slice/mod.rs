@@ -248,9 +248,10 @@ impl Arguments {
             let frame = compiling::while_rendering(|| match colors {
                 _ if is_one => renderer.slice(slice, size, kernel, colors),
                 // Further fields lie over a slice in grey, and are mixed with one in colours.
-                SliceColors::Window { .. } => {
+                SliceColors::Window { .. } if look.visible => {
                     Ok(over(&view.together(None, &others)?, &renderer.slice(slice, size, kernel, colors)?))
                 }
+                SliceColors::Window { .. } => view.together(None, &others),
                 SliceColors::Transfer { .. } => {
                     let first = if look.visible { Some(view.colors(volume, &transfer, look.factor)?) } else { None };
                     view.together(first, &others)
