@@ -140,6 +140,11 @@ impl Store {
         value
     }
 
+    /// Sets the budget for values that are kept from now on.
+    pub fn limit(&mut self, budget: usize) {
+        self.budget = budget;
+    }
+
     /// Drops all values to free memory.
     pub fn clear(&mut self) {
         self.entries.clear();

@@ -46,7 +46,12 @@ impl VoxelBuffer {
 
     /// Uploads other voxels, which must fit into this buffer.
     pub fn refill(&mut self, device: &Device, held: &Held) -> Result<(), Error> {
-        held.for_each_piece(|first, bytes| self.bytes.write_at(device, first, bytes))
+        /// Bytes that are written at once: frames of other renderers are drawn between.
+        const PIECE: usize = 16 << 20;
+        held.for_each_piece(|first, bytes| {
+            let mut pieces = bytes.chunks(PIECE).enumerate();
+            pieces.try_for_each(|(n, piece)| self.bytes.write_at(device, first + n * PIECE, piece))
+        })
     }
 
     /// Uploads layers of bytes, `stride` bytes apart.

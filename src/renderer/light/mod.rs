@@ -40,8 +40,10 @@ use sources::Source;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// Cache budget in bytes. The newest volume is kept even if it is larger.
+/// Largest cache budget in bytes. The newest volume is kept even if it is larger.
 const BUDGET: usize = 512 << 20;
+/// Part of the budget that does not depend on the size of the volume.
+const LEAST: usize = 16 << 20;
 
 /// Light is swept through the field of the paper's cubic, whatever the kernel of the frame, so that frames of all qualities share it.
 const KERNEL: Kernel = Kernel::Cubic;
@@ -176,6 +178,9 @@ impl Scene<'_> {
             return Ok(given.illumination.clone());
         }
         let Some(sources) = self.light_sources() else { return Ok(Illumination::default()) };
+        // Those of two frames, as while a hand moves and at rest. Lights that move with the camera never come back to a direction.
+        let each = self.field.grid().voxel_count().saturating_mul(sources.swept.len() + 1);
+        self.light.store.limit(each.saturating_mul(2).saturating_add(LEAST).min(BUDGET));
         let lights = match self.settings.shadows {
             Some(shadows) if !sources.swept.is_empty() => Some(self.shadows(sources.swept, shadows.forgiveness)?),
             _ => None,

@@ -13,7 +13,7 @@ const CATCH = 14;
 const SQUARE = 0.17;
 const ARROW = 0.14;
 /** Part of the picture, from its middle, in which all handles are when they are switched on. */
-const REACH = 0.92;
+const REACH = 0.86;
 /** Least part of a direction that is seen from the side: others are dragged up and down. */
 const STEEP = 0.25;
 /** Edges of a box by its corners: these differ in one bit. */

@@ -149,6 +149,7 @@ function message(text) {
     problem: () => {
       files.end();
       time.pause();
+      session.fitFailed();
       status.problem(text.sentence);
       if (text.undo) session.takeBack();
     },

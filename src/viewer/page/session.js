@@ -227,8 +227,17 @@ export class Session {
   resized() {
     this.picture.paint();
     if (!this.history || this.awaits !== "nothing") return;
-    if (this.isFitted) this.fit("resized");
-    else this.settle();
+    if (!this.isFitted) return this.settle();
+    // Until the camera is there, the picture has the new size.
+    this.move();
+    this.fit("resized");
+  }
+
+  /** No camera comes: the view stays. */
+  fitFailed() {
+    if (this.awaits === "nothing") return;
+    this.awaits = "nothing";
+    this.settle();
   }
 
   /** @param {"fit" | "resized"} [why] */
