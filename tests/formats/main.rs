@@ -15,5 +15,6 @@ mod refused_pictures;
 mod slices;
 #[cfg(feature = "tiff")]
 mod tiff_pages;
+mod unusual;
 mod vectors;
 mod written;

@@ -128,17 +128,10 @@ impl ChannelDescription {
             return vec![color.or(name.as_deref().and_then(of_fluorophore)).unwrap_or([1.0; 3])];
         }
         let known = |channel: &Self| channel.color.or_else(|| channel.name.as_deref().and_then(of_fluorophore));
-        let mut taken: Vec<[f64; 3]> = channels.iter().filter_map(known).collect();
-        let mut color = |channel: &Self| {
-            known(channel).unwrap_or_else(|| {
-                // Each of the candidates is a different colour, so one of them is left.
-                let mut candidates = (0..=taken.len()).map(colors::of_channel);
-                let free = candidates.find(|candidate| !taken.contains(candidate)).unwrap_or([1.0; 3]);
-                taken.push(free);
-                free
-            })
-        };
-        channels.iter().map(&mut color).collect()
+        let taken: Vec<[f64; 3]> = channels.iter().filter_map(known).collect();
+        // Each of the candidates is a different colour, so one of them is left for each channel.
+        let mut free = (0..=channels.len() + taken.len()).map(colors::of_channel).filter(|candidate| !taken.contains(candidate));
+        channels.iter().map(|channel| known(channel).or_else(|| free.next()).unwrap_or([1.0; 3])).collect()
     }
 
     /// Components of colours, which have no names in files.

@@ -92,6 +92,28 @@ impl Grid {
         Ok(Self { has_anatomy: self.has_anatomy, ..moved })
     }
 
+    /// As [`from_affine`](Self::from_affine), where axes that are sheared by up to [`ROUNDED_SHEAR`] become those at right angles next to them,
+    /// about the centre. Also returns the shear in degrees, if there was such.
+    pub(super) fn from_nearly_orthogonal(dims: [usize; 3], index_to_world: DAffine3) -> Result<(Self, Option<f64>), Error> {
+        let axes = index_to_world.matrix3;
+        let spacing = lengths(axes)?;
+        let mut direction = axes * DMat3::from_diagonal(1.0 / spacing);
+        let products = direction.transpose() * direction;
+        let cosine = [products.x_axis.y, products.x_axis.z, products.y_axis.z].into_iter().map(f64::abs).fold(0.0, f64::max);
+        let shear = cosine.min(1.0).asin().to_degrees();
+        if cosine < ORTHONORMAL || shear > ROUNDED_SHEAR {
+            return Self::from_affine(dims, index_to_world).map(|grid| (grid, None));
+        }
+        // Converges to the orthogonal matrix of its polar decomposition.
+        for _ in 0..ORTHOGONAL_STEPS {
+            direction = direction * (DMat3::IDENTITY * 3.0 - direction.transpose() * direction) * 0.5;
+        }
+        let grid = Self::oriented(dims, spacing, DVec3::ZERO, direction)?;
+        let centre = grid.centre_in_voxels();
+        let origin = index_to_world.transform_point3(centre) - direction * (spacing * centre);
+        Ok((Self { origin, ..grid }, Some(shear)))
+    }
+
     /// Declares that the world is a patient's: x points to the right side of the body (R), y to the front (A), z to the head (S).
     ///
     /// ```
@@ -197,6 +219,11 @@ impl Grid {
 /// Tolerance of the lengths of directions and of the cosines between them.
 const ORTHONORMAL: f64 = 1e-4;
 
+/// Largest shear in degrees that is rounded to right angles: it moves the last of 500 voxels by less than one.
+const ROUNDED_SHEAR: f64 = 0.1;
+/// Each step squares the error, which begins below 2e-3.
+const ORTHOGONAL_STEPS: usize = 3;
+
 /// Lengths of the axes of a transform.
 pub(super) fn lengths(axes: DMat3) -> Result<DVec3, Error> {
     let lengths = DVec3::new(axes.x_axis.length(), axes.y_axis.length(), axes.z_axis.length());
@@ -228,7 +255,8 @@ fn check_directions(direction: DMat3) -> Result<(), Error> {
         if cosine.abs() >= ORTHONORMAL {
             let (axes, angle) = (["x", "y", "z"], cosine.acos().to_degrees());
             let problem = format!(
-                "it is sheared: the angle between its axes {} and {} is {angle:.3} degrees: resample it onto orthogonal axes",
+                "it is sheared: the angle between its axes {} and {} is {angle:.3} degrees: resample it onto orthogonal axes, or give a spacing \
+                 (--spacing), which replaces its axes",
                 axes[i], axes[j]
             );
             return Err(Error::Grid { problem });
@@ -283,6 +311,27 @@ mod tests {
         // Orthogonal within the precision of float32 files.
         let rounded = (DMat3::from_rotation_y(0.7) * 0.3).as_mat3().as_dmat3();
         assert!(Grid::from_affine([2; 3], DAffine3::from_mat3(rounded)).is_ok());
+    }
+
+    #[test]
+    fn small_shears_are_rounded_about_the_centre() {
+        let sheared = |degrees: f64| {
+            let tilt = degrees.to_radians();
+            let axes =
+                DMat3::from_rotation_z(0.4) * DMat3::from_cols(DVec3::X, DVec3::Y, 3.0 * DVec3::new(0.0, tilt.sin(), tilt.cos()));
+            DAffine3::from_mat3_translation(axes, DVec3::new(5.0, 6.0, 7.0))
+        };
+        let (grid, shear) = Grid::from_nearly_orthogonal([4, 5, 6], sheared(0.09)).unwrap();
+        assert!((shear.unwrap() - 0.09).abs() < 1e-9);
+        let turn = grid.direction();
+        assert!((turn.transpose() * turn).abs_diff_eq(DMat3::IDENTITY, 1e-14));
+        let centre = sheared(0.09).transform_point3(grid.centre_in_voxels());
+        assert!(grid.centre().abs_diff_eq(centre, 1e-12) && grid.spacing().abs_diff_eq(DVec3::new(1.0, 1.0, 3.0), 1e-12));
+        // The shear is shared by the axes.
+        let y = sheared(0.09).matrix3.y_axis.angle_between(turn.y_axis).to_degrees();
+        assert!((y - 0.045).abs() < 1e-6, "{y}");
+        assert!(Grid::from_nearly_orthogonal([4, 5, 6], sheared(0.11)).is_err());
+        assert_eq!(Grid::from_nearly_orthogonal([4, 5, 6], sheared(0.0)).unwrap().1, None);
     }
 
     #[test]

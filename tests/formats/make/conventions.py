@@ -1,8 +1,9 @@
-"""Missing data, packing and axes by the conventions of CF, xarray, ilastik, OME and VTKHDF; by netCDF4, xarray, h5py and zarr-python."""
+"""Missing data, packing and axes by the conventions of CF, xarray, ilastik, OME and VTKHDF, by netCDF4, xarray, h5py and zarr-python; MGH, by nibabel."""
 import json
 
 import h5py
 import netCDF4
+import nibabel
 import numpy as np
 import xarray
 import zarr
@@ -122,6 +123,15 @@ def zarrs(at):
         holds(f"conventions/ome_{version}.zarr", 7, 1003, affine((0.5, 1.5, 2) if image else (1, 1, 1)), channel=1)
 
 
+def mgh(at):
+    place = affine((0.5, 1.5, 2), (7, 8, 9), [[-1, 0, 0], [0, 0, 1], [0, -1, 0]])
+    times = np.stack([array(">i2", 100, -3000).T, array(">i2", 100, 3000).T], axis=-1)
+    for ending in ["mgh", "mgz"]:
+        nibabel.save(nibabel.MGHImage(times, place), at / f"frames.{ending}")
+        for frame in [None, 1]:
+            holds(f"conventions/frames.{ending}", 100, -3000 + 6000 * (frame or 0), place, frame=frame)
+
+
 def refused(at):
     with h5py.File(at / "external.h5", "w") as file:
         file.create_dataset("values", shape=(3, 4, 5), dtype="int16", external=[("gone.bin", 0, 120)])
@@ -138,7 +148,7 @@ def refused(at):
 
 def conventions():
     at = folder("conventions")
-    for write in [missing, axes, kinds, zarrs]:
+    for write in [missing, axes, kinds, zarrs, mgh]:
         write(at)
     (at / "refused").mkdir()
     refused(at / "refused")

@@ -1,9 +1,9 @@
 //! Access to the voxel data of files: plain, compressed or split over several files.
 
 use crate::error::Error;
-use flate2::bufread::{MultiGzDecoder, ZlibDecoder};
+use flate2::bufread::{GzDecoder, ZlibDecoder};
 use std::fs::File;
-use std::io::{self, BufReader, Read, Seek, SeekFrom};
+use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
 /// Voxel data from the first byte of the first voxel, regardless of other file contents.
@@ -85,15 +85,45 @@ pub(super) trait Packing {
     fn unpack(packed: BufReader<File>) -> Self::Decoder;
 }
 
-/// gzip, with one or more members.
+/// gzip, with one or more members, and zeros behind the last one: padding, which gzip itself ignores, too.
 pub(super) struct Gzip;
+
+/// Decompresses the members of a gzip file.
+pub(super) struct Members {
+    decoder: GzDecoder<BufReader<File>>,
+    /// Whether all members were read.
+    is_done: bool,
+}
+
+impl Read for Members {
+    fn read(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
+        while !self.is_done {
+            let found = self.decoder.read(bytes)?;
+            if found > 0 || bytes.is_empty() {
+                return Ok(found);
+            }
+            let rest = self.decoder.get_mut();
+            while rest.fill_buf()?.first() == Some(&0) {
+                rest.consume(1);
+            }
+            self.is_done = rest.fill_buf()?.is_empty();
+            if !self.is_done {
+                let (file, at) = (rest.get_ref().try_clone()?, rest.stream_position()?);
+                let mut next = BufReader::new(file);
+                next.seek(SeekFrom::Start(at))?;
+                self.decoder = GzDecoder::new(next);
+            }
+        }
+        Ok(0)
+    }
+}
 
 impl Packing for Gzip {
     const LIMIT: u64 = 1032;
-    type Decoder = MultiGzDecoder<BufReader<File>>;
+    type Decoder = Members;
 
     fn unpack(packed: BufReader<File>) -> Self::Decoder {
-        MultiGzDecoder::new(packed)
+        Members { decoder: GzDecoder::new(packed), is_done: false }
     }
 }
 

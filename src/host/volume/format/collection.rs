@@ -1,25 +1,66 @@
-//! Collections of steps in time, one file each: ParaView's `.pvd` (feature `vtk`), and patterns such as `step_%d.vti` of files that hold
+//! Collections of steps in time, one file each: ParaView's `.pvd` (feature `vtk`) and `.series`, and patterns such as `step_%d.vti` of files that hold
 //! whole volumes.
 
 use super::choice::chosen;
 use super::load::Opened;
 use super::{OpenOptions, open_one, slices};
 use crate::error::Error;
+use serde::Deserialize;
+use std::fs::File;
+use std::io::Read;
 use std::path::{Path, PathBuf};
+
+/// What is wrong with a collection whose files may not be read.
+const ELSEWHERE: &str = "its steps are in other files, which it names: use a file that has them all";
 
 /// The files of a collection in the order of time; `None` for any other source.
 pub(super) fn files(path: &Path, options: &OpenOptions) -> Result<Option<Vec<PathBuf>>, Error> {
     #[cfg(feature = "vtk")]
     if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("pvd")) {
         if options.alone {
-            return Err(Error::volume(path, "its steps are in other files, which it names: use a file that has them all"));
+            return Err(Error::volume(path, ELSEWHERE));
         }
         return super::vtk::collected(path).map(Some);
+    }
+    if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("series")) {
+        return series(path, options).map(Some);
     }
     let Some(files) = slices::matching(path)? else { return Ok(None) };
     let first = open_one(&files[0], &OpenOptions { frame: None, ..options.clone() })?;
     // Files of one slice each are a single volume.
     Ok((first.header.grid.dims()[2] > 1).then_some(files))
+}
+
+/// Longest list of files in bytes.
+const LONGEST: u64 = 16 << 20;
+
+/// A file of a series of ParaView.
+#[derive(Deserialize)]
+struct Step {
+    name: PathBuf,
+    time: f64,
+}
+
+/// The files that ParaView's `.series` lists in JSON, in the order of time. Names are relative to its folder.
+fn series(path: &Path, options: &OpenOptions) -> Result<Vec<PathBuf>, Error> {
+    #[derive(Deserialize)]
+    struct Series {
+        files: Vec<Step>,
+    }
+    if options.alone {
+        return Err(Error::volume(path, ELSEWHERE));
+    }
+    let mut text = Vec::new();
+    let file = File::open(path).map_err(|e| Error::read(path, e))?;
+    file.take(LONGEST).read_to_end(&mut text).map_err(|e| Error::read(path, e))?;
+    let listed: Result<Series, _> = serde_json::from_slice(&text);
+    let mut steps = listed.map_err(|e| Error::volume(path, format!("it lists no files with a name and a time: {e}")))?.files;
+    if steps.is_empty() {
+        return Err(Error::volume(path, "it lists no files"));
+    }
+    steps.sort_by(|a, b| a.time.total_cmp(&b.time));
+    let folder = path.parent().unwrap_or(Path::new(""));
+    Ok(steps.into_iter().map(|step| folder.join(step.name)).collect())
 }
 
 /// Opens a step by the option `frame`, which counts the frames of all files.

@@ -101,11 +101,20 @@ impl Header {
 
 /// Grid of a file with the transform `index_to_world`. A spacing in `options` replaces the transform and puts the origin at 0.
 pub(super) fn grid(path: &Path, dims: [usize; 3], index_to_world: DAffine3, options: &OpenOptions) -> Result<Grid, Error> {
-    let grid = match options.spacing {
-        Some(spacing) => Grid::new(dims, spacing),
-        None => Grid::from_affine(dims, index_to_world),
-    };
-    grid.map_err(|e| Error::volume(path, e.to_string()))
+    match options.spacing {
+        Some(spacing) => Grid::new(dims, spacing).map_err(|e| Error::volume(path, e.to_string())),
+        None => placed(path, dims, index_to_world),
+    }
+}
+
+/// Grid of the transform `index_to_world`, of which a small shear is rounded.
+pub(super) fn placed(path: &Path, dims: [usize; 3], index_to_world: DAffine3) -> Result<Grid, Error> {
+    let placed = Grid::from_nearly_orthogonal(dims, index_to_world);
+    let (grid, shear) = placed.map_err(|e| Error::volume(path, e.to_string()))?;
+    if let Some(degrees) = shear {
+        tracing::warn!("{}: its axes are sheared by {degrees:.3} degrees: they are taken as orthogonal", path.display());
+    }
+    Ok(grid)
 }
 
 /// As [`grid`], for a transform to a patient's coordinates (RAS) if `is_anatomical`. A spacing in `options` replaces these, too.

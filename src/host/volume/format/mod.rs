@@ -17,6 +17,7 @@ mod keyed;
 mod load;
 mod magnitude;
 mod metaimage;
+mod mgh;
 #[cfg(not(all(feature = "dicom", feature = "hdf5", feature = "zarr")))]
 mod missing;
 mod names;
@@ -71,6 +72,7 @@ const FORMATS: &[&dyn Format] = &[
     &nrrd::Nrrd,
     &nifti::Nifti,
     &metaimage::MetaImage,
+    &mgh::Mgh,
     #[cfg(feature = "vtk")]
     &vtk::Xml,
     &vtk::Legacy,
@@ -103,7 +105,7 @@ const FORMATS: &[&dyn Format] = &[
 const START: usize = 512;
 /// What is wrong with complex numbers.
 const COMPLEX: &str = "complex numbers, and a voxel has one number: save their magnitude, phase or real part";
-const UNKNOWN: &str = "unknown format: volumes are NRRD, NIfTI, MetaImage, VTK image data, NumPy, BOV, TIFF, DICOM or HDF5 files, \
+const UNKNOWN: &str = "unknown format: volumes are NRRD, NIfTI, MGH, MetaImage, VTK image data, NumPy, BOV, TIFF, DICOM or HDF5 files, \
                        folders of Zarr, PNG slices, .raw or .raw.gz files, or builtin:NAME";
 
 /// A file format.

@@ -10,6 +10,7 @@ use bytemuck::Zeroable;
 use rayon::prelude::*;
 use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Largest number of different ids besides the background: indices have 16 bits.
 pub(super) const MOST_IDS: usize = u16::MAX as usize;
@@ -42,14 +43,19 @@ enum Refused {
 }
 
 impl Ids<'_> {
-    /// The id of a voxel, if its value is a whole number of 32 bits without a sign. Missing voxels are background.
+    /// The id of a voxel, if its value is a whole number of 32 bits without a sign. Missing
+    /// voxels and negative numbers are background.
     fn get(&self, index: usize) -> Result<u32, Bad> {
         if self.numbers.is_missing(index) {
             return Ok(0);
         }
-        let value = self.rescale.value(self.numbers.get(index));
+        let value = self.value(index);
         let id = value as u32;
-        if f64::from(id) == value { Ok(id) } else { Err(Bad { index, value }) }
+        if f64::from(id) == value || is_negative(value) { Ok(id) } else { Err(Bad { index, value }) }
+    }
+
+    fn value(&self, index: usize) -> f64 {
+        self.rescale.value(self.numbers.get(index))
     }
 
     /// The id of a voxel, or the background's if it has none.
@@ -62,11 +68,14 @@ impl Ids<'_> {
     /// # Errors
     /// [`Error::Volume`] if a value is no id, or there are more ids than [`MOST_IDS`].
     pub fn counts(&self) -> Result<BTreeMap<u32, u64>, Error> {
-        let count = self.numbers.count();
+        let (count, negative) = (self.numbers.count(), AtomicU64::new(0));
         let block = |n: usize| -> Counted {
             let (mut counts, mut run) = (HashMap::new(), (0, 0));
             for index in n * BLOCK..((n + 1) * BLOCK).min(count) {
                 let id = self.get(index).map_err(Refused::Bad)?;
+                if id == 0 && is_negative(self.value(index)) {
+                    negative.fetch_add(1, Ordering::Relaxed);
+                }
                 if id != run.0 {
                     add(&mut counts, run)?;
                     run = (id, 0);
@@ -84,6 +93,13 @@ impl Ids<'_> {
             (Err(e), _) | (_, Err(e)) => Err(e),
         };
         let counts = (0..count.div_ceil(BLOCK)).into_par_iter().map(block).reduce(|| Ok(HashMap::new()), merged);
+        let negative = negative.into_inner();
+        if negative > 0 && counts.is_ok() {
+            let path = self.path.display();
+            tracing::warn!(
+                "{path}: {negative} voxels have negative ids: they count as the background; renumber labels to draw them"
+            );
+        }
         counts.map(|counts| counts.into_iter().collect()).map_err(|refused| match refused {
             Refused::Bad(bad) => self.no_id(&bad),
             Refused::TooMany => {
@@ -98,7 +114,7 @@ impl Ids<'_> {
         let place = [bad.index % x, bad.index / x % y, bad.index / x / y];
         let [i, j, k] = place;
         let value = if bad.value.is_nan() { "not a number".into() } else { bad.value.to_string() };
-        let remedy = if bad.value < 0.0 || bad.value > f64::from(u32::MAX) {
+        let remedy = if bad.value > f64::from(u32::MAX) {
             "renumber its labels"
         } else {
             "open it as a volume of values, or save the labels themselves, not interpolated ones"
@@ -145,6 +161,11 @@ impl Ids<'_> {
     }
 }
 
+/// Whether a value is a negative whole number, which programs use for voxels outside all labels.
+fn is_negative(value: f64) -> bool {
+    value < 0.0 && value == value.trunc()
+}
+
 /// Adds a run of voxels of one id.
 fn add(counts: &mut HashMap<u32, u64>, (id, voxels): (u32, u64)) -> Result<(), Refused> {
     if voxels > 0 {
@@ -170,7 +191,8 @@ mod tests {
     #[test]
     fn ids_of_32_bits_stay_exact() {
         // Neither 32-bit floats nor differences of these can tell the last two.
-        let numbers = [0.0, 614_454_277.0, 614_454_277.0, 4_294_967_294.0, 4_294_967_295.0, 0.0];
+        // Negative numbers are background.
+        let numbers = [0.0, 614_454_277.0, 614_454_277.0, 4_294_967_294.0, 4_294_967_295.0, -3.0];
         let of = ids(&numbers, [6, 1, 1]);
         let counts = of.counts().unwrap();
         assert_eq!(counts.into_iter().collect::<Vec<_>>(), [(0, 2), (614_454_277, 2), (4_294_967_294, 1), (4_294_967_295, 1)]);
@@ -199,8 +221,8 @@ mod tests {
     fn values_that_are_no_ids_are_named_with_their_place() {
         for (bad, expected) in [
             (0.5, "its voxel 1,1,1 is 0.5: ids of labels are whole numbers from 0 to 4294967295; open it as a volume of values"),
-            (-1.0, "is -1: ids of labels are whole numbers from 0 to 4294967295; renumber its labels"),
-            (4_294_967_296.0, "is 4294967296: "),
+            (-0.5, "is -0.5: ids of labels are whole numbers"),
+            (4_294_967_296.0, "is 4294967296: ids of labels are whole numbers from 0 to 4294967295; renumber its labels"),
             (f64::NAN, "is not a number: "),
         ] {
             // The first one counts, whatever thread finds it.

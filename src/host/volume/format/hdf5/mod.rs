@@ -37,6 +37,10 @@ const MARK: &[u8; 8] = b"\x89HDF\r\n\x1a\n";
 const FIRST_BLOCK: u64 = 512;
 /// Largest such block in bytes.
 const LARGEST_BLOCK: u64 = 1 << 30;
+/// The group that makes a file MINC 2, and what is wrong with that.
+const MINC: &str = "minc-2.0";
+const MINC_PROBLEM: &str =
+    "it is MINC 2, whose slices are scaled each by its own range, which is not read: convert it (mnc2nii IN OUT.nii)";
 /// Largest object header in bytes.
 const LONGEST_HEADER: usize = 16 << 20;
 /// Filters that can be undone.
@@ -61,6 +65,9 @@ impl Format for Hdf5 {
         let file = Hdf5File::open_with_options(path, limits(&others)).map_err(|e| find::damaged(path, &e))?;
         if let Ok(group) = file.group(vtkhdf::GROUP) {
             return vtkhdf::open(path, &file, &group, options);
+        }
+        if options.array.is_none() && file.group(MINC).is_ok() {
+            return Err(Error::volume(path, MINC_PROBLEM));
         }
         let dataset = match &options.array {
             Some(name) => find::named(path, &file, name, &others)?,

@@ -3,15 +3,15 @@
 mod header;
 mod place;
 
-use super::bytes::{self, Bytes, Gzip, Packed, Plain};
+use super::bytes::{self, Bytes, Gzip, Packed, Packing, Plain};
 use super::load::{self, Header, Opened};
 use super::{COMPLEX, Format, Found, OpenOptions};
 use crate::error::Error;
 use crate::volume::labels::Declared;
 use crate::volume::{ChannelDescription, Contents, LabelTable, Rescale, ScalarType};
-use flate2::read::MultiGzDecoder;
 use header::Fields;
 use std::fs::File;
+use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
 /// NIfTI.
@@ -42,6 +42,9 @@ impl Format for Nifti {
         let path = &header_of(file.path).unwrap_or_else(|| file.path.into());
         let fields = read(path)?;
         let wrong = |problem: String| Error::volume(path, problem);
+        if fields.is_cifti() {
+            return Err(wrong(CIFTI.into()));
+        }
         let (scalar, inside) = scalar(fields.datatype()).ok_or_else(|| {
             let code = fields.datatype();
             if COMPLEX_TYPES.contains(&code) {
@@ -51,7 +54,7 @@ impl Format for Nifti {
         })?;
         let sizes = sizes(&fields, scalar.bytes() * inside).map_err(wrong)?;
         let dims = [sizes[0], sizes[1], sizes[2]];
-        let (to_world, is_anatomical) = (place::index_to_world(&fields, dims), place::is_anatomical(&fields));
+        let (to_world, is_anatomical) = (place::index_to_world(path, &fields, dims), place::is_anatomical(&fields));
         let grid = load::grid_of_patient(path, dims, to_world, is_anatomical, options)?;
         let frames = sizes[3];
         let mut contents = Contents::default();
@@ -89,6 +92,9 @@ fn auxiliary_table(path: &Path, fields: &Fields, options: &OpenOptions) -> Resul
     LabelTable::open(table).map(Some)
 }
 
+/// What is wrong with CIFTI.
+const CIFTI: &str = "it is CIFTI, whose values belong to points of brain surfaces and to some voxels: write its voxels to a volume \
+                     (wb_command -cifti-separate IN COLUMN -volume-all OUT.nii)";
 /// Codes of complex numbers of two floats of 32, 64 and 128 bits.
 const COMPLEX_TYPES: [i16; 3] = [32, 1792, 2048];
 
@@ -125,7 +131,7 @@ fn read(path: &Path) -> Result<Fields, Error> {
     let mut start = vec![0; header::LARGEST];
     let mut file = File::open(path).map_err(failed)?;
     let found = if Found::look(path)?.unpacked.is_some() {
-        bytes::fill(&mut MultiGzDecoder::new(file), &mut start)
+        bytes::fill(&mut Gzip::unpack(BufReader::new(file)), &mut start)
     } else {
         bytes::fill(&mut file, &mut start)
     };

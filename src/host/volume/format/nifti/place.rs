@@ -1,19 +1,26 @@
 //! Placement of voxels: by the matrix if defined, else by the quaternion, else by the spacing alone.
 
 use super::header::Fields;
+use crate::volume::Grid;
 use crate::volume::format::load::upright;
 use glam::{DAffine3, DMat3, DQuat, DVec3};
+use std::path::Path;
 
-/// Transform to RAS coordinates.
-pub(super) fn index_to_world(fields: &Fields, dims: [usize; 3]) -> DAffine3 {
+/// Transform to RAS coordinates. A matrix that cannot be used gives way to the quaternion.
+pub(super) fn index_to_world(path: &Path, fields: &Fields, dims: [usize; 3]) -> DAffine3 {
     let [sign, spacing @ ..] = fields.spacings();
     let spacing = DVec3::from_array(spacing.map(|h| if h == 0.0 || !h.is_finite() { 1.0 } else { h.abs() }));
     let [quaternion, rows] = fields.codes();
+    let third = if sign < 0.0 { -1.0 } else { 1.0 };
+    let by_quaternion = || from_quaternion(fields.quaternion(), spacing * DVec3::new(1.0, 1.0, third));
     if rows > 0 {
-        with_lengths(from_rows(fields.rows()), dims)
+        let by_rows = with_lengths(from_rows(fields.rows()), dims);
+        let unusable = Grid::from_affine(dims, by_rows).err().filter(|_| quaternion > 0);
+        let Some(problem) = unusable.filter(|_| Grid::from_affine(dims, by_quaternion()).is_ok()) else { return by_rows };
+        tracing::warn!("{}: its qform is used instead of its sform: {problem}", path.display());
+        by_quaternion()
     } else if quaternion > 0 {
-        let third = if sign < 0.0 { -1.0 } else { 1.0 };
-        from_quaternion(fields.quaternion(), spacing * DVec3::new(1.0, 1.0, third))
+        by_quaternion()
     } else {
         upright(spacing, DVec3::ZERO)
     }

@@ -2,7 +2,7 @@
 
 use super::fields::Fields;
 use crate::error::Error;
-use crate::volume::format::{OpenOptions, choice};
+use crate::volume::format::{OpenOptions, choice, load};
 use crate::volume::lengths;
 use crate::volume::{Contents, FrameSpacing, Grid, ScalarType};
 use glam::{DAffine3, DMat3, DVec3};
@@ -96,7 +96,7 @@ impl Axes {
         let origin = origin.transpose()?.unwrap_or(DVec3::ZERO);
         let place = |to_world: DMat3| {
             let affine = DAffine3 { matrix3: to_world * axes, translation: to_world * origin };
-            Grid::from_affine(self.dims(), affine).map_err(named)
+            load::placed(path, self.dims(), affine)
         };
         match to_ras {
             Some(to_ras) => place(to_ras).map(Grid::with_anatomy),

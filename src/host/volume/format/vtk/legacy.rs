@@ -113,11 +113,11 @@ impl<'a> Scanner<'a> {
         Ok(None)
     }
 
-    /// Reads the first three lines. Returns whether numbers are text.
+    /// Reads the version, the title and, behind blank lines, the coding. Returns whether numbers are text.
     fn start(&mut self) -> Result<bool, Error> {
         self.line()?;
         self.line()?;
-        let coding = self.line()?.unwrap_or_default();
+        let coding = self.words()?.unwrap_or_default().join(" ");
         match coding.to_ascii_uppercase().as_str() {
             "ASCII" => Ok(true),
             "BINARY" => Ok(false),

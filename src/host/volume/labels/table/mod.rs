@@ -32,6 +32,9 @@ pub(super) fn read(path: &Path) -> Result<LabelTable, Error> {
     if bytes.len() as u64 > LARGEST {
         return Err(Error::volume(path, format!("it has more than {LARGEST} bytes: too many for a table of labels")));
     }
+    if bytes.len() == BINARY && path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("lut")) {
+        return colors(&bytes);
+    }
     let text = std::str::from_utf8(&bytes).map_err(|e| {
         let line = 1 + bytes[..e.valid_up_to()].iter().filter(|&&byte| byte == b'\n').count() as u64;
         wrong(path, line, "it is no text in UTF-8: a table of labels is text or JSON")
@@ -44,6 +47,15 @@ pub(super) fn read(path: &Path) -> Result<LabelTable, Error> {
     } else {
         text::read(path, text)
     }
+}
+
+/// Bytes of a binary table.
+const BINARY: usize = 3 * 256;
+
+/// The colours of the ids 1 to 255 in a binary table, as MRIcron and ImageJ write them: 256 bytes of red, of green and of blue.
+fn colors(bytes: &[u8]) -> Result<LabelTable, Error> {
+    let color = |id: usize| [0, 256, 512].map(|first| f64::from(bytes[first + id]) / 255.0);
+    LabelTable::new((1..256).map(|id| Label { color: color(id), ..Label::new(id as u32) }))
 }
 
 /// The labels of the lines of a table.

@@ -1,4 +1,5 @@
-//! Tables of a line per label: `id name R G B A` (FreeSurfer, 3D Slicer) and `id R G B A visible mesh "name"` (ITK-SNAP).
+//! Tables of a line per label: `id name R G B A` (FreeSurfer, 3D Slicer), `id R G B A visible mesh "name"` (ITK-SNAP), and `id name` or
+//! `id name code` (MRIcron's atlases).
 
 use super::{Lines, wrong};
 use crate::error::Error;
@@ -13,12 +14,14 @@ enum Layout {
     FreeSurfer,
     Slicer,
     Snap,
+    Names,
 }
 
 impl Layout {
     fn expected(self) -> &'static str {
         match self {
             Layout::FreeSurfer | Layout::Slicer => "id, name, red, green, blue and alpha from 0 to 255, as '3 Liver 200 60 30 0'",
+            Layout::Names => "id and name, as '3 Liver', or these and a code",
             Layout::Snap => {
                 "id, red, green, blue from 0 to 255, opacity from 0 to 1, two numbers 0 or 1 and a name in quotes, as '3 200 60 30 1 1 1 \
                  \"Liver\"'"
@@ -29,6 +32,7 @@ impl Layout {
     fn label(self, line: &str) -> Option<Label> {
         match self {
             Layout::Snap => snap(line),
+            Layout::Names => only_named(line),
             Layout::FreeSurfer | Layout::Slicer => named(line, self == Layout::Slicer),
         }
     }
@@ -40,6 +44,7 @@ pub(super) fn read(path: &Path, text: &str) -> Result<LabelTable, Error> {
     let layout = match text.lines().map(str::trim).find(is_data) {
         None => return Err(Error::volume(path, "it has no labels: a table of labels has a line for each")),
         Some(line) if line.contains('"') => Layout::Snap,
+        Some(line) if (2..=3).contains(&line.split_whitespace().count()) => Layout::Names,
         Some(_) if text.lines().any(|line| line.starts_with(SLICER)) => Layout::Slicer,
         Some(_) => Layout::FreeSurfer,
     };
@@ -75,6 +80,13 @@ fn named(line: &str, alpha_is_opacity: bool) -> Option<Label> {
     let alpha = share(a)?;
     let opacity = if alpha_is_opacity { alpha } else { 1.0 - alpha };
     Some(Label { id: id.parse().ok()?, name: Some(name.into()), color, opacity, visible: true })
+}
+
+/// `id name` or `id name code`.
+fn only_named(line: &str) -> Option<Label> {
+    let words: Vec<&str> = line.split_whitespace().collect();
+    let (&[id, name] | &[id, name, _]) = &words[..] else { return None };
+    Some(Label { name: Some(name.into()), ..Label::new(id.parse().ok()?) })
 }
 
 /// `id R G B A visible mesh "name"`.
@@ -119,6 +131,8 @@ mod tests {
              7   255    0  127        0.4  0  1    \"Left \"big\" one\"\n",
         )
         .unwrap();
+        let atlas = table("1 Precentral_L 2001\n2 Precentral_R 2002\n").unwrap();
+        assert_eq!(atlas.get(2), Some(&Label { name: Some("Precentral_R".into()), ..Label::new(2) }));
         let one = snap.get(7).unwrap();
         assert_eq!((one.name.as_deref(), one.opacity, one.visible), (Some("Left \"big\" one"), 0.4, false));
         assert_eq!((one.color, snap.labels().len()), ([1.0, 0.0, 127.0 / 255.0], 1));
