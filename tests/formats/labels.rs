@@ -137,6 +137,7 @@ fn volumes_without_ids_are_refused() {
     let others =
         |name: &str| Labels::open(folder().join(name), &OpenOptions::default(), None).map(|_| ()).unwrap_err().to_string();
     assert!(others("nifti/scaled.nii").contains("its voxel 0,0,0 is -12.5: ids of labels are whole numbers from 0"));
+    assert!(others("nrrd/int16.nrrd").contains("more than 8 different negative numbers: ids of labels are whole numbers from 0"));
     let builtin = Labels::open("builtin:cube@8", &OpenOptions::default(), None).unwrap_err().to_string();
     assert!(builtin.contains("built-in volumes have values, not labels"), "{builtin}");
     // Fractions are none; 64-bit integers are.

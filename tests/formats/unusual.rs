@@ -133,8 +133,7 @@ fn cifti_is_named() {
 
 /// A legacy file of VTK whose voxels are `first`, `first` + 1, …, with blank lines after its title and after each line of its header.
 fn legacy(first: u8) -> Vec<u8> {
-    let lines =
-        ["# vtk DataFile Version 3.0", "title", "BINARY", "DATASET STRUCTURED_POINTS", "DIMENSIONS 4 3 2", "SPACING 1 1 2"];
+    let lines = ["# vtk DataFile Version 3.0\ntitle", "BINARY", "DATASET STRUCTURED_POINTS", "DIMENSIONS 4 3 2", "SPACING 1 1 2"];
     let data = "POINT_DATA 24\n\nSCALARS s unsigned_char 1\nLOOKUP_TABLE default\n";
     let head = format!("{}\n\n\n{data}", lines.join("\n\n"));
     [head.as_bytes(), &(first..first + 24).collect::<Vec<u8>>()].concat()

@@ -10,10 +10,11 @@ use bytemuck::Zeroable;
 use rayon::prelude::*;
 use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
-use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Largest number of different ids besides the background: indices have 16 bits.
 pub(super) const MOST_IDS: usize = u16::MAX as usize;
+/// Largest number of different negative ids, which count as the background.
+const MOST_NEGATIVE: usize = 8;
 /// Voxels per unit of parallel work.
 const BLOCK: usize = 1 << 18;
 /// Voxels converted at a time before they are written to a temporary file.
@@ -34,48 +35,42 @@ struct Bad {
 }
 
 /// The number of voxels of each id of some voxels.
-type Counted = Result<HashMap<u32, u64>, Refused>;
+type Counted = Result<HashMap<i64, u64>, Refused>;
 
 /// Why ids cannot be counted.
 enum Refused {
     Bad(Bad),
     TooMany,
+    TooManyNegative,
 }
 
 impl Ids<'_> {
-    /// The id of a voxel, if its value is a whole number of 32 bits without a sign. Missing
-    /// voxels and negative numbers are background.
-    fn get(&self, index: usize) -> Result<u32, Bad> {
+    /// The id of a voxel, if its value is a whole number of up to 32 bits. Missing voxels are background.
+    fn get(&self, index: usize) -> Result<i64, Bad> {
         if self.numbers.is_missing(index) {
             return Ok(0);
         }
-        let value = self.value(index);
-        let id = value as u32;
-        if f64::from(id) == value || is_negative(value) { Ok(id) } else { Err(Bad { index, value }) }
+        let value = self.rescale.value(self.numbers.get(index));
+        let id = value as i64;
+        if id as f64 == value && id <= i64::from(u32::MAX) { Ok(id) } else { Err(Bad { index, value }) }
     }
 
-    fn value(&self, index: usize) -> f64 {
-        self.rescale.value(self.numbers.get(index))
-    }
-
-    /// The id of a voxel, or the background's if it has none.
+    /// The id of a voxel, or the background's if it has none or a negative one.
     pub fn id(&self, index: usize) -> u32 {
-        self.get(index).unwrap_or(0)
+        self.get(index).ok().and_then(|id| u32::try_from(id).ok()).unwrap_or(0)
     }
 
-    /// The number of voxels of each id, in one pass. Memory is bounded by the number of ids.
+    /// The number of voxels of each id, in one pass. Memory is bounded by the number of ids. A few negative ids, which programs give to voxels
+    /// outside all labels, count as the background.
     ///
     /// # Errors
     /// [`Error::Volume`] if a value is no id, or there are more ids than [`MOST_IDS`].
     pub fn counts(&self) -> Result<BTreeMap<u32, u64>, Error> {
-        let (count, negative) = (self.numbers.count(), AtomicU64::new(0));
+        let count = self.numbers.count();
         let block = |n: usize| -> Counted {
             let (mut counts, mut run) = (HashMap::new(), (0, 0));
             for index in n * BLOCK..((n + 1) * BLOCK).min(count) {
                 let id = self.get(index).map_err(Refused::Bad)?;
-                if id == 0 && is_negative(self.value(index)) {
-                    negative.fetch_add(1, Ordering::Relaxed);
-                }
                 if id != run.0 {
                     add(&mut counts, run)?;
                     run = (id, 0);
@@ -93,20 +88,41 @@ impl Ids<'_> {
             (Err(e), _) | (_, Err(e)) => Err(e),
         };
         let counts = (0..count.div_ceil(BLOCK)).into_par_iter().map(block).reduce(|| Ok(HashMap::new()), merged);
-        let negative = negative.into_inner();
-        if negative > 0 && counts.is_ok() {
-            let path = self.path.display();
-            tracing::warn!(
-                "{path}: {negative} voxels have negative ids: they count as the background; renumber labels to draw them"
-            );
-        }
-        counts.map(|counts| counts.into_iter().collect()).map_err(|refused| match refused {
+        counts.map(|counts| self.without_negative(counts)).map_err(|refused| match refused {
             Refused::Bad(bad) => self.no_id(&bad),
+            Refused::TooManyNegative => {
+                let problem = format!(
+                    "its voxels have more than {MOST_NEGATIVE} different negative numbers: ids of labels are whole numbers from 0 to {}; \
+                     open it as a volume of values, or renumber its labels",
+                    u32::MAX
+                );
+                Error::volume(self.path, problem)
+            }
             Refused::TooMany => {
                 let problem = format!("its voxels have more than {MOST_IDS} different ids: crop it, or merge labels");
                 Error::volume(self.path, problem)
             }
         })
+    }
+
+    /// Adds negative ids to the background, with a warning.
+    fn without_negative(&self, counts: HashMap<i64, u64>) -> BTreeMap<u32, u64> {
+        let (mut all, mut negative) = (BTreeMap::new(), BTreeMap::new());
+        for (id, voxels) in counts {
+            match u32::try_from(id) {
+                Ok(id) => *all.entry(id).or_default() += voxels,
+                Err(_) => *negative.entry(id).or_default() += voxels,
+            }
+        }
+        if !negative.is_empty() {
+            let (path, voxels) = (self.path.display(), negative.values().sum::<u64>());
+            let ids = negative.into_keys().map(|id| id.to_string()).collect::<Vec<_>>().join(", ");
+            tracing::warn!(
+                "{path}: {voxels} voxels have negative ids ({ids}): they count as the background; renumber labels to draw them"
+            );
+            *all.entry(0).or_default() += voxels;
+        }
+        all
     }
 
     fn no_id(&self, bad: &Bad) -> Error {
@@ -161,19 +177,23 @@ impl Ids<'_> {
     }
 }
 
-/// Whether a value is a negative whole number, which programs use for voxels outside all labels.
-fn is_negative(value: f64) -> bool {
-    value < 0.0 && value == value.trunc()
-}
-
 /// Adds a run of voxels of one id.
-fn add(counts: &mut HashMap<u32, u64>, (id, voxels): (u32, u64)) -> Result<(), Refused> {
-    if voxels > 0 {
-        *counts.entry(id).or_default() += voxels;
+fn add(counts: &mut HashMap<i64, u64>, (id, voxels): (i64, u64)) -> Result<(), Refused> {
+    if voxels == 0 {
+        return Ok(());
+    }
+    let before = counts.len();
+    *counts.entry(id).or_default() += voxels;
+    if counts.len() == before {
+        return Ok(());
+    }
+    let negative = || counts.keys().filter(|id| **id < 0).count();
+    if id < 0 && negative() > MOST_NEGATIVE {
+        return Err(Refused::TooManyNegative);
     }
     // The background is no label.
-    let labels = counts.len() - usize::from(counts.contains_key(&0));
-    if labels > MOST_IDS { Err(Refused::TooMany) } else { Ok(()) }
+    let labels = || counts.keys().filter(|id| **id > 0).count();
+    if counts.len() > MOST_IDS && labels() > MOST_IDS { Err(Refused::TooMany) } else { Ok(()) }
 }
 
 #[cfg(test)]
