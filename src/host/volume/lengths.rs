@@ -24,6 +24,7 @@ pub(super) fn symbol(unit: &str) -> Option<&'static str> {
 }
 
 /// Length of a unit in metres, if it is known.
+#[cfg(any(feature = "hdf5", feature = "zarr"))]
 pub(super) fn metres(unit: &str) -> Option<f64> {
     found(unit).map(|(.., metres)| *metres)
 }

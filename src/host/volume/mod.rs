@@ -9,7 +9,6 @@ mod description;
 mod format;
 mod grid;
 mod labels;
-#[cfg(any(feature = "hdf5", feature = "zarr"))]
 mod lengths;
 mod missing_data;
 mod open;

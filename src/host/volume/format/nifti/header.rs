@@ -115,20 +115,6 @@ impl Fields {
         FrameSpacing::new(distance, unit)
     }
 
-    /// Unit of lengths, from `xyzt_units`.
-    pub fn length_unit(&self) -> Option<&'static str> {
-        match self.units() & 0x07 {
-            1 => Some("m"),
-            2 => Some("mm"),
-            3 => Some("µm"),
-            _ => None,
-        }
-    }
-
-    fn units(&self) -> i32 {
-        if self.second { self.int32(500) } else { i32::from(self.bytes[123]) }
-    }
-
     /// Whether the intent is one of those of CIFTI-2.
     pub fn is_cifti(&self) -> bool {
         self.second && (3000..=3099).contains(&self.int32(504))
