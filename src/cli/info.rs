@@ -46,6 +46,9 @@ struct Info {
     frame: usize,
     /// Distance between frames, if the file states one.
     frame_spacing: Option<f64>,
+    /// If they are not evenly spaced.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    frame_times: Vec<f64>,
     frame_unit: Option<String>,
     /// Dimensions of all resolutions, finest first, and which one is described here.
     levels: Vec<[usize; 3]>,
@@ -132,6 +135,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         frames: contents.frames,
         frame: contents.frame,
         frame_spacing: contents.frame_spacing.as_ref().map(|spacing| spacing.distance),
+        frame_times: contents.frame_times.clone(),
         frame_unit: contents.frame_spacing.as_ref().and_then(|spacing| spacing.unit.clone()),
         levels: if contents.levels.is_empty() { vec![grid.dims()] } else { contents.levels.clone() },
         level: contents.level,
@@ -192,6 +196,9 @@ fn text(info: &Info, transfer: &TransferFunction, statistics: &Statistics, volum
     lines.join("\n")
 }
 
+/// Times of frames that are listed.
+const LISTED_TIMES: usize = 8;
+
 /// Lines about channels, frames and resolutions, where the file has several, with the options that choose others.
 fn several(contents: &Contents) -> Vec<String> {
     let Contents { channels, channel, magnitude, frames, frame, levels, level, .. } = contents;
@@ -203,8 +210,15 @@ fn several(contents: &Contents) -> Vec<String> {
     if *frames > 1 {
         let unit = |unit: &Option<String>| unit.as_ref().map_or(String::new(), |unit| format!(" {unit}"));
         let apart = |spacing: &FrameSpacing| format!(", {}{} apart", shortened(spacing.distance), unit(&spacing.unit));
-        let apart = contents.frame_spacing.as_ref().map_or(String::new(), apart);
-        lines.push(format!("frames    {frames}{apart}; this is {frame} (--frame)"));
+        let times = match contents.frame_times.as_slice() {
+            [] => contents.frame_spacing.as_ref().map_or(String::new(), apart),
+            times => {
+                let more = if times.len() > LISTED_TIMES { ", …" } else { "" };
+                let listed: Vec<String> = times.iter().take(LISTED_TIMES).map(|&time| shortened(time).to_string()).collect();
+                format!(" at {}{more}", listed.join(", "))
+            }
+        };
+        lines.push(format!("frames    {frames}{times}; this is {frame} (--frame)"));
     }
     if levels.len() > 1 {
         let sizes: Vec<String> = levels.iter().map(|[x, y, z]| format!("{x}x{y}x{z}")).collect();

@@ -27,6 +27,8 @@ pub struct Contents {
     pub frame: usize,
     /// Distance between frames, if the file states one.
     pub frame_spacing: Option<FrameSpacing>,
+    /// Times of the frames, if the file states them and they are not evenly spaced.
+    pub frame_times: Vec<f64>,
     /// Components of each voxel.
     pub channels: usize,
     /// The channel that was read, from 0.
@@ -77,6 +79,7 @@ impl Default for Contents {
             frames: 1,
             frame: 0,
             frame_spacing: None,
+            frame_times: Vec::new(),
             channels: 1,
             channel: 0,
             magnitude: false,
@@ -93,6 +96,22 @@ impl FrameSpacing {
     pub(super) fn new(distance: f64, unit: Option<&str>) -> Option<Self> {
         let unit = unit.map(str::trim).filter(|unit| !unit.is_empty()).map(Into::into);
         (distance.is_finite() && distance > 0.0).then_some(Self { distance, unit })
+    }
+}
+
+/// Largest difference of intervals of time that count as equal, as a share of one.
+const SAME_INTERVAL: f64 = 1e-6;
+
+impl Contents {
+    /// Sets the times of the frames: their distance, if it is the same between all.
+    pub(super) fn set_times(&mut self, times: Vec<f64>) {
+        let mut intervals = times.windows(2).map(|pair| pair[1] - pair[0]);
+        let first = intervals.next().unwrap_or_default();
+        if intervals.all(|interval| (interval - first).abs() <= SAME_INTERVAL * first.abs()) {
+            self.frame_spacing = FrameSpacing::new(first, None);
+        } else {
+            self.frame_times = times;
+        }
     }
 }
 

@@ -312,6 +312,10 @@ fn collections_are_sequences() {
         refused(f, &["render", source, "--frame", "4", "-o", "no.png"], 2, &["--frame", "0 to 3", source]);
     }
     // A collection is no step of another one.
+    // Times that are not evenly spaced are listed.
+    assert_eq!(json(f, &["info", "run.pvd"])["frame_times"], serde_json::json!([0.0, 2.5, 10.0, 100.0]));
+    collection("even.pvd", &[("1", "run/0.vti"), ("3", "run/1.vti"), ("5", "run/2.vti")]);
+    assert_eq!(json(f, &["info", "even.pvd"])["frame_spacing"], serde_json::json!(2.0));
     collection("nested.pvd", &[("0", "run.pvd")]);
     refused(f, &["render", "nested.pvd", "-o", "no.png"], 1, &["run.pvd", "holds Collection"]);
     collection("twice.pvd", &[("1", "run/0.vti"), ("1", "run/1.vti")]);

@@ -16,11 +16,11 @@ const ELSEWHERE: &str = "its steps are in other files, which it names: use a fil
 /// The files of a collection in the order of time; `None` for any other source.
 pub(super) fn files(path: &Path, options: &OpenOptions) -> Result<Option<Vec<PathBuf>>, Error> {
     #[cfg(feature = "vtk")]
-    if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("pvd")) {
+    if is_pvd(path) {
         if options.alone {
             return Err(Error::volume(path, ELSEWHERE));
         }
-        return super::vtk::collected(path).map(Some);
+        return Ok(Some(super::vtk::collected(path)?.into_iter().map(|(_, file)| file).collect()));
     }
     if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("series")) {
         return series(path, options).map(Some);
@@ -73,6 +73,16 @@ pub(super) fn open(path: &Path, files: &[PathBuf], options: &OpenOptions) -> Res
     let step = chosen(path, "frame", options.frame, steps.len())?;
     let (file, frame) = steps[step];
     let mut opened = open_one(file, &OpenOptions { frame: Some(frame), ..options.clone() })?;
-    (opened.header.contents.frames, opened.header.contents.frame) = (steps.len(), step);
+    let contents = &mut opened.header.contents;
+    (contents.frames, contents.frame) = (steps.len(), step);
+    #[cfg(feature = "vtk")]
+    if is_pvd(path) && steps.len() == files.len() {
+        contents.set_times(super::vtk::collected(path)?.into_iter().map(|(time, _)| time).collect());
+    }
     Ok(opened)
+}
+
+#[cfg(feature = "vtk")]
+fn is_pvd(path: &Path) -> bool {
+    path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("pvd"))
 }

@@ -10,11 +10,11 @@ use std::path::{Path, PathBuf};
 /// Limit of the bytes parsed as XML.
 const LARGEST: u64 = 1 << 24;
 
-/// The files of a collection in the order of time. Names are relative to its folder.
+/// Times and files of a collection in the order of time. Names are relative to its folder.
 ///
 /// # Errors
 /// [`Error::Volume`] if it is damaged or empty, or if steps consist of several parts.
-pub(in crate::volume::format) fn files(path: &Path) -> Result<Vec<PathBuf>, Error> {
+pub(in crate::volume::format) fn steps(path: &Path) -> Result<Vec<(f64, PathBuf)>, Error> {
     let wrong = |problem: String| Error::volume(path, problem);
     let folder = path.parent().unwrap_or(Path::new(""));
     let file = File::open(path).map_err(|e| Error::read(path, e))?;
@@ -50,5 +50,5 @@ pub(in crate::volume::format) fn files(path: &Path) -> Result<Vec<PathBuf>, Erro
     if steps.is_empty() {
         return Err(wrong("it names no files: expected a Collection of DataSets".into()));
     }
-    Ok(steps.into_iter().map(|(_, file)| file).collect())
+    Ok(steps)
 }

@@ -14,7 +14,7 @@ mod pieces;
 mod xml;
 
 #[cfg(feature = "vtk")]
-pub(super) use collection::files as collected;
+pub(super) use collection::steps as collected;
 pub(super) use legacy::Legacy;
 #[cfg(feature = "vtk")]
 pub(super) use xml::Xml;
