@@ -10,25 +10,32 @@ use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-/// What is wrong with a collection whose files may not be read.
-const ELSEWHERE: &str = "its steps are in other files, which it names: use a file that has them all";
-
 /// The files of a collection in the order of time; `None` for any other source.
 pub(super) fn files(path: &Path, options: &OpenOptions) -> Result<Option<Vec<PathBuf>>, Error> {
-    #[cfg(feature = "vtk")]
-    if is_pvd(path) {
-        if options.alone {
-            return Err(Error::volume(path, ELSEWHERE));
-        }
-        return Ok(Some(super::vtk::collected(path)?.into_iter().map(|(_, file)| file).collect()));
-    }
-    if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("series")) {
-        return series(path, options).map(Some);
+    if let Some(steps) = listed(path, options)? {
+        return Ok(Some(steps.into_iter().map(|(_, file)| file).collect()));
     }
     let Some(files) = slices::matching(path)? else { return Ok(None) };
     let first = open_one(&files[0], &OpenOptions { frame: None, ..options.clone() })?;
     // Files of one slice each are a single volume.
     Ok((first.header.grid.dims()[2] > 1).then_some(files))
+}
+
+/// Times and files of a collection that names them, in the order of time.
+fn listed(path: &Path, options: &OpenOptions) -> Result<Option<Vec<(f64, PathBuf)>>, Error> {
+    let ends = |ending: &str| path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case(ending));
+    let is_pvd = cfg!(feature = "vtk") && ends("pvd");
+    if !is_pvd && !ends("series") {
+        return Ok(None);
+    }
+    if options.alone {
+        return Err(Error::volume(path, "its steps are in other files, which it names: use a file that has them all"));
+    }
+    #[cfg(feature = "vtk")]
+    if is_pvd {
+        return super::vtk::collected(path).map(Some);
+    }
+    series(path).map(Some)
 }
 
 /// Longest list of files in bytes.
@@ -42,13 +49,10 @@ struct Step {
 }
 
 /// The files that ParaView's `.series` lists in JSON, in the order of time. Names are relative to its folder.
-fn series(path: &Path, options: &OpenOptions) -> Result<Vec<PathBuf>, Error> {
+fn series(path: &Path) -> Result<Vec<(f64, PathBuf)>, Error> {
     #[derive(Deserialize)]
     struct Series {
         files: Vec<Step>,
-    }
-    if options.alone {
-        return Err(Error::volume(path, ELSEWHERE));
     }
     let mut text = Vec::new();
     let file = File::open(path).map_err(|e| Error::read(path, e))?;
@@ -60,7 +64,7 @@ fn series(path: &Path, options: &OpenOptions) -> Result<Vec<PathBuf>, Error> {
     }
     steps.sort_by(|a, b| a.time.total_cmp(&b.time));
     let folder = path.parent().unwrap_or(Path::new(""));
-    Ok(steps.into_iter().map(|step| folder.join(step.name)).collect())
+    Ok(steps.into_iter().map(|step| (step.time, folder.join(step.name))).collect())
 }
 
 /// Opens a step by the option `frame`, which counts the frames of all files.
@@ -75,14 +79,8 @@ pub(super) fn open(path: &Path, files: &[PathBuf], options: &OpenOptions) -> Res
     let mut opened = open_one(file, &OpenOptions { frame: Some(frame), ..options.clone() })?;
     let contents = &mut opened.header.contents;
     (contents.frames, contents.frame) = (steps.len(), step);
-    #[cfg(feature = "vtk")]
-    if is_pvd(path) && steps.len() == files.len() {
-        contents.set_times(super::vtk::collected(path)?.into_iter().map(|(time, _)| time).collect());
+    if let Some(listed) = listed(path, options)?.filter(|listed| listed.len() == steps.len()) {
+        contents.set_times(listed.into_iter().map(|(time, _)| time).collect());
     }
     Ok(opened)
-}
-
-#[cfg(feature = "vtk")]
-fn is_pvd(path: &Path) -> bool {
-    path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("pvd"))
 }
