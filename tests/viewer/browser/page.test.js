@@ -430,6 +430,55 @@ describe("cutting", () => {
   });
 });
 
+describe("layout", () => {
+  const scale = (page) => page.evaluate(() => globalThis.layersplat.state().camera.projection.parallel_scale);
+
+  on("what was fitted follows sides and slices until it is zoomed", async (page) => {
+    const wide = await scale(page);
+    await page.keyboard.press("v");
+    await refined(page);
+    const narrow = await scale(page);
+    assert.ok(narrow > wide * 1.05, `${narrow} of ${wide}: the picture is narrower`);
+    await page.keyboard.press("v");
+    await refined(page);
+    assert.ok(Math.abs(await scale(page) - wide) < 1e-3 * wide);
+    await page.keyboard.press("+");
+    await refined(page);
+    const zoomed = await scale(page);
+    await page.keyboard.press("v");
+    await refined(page);
+    assert.equal(await scale(page), zoomed);
+  });
+
+  on("a picture keeps its shape between a change of size and the next one", async (page, first) => {
+    const round = measured(first).spread * (await page.evaluate(() => document.getElementById("picture").width));
+    // No next picture comes.
+    await page.evaluate(() => { globalThis.layersplat.connection().receive = () => {}; });
+    await page.setViewportSize({ width: 1200, height: 600 });
+    await page.waitForFunction(() => document.getElementById("picture").width > 800);
+    const now = measured(await pixels(page)).spread * (await page.evaluate(() => document.getElementById("picture").width));
+    assert.ok(Math.abs(now - round) < 0.02 * round, `${now} pixels of ${round}`);
+  });
+
+  on("zoom has ends, handles are reachable, and the keys begin at their top", async (page) => {
+    const { diagonal } = { diagonal: 48 * Math.sqrt(3) };
+    for (let n = 0; n < 12; n += 1) await page.mouse.move(280, 300).then(() => page.mouse.wheel(0, 20000));
+    assert.ok(await scale(page) <= 51 * diagonal, `${await scale(page)}`);
+    for (let n = 0; n < 12; n += 1) await page.mouse.wheel(0, -20000);
+    assert.ok(await scale(page) >= 0.9e-5 * diagonal, `${await scale(page)}`);
+    await answered(page, () => page.keyboard.press("r"));
+    await section(page, "Cutting");
+    await page.keyboard.press("f");
+    await refined(page);
+    await page.locator("#handles").click();
+    await refined(page);
+    const beyond = await page.evaluate(() => globalThis.layersplat.state().camera.projection.parallel_scale);
+    assert.ok(beyond > 24, `${beyond}: every face is in the picture`);
+    await page.keyboard.press("?");
+    assert.equal(await page.locator("#help").evaluate((dialog) => dialog.scrollTop), 0);
+  }, { viewport: { width: 900, height: 400 } });
+});
+
 describe("keeping", () => {
   on("a picture is saved, and its command copied", async (page) => {
     await section(page, "Save");
