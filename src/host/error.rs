@@ -49,6 +49,18 @@ pub enum Error {
         /// What is wrong with it and what to do.
         problem: String,
     },
+    /// A volume file whose axes are not at right angles, where these are needed.
+    #[error("{path}: {problem}")]
+    Sheared {
+        /// The file.
+        path: PathBuf,
+        /// Which axes are not, and what to do.
+        problem: String,
+        /// Transform from voxels to the world.
+        index_to_world: Box<glam::DAffine3>,
+        /// Whether the world is a patient's.
+        has_anatomy: bool,
+    },
     /// A volume file of the wrong size.
     #[error("{path}: {}x{}x{} voxels of {scalar} are {expected} bytes, found {found}: correct dims, voxel_type or header_bytes", dims[0], dims[1], dims[2])]
     FileSize {

@@ -3,7 +3,7 @@
 use flate2::Compression;
 use flate2::write::GzEncoder;
 use layersplat::glam::{DAffine3, DMat3, DVec3};
-use layersplat::volume::{ChannelDescription, LabelTable, Labels, OpenOptions, Volume};
+use layersplat::volume::{ChannelDescription, Grid, LabelTable, Labels, OpenOptions, Volume};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -81,9 +81,50 @@ fn small_shears_are_rounded() {
     let turn = grid.direction();
     assert!((turn.transpose() * turn).abs_diff_eq(DMat3::IDENTITY, 1e-12));
     assert!(grid.centre().abs_diff_eq(sheared(0.09).transform_point3(grid.centre_in_voxels()), PLACE));
-    let (_folder, path) = written(&nifti(Some(sheared(0.2)), false, 1), "a.nii");
-    let message = Volume::open(&path, &OpenOptions::default()).unwrap_err().to_string();
-    assert!(message.contains("y and z is 89.800 degrees: resample it onto orthogonal axes, or give a spacing"), "{message}");
+}
+
+/// Whole numbers of a linear field stay exact under linear interpolation, up to the precision of floats.
+const EXACT: f64 = 1e-4;
+
+#[test]
+fn larger_shears_are_resampled() {
+    for degrees in [0.2, 20.0] {
+        let (_folder, path) = written(&nifti(Some(sheared(degrees)), false, 1), "a.nii");
+        let volume = open(&path);
+        let grid = volume.grid();
+        let covering = Grid::covering([4, 3, 2], sheared(degrees)).unwrap();
+        assert_eq!((grid.dims(), grid.has_anatomy(), volume.background()), (covering.dims(), true, 0.0));
+        assert!(grid.index_to_world().abs_diff_eq(covering.index_to_world(), PLACE));
+        assert!(volume.range().0 == 0.0 && volume.range().1 <= 23.0);
+        let (mut inside, [x, y, _]) = (0, grid.dims());
+        for index in 0..grid.voxel_count() {
+            let place = DVec3::new((index % x) as f64, (index / x % y) as f64, (index / x / y) as f64);
+            let own = sheared(degrees).inverse().transform_point3(grid.index_to_world().transform_point3(place));
+            if own.cmpge(DVec3::splat(-1e-6)).all() && own.cmple(DVec3::new(3.0, 2.0, 1.0) + 1e-6).all() {
+                let expected = own.dot(DVec3::new(1.0, 4.0, 12.0));
+                assert!((volume.value(index) - expected).abs() < EXACT, "{degrees}, {place}: {}", volume.value(index));
+                inside += 1;
+            } else if own.cmplt(DVec3::NEG_ONE).any() || own.cmpgt(DVec3::new(4.0, 3.0, 2.0)).any() {
+                assert_eq!(volume.value(index), 0.0, "{place} lies beyond all voxels");
+            }
+        }
+        assert!(inside >= 12, "{inside} voxels inside");
+        // Channels are described, and ids are not interpolated.
+        assert_eq!(ChannelDescription::of_file(&path, &OpenOptions::default()).unwrap().len(), 1);
+        let message = Labels::open(&path, &OpenOptions::default(), None).unwrap_err().to_string();
+        assert!(message.contains("resample it onto orthogonal axes, or give a spacing"), "{message}");
+    }
+}
+
+/// The gantry of this series is tilted by 17.74 degrees.
+#[cfg(feature = "dicom")]
+#[test]
+fn tilted_gantries_are_resampled() {
+    let volume = open(&crate::files::folder().join("dicom/refused/tilted"));
+    let spacing = OpenOptions { spacing: Some(DVec3::ONE), ..OpenOptions::default() };
+    let stored = Volume::open(crate::files::folder().join("dicom/refused/tilted"), &spacing).unwrap();
+    assert!(volume.grid().has_anatomy() && volume.grid().dims()[1] > stored.grid().dims()[1]);
+    assert!(volume.range().0 >= stored.range().0 && volume.range().1 <= stored.range().1);
 }
 
 #[test]

@@ -51,6 +51,7 @@ impl Status {
             | Error::Write { .. }
             | Error::Volume { .. }
             | Error::FileSize { .. }
+            | Error::Sheared { .. }
             | Error::Labels { .. }
             | Error::Image { .. }
             | Error::Unnamed { .. } => Status::File,

@@ -96,6 +96,7 @@ fn class(error: &Error) -> &'static str {
         Error::Volume { path, .. } if !path.exists() => "InvalidValue",
         Error::Volume { .. }
         | Error::FileSize { .. }
+        | Error::Sheared { .. }
         | Error::Unnamed { .. }
         | Error::Image { .. }
         | Error::Labels { .. }
@@ -130,6 +131,7 @@ fn file(error: &Error) -> Option<(&Path, Option<i32>)> {
         Error::Volume { path, .. } if !path.exists() => None,
         Error::Volume { path, .. }
         | Error::FileSize { path, .. }
+        | Error::Sheared { path, .. }
         | Error::Unnamed { path, .. }
         | Error::Image { path, .. }
         | Error::Labels { path, .. }

@@ -1,8 +1,11 @@
 //! Grids with axes at right angles that cover voxels on any axes.
 
 use super::grid::{Grid, check_plane, lengths};
+use super::{Rescale, Volume};
 use crate::error::Error;
+use crate::memory;
 use glam::{DAffine3, DMat3, DVec3};
+use rayon::prelude::*;
 
 impl Grid {
     /// The grid that covers voxels on any axes, of which (i, j, k) lies at `index_to_world · (i, j, k)` in world units, sheared or not. It
@@ -39,6 +42,54 @@ impl Grid {
         let [lowest, highest] = reach(dims, |voxel| first.world_to_voxel(index_to_world.transform_point3(voxel)));
         let origin = first.index_to_world().transform_point3(lowest);
         Self::oriented((highest - lowest + 1.0).to_array().map(|n| n as usize), spacing, origin, direction)
+    }
+}
+
+impl Volume<'static> {
+    /// The same field where its voxels lie at `index_to_world`, on sheared axes: at the voxels of the grid that
+    /// [covers](Grid::covering) them, interpolated linearly, as floats. Beyond its voxels lies the background.
+    ///
+    /// # Errors
+    /// Those of [`Grid::covering`], and if memory is too small.
+    pub(super) fn covering(&self, index_to_world: DAffine3, has_anatomy: bool) -> Result<Self, Error> {
+        let (dims, background) = (self.grid().dims(), self.background());
+        let grid = Grid::covering(dims, index_to_world)?;
+        let grid = if has_anatomy { grid.with_anatomy() } else { grid };
+        let to_own = index_to_world.inverse() * grid.index_to_world();
+        let [x, y, _] = grid.dims();
+        // Floats hold differences from the smallest value more precisely than values that are far from 0.
+        let offset = self.range().0;
+        let mut values = memory::zeroed::<f32>(self.name(), grid.voxel_count())?;
+        values.par_chunks_mut(x).enumerate().for_each(|(row, values)| {
+            for (i, value) in values.iter_mut().enumerate() {
+                let place = to_own.transform_point3(DVec3::new(i as f64, (row % y) as f64, (row / y) as f64));
+                *value = (self.linear(place, background) - offset) as f32;
+            }
+        });
+        Ok(Volume::new(self.name(), grid, values)?.with_rescale(Rescale::new(1.0, offset)?))
+    }
+
+    /// The value at a place in voxels by linear interpolation; NaN where the nearest voxel is invalid.
+    fn linear(&self, place: DVec3, background: f64) -> f64 {
+        let dims = self.grid().dims();
+        let first = place.floor();
+        let (mut sum, mut nearest) = (0.0, (0.0, false));
+        for corner in 0..8 {
+            let along: [usize; 3] = std::array::from_fn(|i| corner >> i & 1);
+            let share =
+                (0..3).map(|i| if along[i] == 1 { place[i] - first[i] } else { 1.0 - (place[i] - first[i]) }).product::<f64>();
+            let at = |i: usize| first[i] + along[i] as f64;
+            let is_inside = (0..3).all(|i| at(i) >= 0.0 && at(i) < dims[i] as f64);
+            let index = || at(0) as usize + dims[0] * (at(1) as usize + dims[1] * at(2) as usize);
+            let found = if is_inside { self.valid(index()) } else { Some(background) };
+            if share > nearest.0 {
+                nearest = (share, found.is_none());
+            }
+            sum += share * found.unwrap_or(background);
+        }
+        // Rounding must not widen the range.
+        let (least, most) = self.field_range();
+        if nearest.1 { f64::NAN } else { sum.clamp(least, most) }
     }
 }
 

@@ -16,11 +16,13 @@ impl Volume<'static> {
     /// `NAME_XxYxZ_TYPE.raw` or `.raw.gz`; `options` supplies what the name lacks, or overrides it. `options` also select one of
     /// several volumes, channels or arrays. World axes are right, anterior, superior if a file specifies patient coordinates.
     ///
+    /// Voxels on axes that are not at right angles are resampled onto [`Grid::covering`](super::Grid::covering), with a warning.
+    ///
     /// Uncompressed voxels are memory-mapped, so the file must not be truncated while the volume is in use. Others are read into memory,
     /// within [`OpenOptions::memory`].
     ///
     /// # Errors
-    /// If the file cannot be read, has an unknown format, is truncated or damaged, or has a sheared grid; if `options` do not fit the file.
+    /// If the file cannot be read, has an unknown format, or is truncated or damaged; if `options` do not fit the file.
     pub fn open(source: impl AsRef<Path>, options: &OpenOptions) -> Result<Self, Error> {
         let source = source.as_ref();
         match source.to_str().and_then(|name| name.strip_prefix("builtin:")) {

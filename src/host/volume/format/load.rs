@@ -110,7 +110,13 @@ pub(super) fn grid(path: &Path, dims: [usize; 3], index_to_world: DAffine3, opti
 /// Grid of the transform `index_to_world`, of which a small shear is rounded.
 pub(super) fn placed(path: &Path, dims: [usize; 3], index_to_world: DAffine3) -> Result<Grid, Error> {
     let placed = Grid::from_nearly_orthogonal(dims, index_to_world);
-    let (grid, shear) = placed.map_err(|e| Error::volume(path, e.to_string()))?;
+    let (grid, shear) = placed.map_err(|e| match Grid::covering(dims, index_to_world) {
+        Ok(_) => {
+            let (path, problem) = (path.into(), e.to_string());
+            Error::Sheared { path, problem, index_to_world: Box::new(index_to_world), has_anatomy: false }
+        }
+        Err(_) => Error::volume(path, e.to_string()),
+    })?;
     if let Some(degrees) = shear {
         tracing::warn!("{}: its axes are sheared by {degrees:.3} degrees: they are taken as orthogonal", path.display());
     }
@@ -125,8 +131,13 @@ pub(super) fn grid_of_patient(
     is_anatomical: bool,
     options: &OpenOptions,
 ) -> Result<Grid, Error> {
-    let grid = grid(path, dims, index_to_world, options)?;
-    Ok(if is_anatomical && options.spacing.is_none() { grid.with_anatomy() } else { grid })
+    match grid(path, dims, index_to_world, options) {
+        Ok(grid) if is_anatomical && options.spacing.is_none() => Ok(grid.with_anatomy()),
+        Err(Error::Sheared { path, problem, index_to_world, .. }) => {
+            Err(Error::Sheared { path, problem, index_to_world, has_anatomy: is_anatomical })
+        }
+        found => found,
+    }
 }
 
 /// Axis-aligned transform with the first voxel at `origin`.

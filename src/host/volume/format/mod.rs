@@ -48,11 +48,13 @@ pub(super) use raw::told_by_name;
 
 use super::ChannelDescription;
 use super::Volume;
+use super::grid::lengths;
 use super::labels::Declared;
 #[cfg(feature = "mpi")]
 use super::{Layers, Unseen};
 use crate::error::Error;
 use flate2::read::MultiGzDecoder;
+use glam::DAffine3;
 use load::Opened;
 use std::fs::File;
 use std::io::{self, Read};
@@ -181,9 +183,30 @@ impl<'a> Found<'a> {
     }
 }
 
-/// Opens a file of any format.
+/// Opens a file of any format. Voxels on sheared axes are resampled.
 pub(super) fn read(path: &Path, options: &OpenOptions) -> Result<Volume<'static>, Error> {
-    load::volume(path, open(path, options)?, options.memory)
+    match open(path, options) {
+        Err(Error::Sheared { index_to_world, has_anatomy, .. }) => {
+            let mut index_to_world = *index_to_world;
+            let volume = load::volume(path, open(path, &unsheared(options, index_to_world)?)?, options.memory)?;
+            index_to_world.translation = options.origin.unwrap_or(index_to_world.translation);
+            let mut contents = volume.contents().clone();
+            contents.states_spacing = true;
+            let resampled = volume.covering(index_to_world, has_anatomy)?.with_contents(contents);
+            let [x, y, z] = resampled.grid().dims();
+            let path = path.display();
+            tracing::warn!(
+                "{path}: its axes are sheared: its voxels are resampled onto {x}x{y}x{z} of orthogonal axes, by linear interpolation"
+            );
+            Ok(resampled)
+        }
+        opened => load::volume(path, opened?, options.memory),
+    }
+}
+
+/// Options that open a file with the spacing of its sheared axes.
+fn unsheared(options: &OpenOptions, index_to_world: DAffine3) -> Result<OpenOptions, Error> {
+    Ok(OpenOptions { spacing: Some(lengths(index_to_world.matrix3)?), origin: None, ..options.clone() })
 }
 
 /// Reads a range of z layers of a file of any format.
@@ -198,7 +221,10 @@ pub(super) fn layers(
 
 /// The header of a file of any format that is large enough for its voxels.
 pub(super) fn header(path: &Path, options: &OpenOptions) -> Result<load::Header, Error> {
-    load::header(path, open_one(path, options)?)
+    match open_one(path, options) {
+        Err(Error::Sheared { index_to_world, .. }) => load::header(path, open_one(path, &unsheared(options, *index_to_world)?)?),
+        opened => load::header(path, opened?),
+    }
 }
 
 /// The files of a collection of steps, in order; any other source itself.

@@ -48,9 +48,10 @@ pub(super) fn stack(path: &Path, images: &[Image], options: &OpenOptions) -> Res
     let chosen: Vec<(f64, Slice)> = times.into_iter().map(|mut slices_at_place| slices_at_place.swap_remove(time)).collect();
     let places: Vec<DVec3> = chosen.iter().filter_map(|&(_, slice)| frame(slice).position).collect();
     let heights: Vec<f64> = chosen.iter().map(|&(height, _)| height).collect();
+    let mut shift = DVec3::ZERO;
     if options.spacing.is_none() {
         check_even(path, &heights, |index| &images[chosen[index].1.0].path)?;
-        check_upright(path, &places, located.normal, spacing)?;
+        shift = tilt(path, &places, located.normal, spacing)?;
     }
     let [x, y] = located.axes;
     let (last, origin) = (heights.len() - 1, places[0]);
@@ -58,7 +59,7 @@ pub(super) fn stack(path: &Path, images: &[Image], options: &OpenOptions) -> Res
         0 => first.thickness.unwrap_or(spacing[0]),
         _ => (heights[last] - heights[0]) / last as f64,
     };
-    let axes = DMat3::from_cols(x * spacing[0], y * spacing[1], located.normal * between);
+    let axes = DMat3::from_cols(x * spacing[0], y * spacing[1], located.normal * between + shift);
     let right_front_top = DMat3::from_diagonal(DVec3::new(-1.0, -1.0, 1.0));
     let index_to_world = DAffine3 { matrix3: right_front_top * axes, translation: right_front_top * origin };
     let slices = chosen.into_iter().map(|(_, slice)| slice).collect();
@@ -134,8 +135,8 @@ fn check_even<'a>(path: &Path, heights: &[f64], file: impl Fn(usize) -> &'a std:
     Err(Error::volume(path, problem))
 }
 
-/// Rejects stacks that are sheared visibly, and says of others that they are.
-fn check_upright(path: &Path, places: &[DVec3], normal: DVec3, spacing: [f64; 2]) -> Result<(), Error> {
+/// The shift of each slice beside the one before, by a tilted gantry, if it is visible. Says of others that they are not shown.
+fn tilt(path: &Path, places: &[DVec3], normal: DVec3, spacing: [f64; 2]) -> Result<DVec3, Error> {
     let way = places[places.len() - 1] - places[0];
     let along = way.dot(normal);
     let sideways = (way - normal * along).length();
@@ -148,11 +149,16 @@ fn check_upright(path: &Path, places: &[DVec3], normal: DVec3, spacing: [f64; 2]
                 path.display()
             );
         }
-        return Ok(());
+        return Ok(DVec3::ZERO);
+    }
+    let between = way / (places.len() - 1) as f64;
+    let is_even = |(n, place): (usize, &DVec3)| (places[0] + between * n as f64 - *place).length() <= SHIFTED * pixel;
+    if places.iter().enumerate().all(is_even) {
+        return Ok(between - normal * between.dot(normal));
     }
     let problem = format!(
-        "its slices are sheared by a gantry tilt of {degrees:.2} degrees, and sheared grids cannot be rendered: resample it onto \
-         orthogonal axes, or ignore the tilt by giving a spacing"
+        "its slices are shifted unevenly beside each other, by a gantry tilt of {degrees:.2} degrees in the mean: ignore the shifts \
+         by giving a spacing"
     );
     Err(Error::volume(path, problem))
 }

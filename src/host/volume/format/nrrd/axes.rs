@@ -96,12 +96,9 @@ impl Axes {
         let origin = origin.transpose()?.unwrap_or(DVec3::ZERO);
         let place = |to_world: DMat3| {
             let affine = DAffine3 { matrix3: to_world * axes, translation: to_world * origin };
-            load::placed(path, self.dims(), affine)
+            load::grid_of_patient(path, self.dims(), affine, to_ras.is_some(), options)
         };
-        match to_ras {
-            Some(to_ras) => place(to_ras).map(Grid::with_anatomy),
-            None => place(DMat3::IDENTITY),
-        }
+        place(to_ras.unwrap_or(DMat3::IDENTITY))
     }
 
     /// Axis-aligned grid from `spacings` and `axis mins`.
