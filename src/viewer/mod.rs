@@ -19,6 +19,7 @@ mod first;
 mod hello;
 mod host;
 mod inbox;
+mod jobs;
 mod keeper;
 mod look;
 mod look_fields;

@@ -3,16 +3,16 @@
 use super::drawn::{CurrentLook, PageRenderer};
 use super::encoding::encoded;
 use super::first::First;
-use super::inbox::{Inbox, Job, News};
-use super::keeper::{Keeper, Kept, Order};
+use super::inbox::{Inbox, News};
+use super::keeper::Keeper;
 use super::look::Look;
 use super::outgoing::Outgoing;
 use super::pace::Pace;
-use super::replies::{FilmState, Picture, Reply, Step, Work};
+use super::replies::{Picture, Reply, Step, Work};
 use super::requests::{View, shown_size};
 use super::scene::SharedScene;
 use super::sharpening::Sharpening;
-use super::survey::{self, Fit, Question};
+use super::survey::Question;
 use super::time::Moment;
 use super::warming;
 use crate::camera::Camera;
@@ -36,8 +36,8 @@ const MOST_AT_REST: u64 = 1 << 30;
 pub(super) struct Painter {
     pub scene: Arc<SharedScene>,
     pub inbox: Arc<Inbox>,
-    keeper: Arc<Keeper>,
-    questions: SyncSender<Question>,
+    pub keeper: Arc<Keeper>,
+    pub questions: SyncSender<Question>,
     pub outgoing: Outgoing,
     pub renderer: Box<PageRenderer>,
     pub look: Look,
@@ -357,50 +357,5 @@ impl Painter {
         self.inbox.sent();
         self.outgoing.picture(&Picture { step, format, id: current.view.id, size, milliseconds, bytes });
         Ok(())
-    }
-
-    fn do_job(&mut self, job: Job) -> Result<(), Error> {
-        match job {
-            Job::Fit { camera, size } => {
-                self.scene.camera(&camera)?;
-                let settings = self.scene.host.settings(&self.look, None)?;
-                let (look, transfers) = (self.look.clone(), self.transfers.clone());
-                survey::ask(&self.questions, Question::Fit(Box::new(Fit { camera, size, settings, look, transfers })))
-            }
-            Job::Write { field, name, format } => {
-                self.outgoing.reply(&Reply::Written { name: &name, text: &self.transfers[field].to_text(format) });
-                Ok(())
-            }
-            Job::Command(saving) => self.say_command(&saving),
-            Job::Pick(pick) => {
-                let point = self.pick(&pick)?;
-                self.outgoing.reply(&Reply::Picked { id: pick.id, point });
-                Ok(())
-            }
-            Job::Save(saving) => self.keep(Kept::Picture(saving)),
-            Job::Film(film) => {
-                let id = film.id;
-                if let Err(error) = film.check().and_then(|_| self.keep(Kept::Film(film))) {
-                    self.outgoing.problem(&self.scene, &error);
-                    self.outgoing.reply(&Reply::Film { id, state: FilmState::Failed, done: 0, of: 0 });
-                }
-                Ok(())
-            }
-            Job::CancelFilm(id) => {
-                if self.keeper.cancel_film(id) {
-                    self.outgoing.reply(&Reply::Film { id, state: FilmState::Cancelled, done: 0, of: 0 });
-                }
-                Ok(())
-            }
-        }
-    }
-
-    /// Orders what is kept, with the current look and transfer functions.
-    fn keep(&self, kept: Kept) -> Result<(), Error> {
-        let (look, transfers) = (self.look.clone(), self.transfers.clone());
-        if self.keeper.post(Order { kept, look, transfers }) {
-            return Ok(());
-        }
-        Err(Error::Settings { field: "page", problem: "too many pictures and films wait: try again when they are done".into() })
     }
 }
