@@ -255,8 +255,8 @@ fn check_directions(direction: DMat3) -> Result<(), Error> {
         if cosine.abs() >= ORTHONORMAL {
             let (axes, angle) = (["x", "y", "z"], cosine.acos().to_degrees());
             let problem = format!(
-                "it is sheared: the angle between its axes {} and {} is {angle:.3} degrees: resample it onto orthogonal axes, or give a spacing \
-                 (--spacing), which replaces its axes",
+                "it is sheared: the angle between its axes {} and {} is {angle:.3} degrees: resample it onto orthogonal axes, or give a spacing, \
+                 which replaces its axes",
                 axes[i], axes[j]
             );
             return Err(Error::Grid { problem });

@@ -98,12 +98,14 @@ fn info_rotate_devices_and_bench() {
         "frames",
         "histogram",
         "labels",
+        "length_unit",
         "level",
         "levels",
         "magnitude",
         "max",
         "mean",
         "min",
+        "missing",
     ];
     let others = ["origin", "spacing", "spacing_is_assumed", "transfer", "type", "up", "up_reason"];
     assert_eq!(keys(&info), [&placed[..], &several, &others].concat());
