@@ -107,15 +107,18 @@ pub(super) fn grid(path: &Path, dims: [usize; 3], index_to_world: DAffine3, opti
     }
 }
 
+/// Largest growth of the number of voxels by resampling. A gantry tilted by 45 degrees at most triples them; damaged transforms exceed it.
+const MOST_GROWTH: usize = 16;
+
 /// Grid of the transform `index_to_world`, of which a small shear is rounded.
 pub(super) fn placed(path: &Path, dims: [usize; 3], index_to_world: DAffine3) -> Result<Grid, Error> {
     let placed = Grid::from_nearly_orthogonal(dims, index_to_world);
     let (grid, shear) = placed.map_err(|e| match Grid::covering(dims, index_to_world) {
-        Ok(_) => {
+        Ok(covering) if covering.voxel_count() / MOST_GROWTH <= dims.map(|n| n + 2).iter().product() => {
             let (path, problem) = (path.into(), e.to_string());
             Error::Sheared { path, problem, index_to_world: Box::new(index_to_world), has_anatomy: false }
         }
-        Err(_) => Error::volume(path, e.to_string()),
+        _ => Error::volume(path, e.to_string()),
     })?;
     if let Some(degrees) = shear {
         tracing::warn!("{}: its axes are sheared by {degrees:.3} degrees: they are taken as orthogonal", path.display());
