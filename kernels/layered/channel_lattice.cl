@@ -1,5 +1,6 @@
 // Layered rendering with point-sampled layers of several fields on one grid, on a lattice for any view (channels.cl). What is said about
-// tiles, segments and clipping in point_lattice.cl applies to each field. With one field, point_lattice.cl has the same result.
+// tiles, segments and clipping in point_lattice.cl applies to each field. One field alone is drawn by point_lattice.cl: to the same picture but
+// for rounding, in 5 to 13 % less time.
 
 #include "layered/channels.cl"
 
