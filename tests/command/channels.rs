@@ -48,6 +48,27 @@ fn options_and_scenes_draw_the_same() {
     std::fs::write(f.join("at.txt"), "0.5 0 0 20\n0 0.5 0 3\n0 0 0.5 2\n0 0 0 1\n").unwrap();
     let moved = picture(f, &[&first[..], &["--with", "builtin:gyroid@16,at=at.txt"]].concat());
     assert!(moved != picture(f, &[&first[..], &["--with", "builtin:gyroid@16"]].concat()));
+    // A transform may shear: rows lean by as many columns as they are high.
+    std::fs::write(f.join("lean.txt"), "1 1 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n").unwrap();
+    let view = [
+        "builtin:cube@8",
+        "--transfer",
+        "grey",
+        "--opacity",
+        "0:0,1:1",
+        "--shading",
+        "off",
+        "--azimuth",
+        "0",
+        "--elevation",
+        "0",
+    ];
+    let lean =
+        picture(f, &[&view[..], &["--field", "0,visible=off", "--with", "builtin:cube@8,at=lean.txt,opacity=0:0,1:1"]].concat());
+    let [width, height] = [48, 40];
+    let first_lit = |row: usize| (0..width).find(|x| lean[3 * (row * width + x)] > 60);
+    let [upper, lower] = [height / 4, 3 * height / 4].map(first_lit);
+    assert!(upper.unwrap() > lower.unwrap() + 4, "{upper:?} {lower:?}");
 }
 
 /// Each line of `--cameras` shows all fields, as a command of its own does.

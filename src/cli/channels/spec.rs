@@ -163,9 +163,13 @@ impl FieldSpec {
     /// The volume where `at` places it.
     pub fn placed(&self, volume: Volume<'static>) -> Result<Volume<'static>, Error> {
         let Some(path) = &self.at else { return Ok(volume) };
-        let transform = read_transform(path)?;
-        let grid = Grid::from_affine(volume.grid().dims(), transform * volume.grid().index_to_world());
-        volume.with_grid(grid.map_err(|error| Error::volume(path, error.to_string()))?)
+        let index_to_world = read_transform(path)? * volume.grid().index_to_world();
+        let named = |error: Error| Error::volume(path, error.to_string());
+        match Grid::from_affine(volume.grid().dims(), index_to_world) {
+            Ok(grid) => volume.with_grid(grid),
+            // Axes that are not at right angles.
+            Err(_) => volume.covering(index_to_world, false).map_err(named),
+        }
     }
 
     /// Whether the spec chooses colours or opacities.

@@ -1,6 +1,7 @@
 //! `layersplat slice`.
 
 mod fields;
+mod labels;
 
 use crate::annotation::with_letters;
 use crate::camera::Up;
@@ -23,13 +24,13 @@ use crate::image::{Background, Frame, ImageFormat};
 use crate::layers::Kernel;
 use crate::renderer::Renderer;
 use crate::settings::{Blend, ClipPlane};
-use crate::shown::{ids_on_slice, slice_of_labels, slice_under_labels};
 use crate::slice::{Convention, Slice, SliceAxis, SliceColors, patient_letters};
 use crate::transfer::{TransferFunction, Value};
 use crate::viewport::Viewport;
 use crate::volume::{Grid, Labels, Volume};
 use fields::{SliceView, over};
 use glam::DVec3;
+use labels::{ids_on_slice, slice_of_labels, slice_under_labels};
 use serde::Serialize;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};

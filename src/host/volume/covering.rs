@@ -51,7 +51,7 @@ impl Volume<'static> {
     ///
     /// # Errors
     /// Those of [`Grid::covering`], and if memory is too small.
-    pub(super) fn covering(&self, index_to_world: DAffine3, has_anatomy: bool) -> Result<Self, Error> {
+    pub fn covering(&self, index_to_world: DAffine3, has_anatomy: bool) -> Result<Self, Error> {
         let (dims, background) = (self.grid().dims(), self.background());
         let grid = Grid::covering(dims, index_to_world)?;
         let grid = if has_anatomy { grid.with_anatomy() } else { grid };
