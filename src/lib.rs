@@ -54,6 +54,8 @@ pub use layersplat_host::{annotation, camera, framing, image, settings, slice, t
 use layersplat_host::{choice, error, memory, progress, viewport};
 #[doc(hidden)]
 pub use layersplat_host::{layers, reference};
+#[cfg(feature = "cli")]
+use layersplat_host::{numbers, panics};
 
 pub use camera::{Basis, Camera, Orbit, Projection};
 pub use choice::Choice;

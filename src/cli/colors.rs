@@ -3,11 +3,13 @@
 use super::options::{LabelOptions, VolumeOptions};
 use super::parse;
 use super::scene::SceneOptions;
+use super::values::Component;
 use crate::error::Error;
 use crate::layers::Kernel;
 use crate::renderer::{ColorOpacity, vector_norms};
 use crate::shown::{IndexedLabels, Shown};
 use crate::viewport::Viewport;
+use crate::volume::{ChannelDescription, Volume, VoxelType, Voxels};
 use clap::{Args, ValueEnum};
 
 /// Components as colours.
@@ -68,33 +70,39 @@ impl ColorOptions {
             let problem = "direction takes opacities of the norm by the transfer function: omit it".into();
             return Err(Error::Settings { field: "color_opacity", problem });
         }
-        let first = options.open_component(0, Some(size))?;
+        let first = options.open_component(&Component::Number(0), Some(size))?;
         let count = first.contents().channels;
         if count != 3 {
             let problem = format!("direction needs 3 components, and {} has {count}: omit it", first.name());
             return Err(Error::Settings { field: "colors", problem });
         }
-        let others = (1..count).map(|number| options.open_component(number, Some(size)));
+        let others = (1..count).map(|number| options.open_component(&Component::Number(number), Some(size)));
         let components = std::iter::once(Ok(first)).chain(others).collect::<Result<Vec<_>, _>>()?;
         let norms = Box::new(vector_norms(&components)?);
         Ok(Shown::Vectors { components, norms })
     }
 
     fn open_colors(&self, options: &VolumeOptions, size: Viewport) -> Result<Shown, Error> {
-        let first = options.open_component(0, Some(size))?;
+        let first = options.open_component(&Component::Number(0), Some(size))?;
         let count = first.contents().channels;
         if count < 3 {
             let problem = format!("direct needs 3 or 4 components, and {} has {count}: omit it", first.name());
             return Err(Error::Settings { field: "colors", problem });
         }
-        let used = count.min(4);
-        if self.color_opacity == Some(ColorOpacity::Alpha) && used < 4 {
-            let problem = format!("alpha is a fourth component, and {} has {count}: choose another", first.name());
+        let described = options.channel_descriptions(Some(size))?;
+        let alpha = Alpha::of(&described);
+        if self.color_opacity == Some(ColorOpacity::Alpha) && alpha.is_none() {
+            let problem = format!("alpha is a fourth component, and {} has none: choose another", first.name());
             return Err(Error::Settings { field: "color_opacity", problem });
         }
-        let others = (1..used).map(|number| options.open_component(number, Some(size)));
-        let components = std::iter::once(Ok(first)).chain(others).collect::<Result<Vec<_>, _>>()?;
-        let default = if used == 4 { ColorOpacity::Alpha } else { ColorOpacity::Luminance };
+        let others = (1..3).chain(alpha.map(|alpha| alpha.number));
+        let others = others.map(|number| options.open_component(&Component::Number(number), Some(size)));
+        let mut components = std::iter::once(Ok(first)).chain(others).collect::<Result<Vec<_>, _>>()?;
+        if alpha.is_some_and(|alpha| alpha.is_associated) {
+            let divided = components[..3].iter().map(|color| divided(color, &components[3])).collect::<Result<Vec<_>, _>>()?;
+            components.splice(..3, divided);
+        }
+        let default = if alpha.is_some() { ColorOpacity::Alpha } else { ColorOpacity::Luminance };
         Ok(Shown::Components(components, self.color_opacity.unwrap_or(default)))
     }
 }
@@ -148,4 +156,70 @@ pub(super) fn reject_value_options(shown: &Shown, options: &SceneOptions) -> Res
         return refuse("kernel", problem);
     }
     Ok(())
+}
+
+/// The component that is an opacity.
+#[derive(Clone, Copy)]
+struct Alpha {
+    number: usize,
+    /// Whether the colours are multiplied by it.
+    is_associated: bool,
+}
+
+impl Alpha {
+    /// The one that the file names so, else the fourth component of four.
+    fn of(channels: &[ChannelDescription]) -> Option<Self> {
+        let named = |name: &str| channels.iter().position(|channel| channel.name.as_deref() == Some(name));
+        let are_named = channels.iter().take(3).all(|channel| channel.name.is_some());
+        let fourth = || (channels.len() == 4 && !are_named).then_some(3);
+        let straight = named("alpha").or_else(fourth).map(|number| Self { number, is_associated: false });
+        straight.or_else(|| Some(Self { number: named(ChannelDescription::ASSOCIATED_ALPHA)?, is_associated: true }))
+    }
+}
+
+/// A colour by which an opacity has been multiplied, divided by it. Both have one type.
+fn divided(color: &Volume, alpha: &Volume) -> Result<Volume<'static>, Error> {
+    let full = match color.voxel_type() {
+        VoxelType::Uint8 => f64::from(u8::MAX),
+        VoxelType::Uint16 => f64::from(u16::MAX),
+        VoxelType::Int8 | VoxelType::Int16 | VoxelType::Float32 => 1.0,
+    };
+    let count = color.grid().voxel_count();
+    let all = |value: &(dyn Fn(usize) -> f64 + Sync)| (0..count).map(value).collect::<Vec<f64>>();
+    let straight = color.look(all).into_iter().zip(alpha.look(all));
+    let straight = straight.map(|(color, alpha)| if alpha > 0.0 { (color / alpha * full).min(full) } else { 0.0 });
+    let voxels = match color.voxel_type() {
+        VoxelType::Uint8 => Voxels::Uint8(straight.map(|value| value.round() as u8).collect()),
+        VoxelType::Uint16 => Voxels::Uint16(straight.map(|value| value.round() as u16).collect()),
+        _ => Voxels::Float32(straight.map(|value| value as f32).collect()),
+    };
+    Volume::new(color.name(), color.grid().clone(), voxels)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::volume::Grid;
+    use glam::DVec3;
+
+    fn named(names: &[&str]) -> Vec<ChannelDescription> {
+        let name = |name: &&str| Some(name.to_string()).filter(|name| !name.is_empty());
+        names.iter().map(|one| ChannelDescription { name: name(one), ..ChannelDescription::default() }).collect()
+    }
+
+    #[test]
+    fn only_what_is_an_opacity_is_one() {
+        let alpha = |names: &[&str]| Alpha::of(&named(names)).map(|alpha| (alpha.number, alpha.is_associated));
+        assert_eq!(alpha(&["red", "green", "blue", "alpha"]), Some((3, false)));
+        assert_eq!(alpha(&["red", "green", "blue", "", "associated alpha"]), Some((4, true)));
+        assert_eq!((alpha(&["", "", "", ""]), alpha(&["", "", "", "", ""])), (Some((3, false)), None));
+        assert_eq!((alpha(&["red", "green", "blue", ""]), alpha(&["red", "green", "blue"])), (None, None));
+    }
+
+    #[test]
+    fn colours_are_divided_by_the_opacity_that_they_were_multiplied_by() {
+        let volume = |values: Vec<u8>| Volume::new("v", Grid::new([4, 1, 1], DVec3::ONE).unwrap(), values).unwrap();
+        let found = divided(&volume(vec![50, 0, 255, 9]), &volume(vec![100, 0, 255, 3])).unwrap();
+        assert_eq!([0, 1, 2, 3].map(|i| found.value(i)), [128.0, 0.0, 255.0, 255.0]);
+    }
 }

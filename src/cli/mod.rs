@@ -51,6 +51,7 @@ mod views;
 #[cfg(feature = "mpi")]
 use crate::error::DistributedError;
 use crate::error::Error;
+use crate::panics;
 use clap::{ArgAction, Parser, Subcommand};
 use processes::Processes;
 use serde::Serialize;
@@ -139,6 +140,12 @@ impl Command {
 pub fn main() -> ExitCode {
     let cli = Cli::from_arguments();
     log(cli.verbose);
+    let report = std::panic::take_hook();
+    std::panic::set_hook(Box::new(move |panic| {
+        if !panics::are_caught() {
+            report(panic);
+        }
+    }));
     #[cfg(unix)]
     if !cli.command.ends_itself() {
         signals::exit_after_writes();

@@ -1,6 +1,6 @@
 //! Parsers of option values.
 
-use super::values::{Along, ChannelChoice, LevelChoice, Opacities, Reach, Tent};
+use super::values::{Along, ChannelChoice, Component, LevelChoice, Opacities, Reach, Tent};
 use crate::error::Error;
 use crate::image::{Background, BitDepth};
 use crate::layers::{Correction, Density, MAX_SAMPLES_PER_VOXEL};
@@ -61,14 +61,24 @@ pub(super) fn level(text: &str) -> Result<LevelChoice, String> {
     }
 }
 
-/// Parses a component: a number, or `magnitude`.
+/// Parses a component: a number, a name, or `magnitude`.
 pub(super) fn channel(text: &str) -> Result<ChannelChoice, String> {
     match text {
         "magnitude" => Ok(ChannelChoice::Magnitude),
-        _ => text
-            .parse()
-            .map(ChannelChoice::Number)
-            .map_err(|_| format!("invalid channel '{text}'; use a number from 0, or magnitude")),
+        _ => component(text).map(ChannelChoice::One),
+    }
+}
+
+/// Parses a component: a number, or a name.
+pub(super) fn component(text: &str) -> Result<Component, String> {
+    let text = text.trim();
+    let is_number = text.parse::<f64>().is_ok();
+    match text.parse() {
+        Ok(number) => Ok(Component::Number(number)),
+        Err(_) if text.is_empty() || is_number => {
+            Err(format!("invalid channel '{text}'; use a number from 0, or the name of a channel"))
+        }
+        Err(_) => Ok(Component::Name(text.into())),
     }
 }
 

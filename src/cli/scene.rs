@@ -143,7 +143,7 @@ impl OpenedScene {
         let volume = match sequence {
             None if shown.is_some() => shown.as_ref().map(|shown| shown.volume().clone()).expect("colours or labels"),
             None => match options.channels.first_component() {
-                Some(first) => options.volume.open_component(first, Some(options.camera.size))?,
+                Some(first) => options.volume.open_component(&first, Some(options.camera.size))?,
                 None => processes.open(&options.volume, Some(options.camera.size), memory)?,
             },
             Some(sequence) => sequence.step(0)?,

@@ -1,6 +1,7 @@
 //! Values of options for which the library has no type.
 
 use crate::transfer::Value;
+use crate::volume::OpenOptions;
 
 /// Opacities at data values, before percentiles are resolved.
 #[derive(Clone)]
@@ -25,10 +26,27 @@ pub(super) enum LevelChoice {
     Number(usize),
 }
 
-/// The value of `--channel`.
-#[derive(Clone, Copy)]
-pub(super) enum ChannelChoice {
+/// A component of a file.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Component {
     Number(usize),
+    Name(String),
+}
+
+impl Component {
+    /// The options with which a file is opened at the component.
+    pub fn chosen(&self, options: OpenOptions) -> OpenOptions {
+        match self {
+            Self::Number(number) => OpenOptions { channel: Some(*number), channel_name: None, ..options },
+            Self::Name(name) => OpenOptions { channel: None, channel_name: Some(name.clone()), ..options },
+        }
+    }
+}
+
+/// The value of `--channel`.
+#[derive(Clone)]
+pub(super) enum ChannelChoice {
+    One(Component),
     Magnitude,
 }
 

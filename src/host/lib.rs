@@ -19,6 +19,10 @@ pub mod memory;
 #[doc(hidden)]
 pub mod npy;
 #[doc(hidden)]
+pub mod numbers;
+#[doc(hidden)]
+pub mod panics;
+#[doc(hidden)]
 pub mod progress;
 #[doc(hidden)]
 pub mod reference;

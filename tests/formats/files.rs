@@ -1,5 +1,6 @@
 //! All files of files/expected.json.
 
+use layersplat::Error;
 use layersplat::glam::{DAffine3, DVec3};
 use layersplat::volume::{Level, OpenOptions, Volume};
 use serde_json::Value;
@@ -133,6 +134,36 @@ formats!(hdf5);
 formats!(zarr);
 #[cfg(any(feature = "hdf5", feature = "zarr"))]
 formats!(conventions);
+
+/// A frame, channel, array, series or level that a file does not have is refused, in every format.
+#[test]
+fn what_a_file_does_not_have_is_refused() {
+    for Expected { file, options, .. } in all() {
+        let path = folder().join(&file);
+        let volume = Volume::open(&path, &options).unwrap_or_else(|e| panic!("{file}: {e}"));
+        let (frames, channels) = (volume.contents().frames, volume.contents().channels);
+        let none = || Some(String::from("no such name"));
+        let wrong: [(&str, OpenOptions); 6] = [
+            ("frame", OpenOptions { frame: Some(frames), ..options.clone() }),
+            ("channel", OpenOptions { channel: Some(channels), ..options.clone() }),
+            ("channel", OpenOptions { channel: None, channel_name: none(), ..options.clone() }),
+            ("array", OpenOptions { array: none(), ..options.clone() }),
+            ("series", OpenOptions { series: none(), ..options.clone() }),
+            ("level", OpenOptions { level: Some(Level::Number(99)), ..options.clone() }),
+        ];
+        for (field, options) in wrong {
+            match Volume::open(&path, &options) {
+                Err(Error::Settings { field: found, problem }) => {
+                    assert_eq!(found, field, "{file}: {problem}");
+                    // Others than the file itself may be named: the header of a pair, or a slice.
+                    let folder = path.parent().unwrap().to_str().unwrap();
+                    assert!(problem.contains(folder), "{file}: {problem}");
+                }
+                other => panic!("{file} with another {field}: {other:?}"),
+            }
+        }
+    }
+}
 
 #[test]
 fn a_wrong_expectation_is_noticed() {

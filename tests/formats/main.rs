@@ -7,6 +7,7 @@ mod damage;
 mod dicom_encodings;
 mod files;
 mod labels;
+mod magnitudes;
 mod nrrd_axes;
 mod refused;
 #[cfg(feature = "npz")]

@@ -4,14 +4,14 @@ use crate::argument::{accepted, either};
 use crate::errors::{Result, out_of_range, unknown};
 use layersplat::Orbit;
 use layersplat::renderer::PictureFormat;
-use layersplat::volume::{ScalarType, VoxelType};
+use layersplat::volume::{OpenOptions, ScalarType, VoxelType};
 use layersplat::{Background, Viewport};
 use pyo3::Borrowed;
 use pyo3::prelude::*;
 
 accepted! {
     Size: "(width, height) in pixels, or one whole number for both";
-    Channel: "a whole number from 0 on, or magnitude";
+    Channel: "a whole number from 0 on, the name of a channel, or magnitude";
     Over: "transparent, black, white, grey, #rrggbb or (red, green, blue), 0 to 1";
 }
 
@@ -57,12 +57,12 @@ impl<'a, 'py> FromPyObject<'a, 'py> for Channel {
 }
 
 impl Channel {
-    /// The number of a component; `None` for the magnitude.
-    pub fn component(self) -> Result<Option<usize>> {
+    /// The options of a file with the component.
+    pub fn chosen(self, options: OpenOptions) -> OpenOptions {
         match self {
-            Channel::Number(n) => Ok(Some(n)),
-            Channel::Named(name) if name == "magnitude" => Ok(None),
-            Channel::Named(name) => Err(unknown("channel", &name, "a whole number from 0 on, or magnitude")),
+            Channel::Number(n) => OpenOptions { channel: Some(n), ..options },
+            Channel::Named(name) if name == "magnitude" => OpenOptions { magnitude: true, ..options },
+            Channel::Named(name) => OpenOptions { channel_name: Some(name), ..options },
         }
     }
 }

@@ -37,8 +37,6 @@ pub fn opening(
     level: Option<Argument<usize>>,
 ) -> Result<OpenOptions> {
     extract!(dims, voxel_type, spacing, endian, header_bytes, frame, channel, array, series, level);
-    let is_given = channel.is_some();
-    let channel = channel.map(Channel::component).transpose()?.flatten();
     let endian = match endian.as_deref() {
         None => None,
         Some("little") => Some(Endian::Little),
@@ -50,20 +48,9 @@ pub fn opening(
         name.parse().map_err(|_| unknown("voxel_type", name, known))
     });
     let (voxel_type, spacing, level) = (voxel_type.transpose()?, spacing.map(DVec3::from), level.map(Level::Number));
-    Ok(OpenOptions {
-        dims,
-        voxel_type,
-        spacing,
-        endian,
-        header_bytes,
-        frame,
-        channel,
-        magnitude: is_given && channel.is_none(),
-        array,
-        series,
-        level,
-        ..OpenOptions::default()
-    })
+    let options =
+        OpenOptions { dims, voxel_type, spacing, endian, header_bytes, frame, array, series, level, ..OpenOptions::default() };
+    Ok(channel.map_or(options.clone(), |channel| channel.chosen(options)))
 }
 
 /// A scalar volume: voxels, their grid in the world, and a background value.

@@ -5,6 +5,8 @@ mod spec;
 mod steps;
 
 use super::options::VolumeOptions;
+use super::parse;
+use super::values::Component;
 use crate::annotation::{Legend, LegendEntry};
 use crate::device::Device;
 use crate::error::Error;
@@ -15,15 +17,15 @@ use crate::viewport::Viewport;
 use crate::volume::{ChannelDescription, OpenOptions, Volume};
 use clap::Args;
 use spec::{FieldChange, FieldSpec};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 pub(super) use steps::{FieldSteps, PlayedField};
 
 /// Fields that are drawn together with the volume.
 #[derive(Args)]
 #[command(next_help_heading = "Channels")]
 pub(super) struct ChannelOptions {
-    /// Draw these components of the file together, e.g. 0,2, or all, in the colours that the file states or by their names; other options are for the first [default: the first alone]
-    #[arg(long, value_parser = components, value_name = "N,N|all", conflicts_with_all = ["channel", "scene"])]
+    /// Draw these components of the file together, e.g. 0,2, DAPI,GFP, or all, in the colours that the file states or by their names; other options are for the first [default: the first alone]
+    #[arg(long, value_parser = components, value_name = "N,NAME|all", conflicts_with_all = ["channel", "scene"])]
     channels: Option<Components>,
     /// Draw another volume together with this one. Keys: transfer, range, opacity, color, factor, iso, gradient-opacity, channel, frame, array, spacing, origin, at, mask, visible; see the guide. Repeatable
     #[arg(long, value_parser = FieldSpec::from_text, value_name = "FILE[,KEY=VALUE]", conflicts_with = "scene")]
@@ -31,8 +33,8 @@ pub(super) struct ChannelOptions {
     /// Draw the fields of a scene file together: JSON, see the guide
     #[arg(long, value_name = "FILE.json")]
     scene: Option<PathBuf>,
-    /// Change how field N is shown, 0 for the first. Keys: transfer, range, opacity, color, factor, iso, gradient-opacity, visible, name. Repeatable
-    #[arg(long, value_parser = FieldChange::from_text, value_name = "N,KEY=VALUE")]
+    /// Change how field N is shown, 0 for the first, or that of a name. Keys: transfer, range, opacity, color, factor, iso, gradient-opacity, visible, name. Repeatable
+    #[arg(long, value_parser = FieldChange::from_text, value_name = "N|NAME,KEY=VALUE")]
     field: Vec<FieldChange>,
 }
 
@@ -40,23 +42,37 @@ pub(super) struct ChannelOptions {
 #[derive(Clone)]
 enum Components {
     All,
-    Numbers(Vec<usize>),
+    Listed(Vec<Component>),
 }
 
-/// Parses `all` or numbers.
+/// Parses `all`, or numbers and names.
 fn components(text: &str) -> Result<Components, String> {
     if text == "all" {
         return Ok(Components::All);
     }
-    let numbers: Option<Vec<usize>> = text.split(',').map(|number| number.trim().parse().ok()).collect();
-    let numbers = numbers.ok_or_else(|| format!("invalid channels '{text}'; use numbers from 0, such as 0,2, or all"))?;
-    let count = numbers.len();
+    let listed: Result<Vec<Component>, String> = text.split(',').map(parse::component).collect();
+    let listed = listed.map_err(|_| format!("invalid channels '{text}'; use numbers from 0 or names, such as 0,2, or all"))?;
+    let count = listed.len();
     if count > Channel::MOST {
         return Err(format!("{count} channels; at most {} are drawn together", Channel::MOST));
     }
-    match (1..count).find(|&n| numbers[..n].contains(&numbers[n])) {
-        Some(n) => Err(format!("channel {} occurs twice", numbers[n])),
-        None => Ok(Components::Numbers(numbers)),
+    Ok(Components::Listed(listed))
+}
+
+/// Numbers of components, each of which occurs once. `all`: those of the file.
+fn numbers_of(listed: &[Component], all: &[ChannelDescription], file: &Path) -> Result<Vec<usize>, Error> {
+    let number = |component: &Component| match component {
+        Component::Number(number) => Ok(*number),
+        Component::Name(name) => ChannelDescription::named(all, name, file),
+    };
+    let numbers = listed.iter().map(number).collect::<Result<Vec<usize>, Error>>()?;
+    let refuse = |problem| Err(Error::Settings { field: "channels", problem });
+    if let Some(number) = numbers.iter().find(|&&number| number >= all.len()) {
+        return refuse(format!("{number} is not in {}, whose channels are 0 to {}", file.display(), all.len() - 1));
+    }
+    match (1..numbers.len()).find(|&n| numbers[..n].contains(&numbers[n])) {
+        Some(n) => refuse(format!("channel {} occurs twice", numbers[n])),
+        None => Ok(numbers),
     }
 }
 
@@ -97,11 +113,11 @@ pub(super) struct Fields {
 }
 
 impl ChannelOptions {
-    /// Number of the file's component that is the first field.
-    pub fn first_component(&self) -> Option<usize> {
+    /// The file's component that is the first field.
+    pub fn first_component(&self) -> Option<Component> {
         match &self.channels {
-            Some(Components::Numbers(numbers)) => numbers.first().copied(),
-            Some(Components::All) => Some(0),
+            Some(Components::Listed(listed)) => listed.first().cloned(),
+            Some(Components::All) => Some(Component::Number(0)),
             None => None,
         }
     }
@@ -151,17 +167,17 @@ impl ChannelOptions {
             let all = options.channel_descriptions(Some(size))?;
             let numbers = match components {
                 Components::All => (0..first.contents().channels).collect(),
-                Components::Numbers(numbers) => numbers.clone(),
+                Components::Listed(listed) => numbers_of(listed, &all, &options.volume)?,
             };
             // A channel that is named is shown, though the file may hide it.
-            let is_named = matches!(components, Components::Numbers(_));
+            let is_named = matches!(components, Components::Listed(_));
             let spec = |number: usize| {
                 let described = all.get(number).cloned().unwrap_or_default();
                 FieldSpec::from_description(number, ChannelDescription { active: described.active || is_named, ..described })
             };
             fields.first_spec = spec(numbers[0]);
             for &number in numbers.iter().skip(1) {
-                open(&mut fields, &|| options.open_component(number, Some(size)))?;
+                open(&mut fields, &|| options.open_component(&Component::Number(number), Some(size)))?;
                 fields.others.push(spec(number));
             }
         }
@@ -194,12 +210,21 @@ impl Fields {
     /// Applies a change.
     fn change(&mut self, change: &FieldChange) -> Result<(), Error> {
         let count = 1 + self.others.len();
-        let spec = match change.number {
+        let refuse = |problem| Error::Settings { field: "field", problem };
+        let number = match &change.field {
+            Component::Number(number) => *number,
+            Component::Name(name) => {
+                let described: Vec<ChannelDescription> = self.specs().map(FieldSpec::description).collect();
+                let missing =
+                    || refuse(format!("there is no field '{name}': name it by its channel, its key name, or its number"));
+                ChannelDescription::named(&described, name, Path::new("")).map_err(|_| missing())?
+            }
+        };
+        let spec = match number {
             0 => Some(&mut self.first_spec),
             n => self.others.get_mut(n - 1),
         };
-        let refuse = |problem| Error::Settings { field: "field", problem };
-        let missing = || refuse(format!("there is no field {}: the picture has {count}, from 0", change.number));
+        let missing = || refuse(format!("there is no field {number}: the picture has {count}, from 0"));
         change.apply(spec.ok_or_else(missing)?).map_err(refuse)
     }
 
@@ -278,6 +303,7 @@ impl Field {
 
 /// Options of a file that is named beside others.
 fn open_options(spec: &FieldSpec) -> OpenOptions {
-    let FieldSpec { channel, frame, spacing, origin, .. } = *spec;
-    OpenOptions { channel, frame, array: spec.array.clone(), spacing, origin, ..OpenOptions::default() }
+    let FieldSpec { frame, spacing, origin, .. } = *spec;
+    let options = OpenOptions { frame, array: spec.array.clone(), spacing, origin, ..OpenOptions::default() };
+    spec.channel.as_ref().map_or(options.clone(), |channel| channel.chosen(options))
 }

@@ -4,7 +4,7 @@ use super::{FieldLook, open_options};
 use crate::annotation::LegendEntry;
 use crate::cli::options::Mask;
 use crate::cli::parse;
-use crate::cli::values::Opacities;
+use crate::cli::values::{Component, Opacities};
 use crate::error::Error;
 use crate::files;
 use crate::settings::{Blend, GradientOpacity};
@@ -18,7 +18,7 @@ use std::path::{Path, PathBuf};
 pub(super) struct FieldSpec {
     /// `None`: the volume of the command.
     pub file: Option<PathBuf>,
-    pub channel: Option<usize>,
+    pub channel: Option<Component>,
     pub frame: Option<usize>,
     pub array: Option<String>,
     pub spacing: Option<DVec3>,
@@ -93,7 +93,7 @@ impl FieldSpec {
         let number = || value.trim().parse().map_err(|_| format!("invalid number '{value}'; use one from 0"));
         match key {
             "file" => self.file = Some(value.into()),
-            "channel" => self.channel = Some(number()?),
+            "channel" => self.channel = Some(parse::component(value)?),
             "frame" => self.frame = Some(number()?),
             "array" => self.array = Some(value.into()),
             "spacing" => self.spacing = Some(parse::spacing(value)?),
@@ -225,11 +225,11 @@ fn split(text: &str) -> Result<(&str, Pairs), String> {
     Ok((first, pairs))
 }
 
-/// A change of how one of the fields is shown: `N,KEY=VALUE,…`.
+/// A change of how one of the fields is shown: `N,KEY=VALUE,…` or `NAME,KEY=VALUE,…`.
 #[derive(Clone)]
 pub(super) struct FieldChange {
-    /// Number of the field; 0 is the first.
-    pub number: usize,
+    /// Number of the field, of which 0 is the first, or its name.
+    pub field: Component,
     pairs: Pairs,
 }
 
@@ -237,18 +237,18 @@ impl FieldChange {
     /// Keys that say how a field is shown.
     const KEYS: [&str; 9] = ["transfer", "range", "opacity", "color", "factor", "iso", "gradient-opacity", "visible", "name"];
 
-    /// Parses `N,KEY=VALUE,…`.
+    /// Parses `N,KEY=VALUE,…` or `NAME,KEY=VALUE,…`.
     pub fn from_text(text: &str) -> Result<Self, String> {
-        let (number, pairs) = split(text)?;
-        let number =
-            number.trim().parse().map_err(|_| format!("invalid number '{number}'; use N,KEY=VALUE; 0 is the first field"))?;
+        let (field, pairs) = split(text)?;
+        let field =
+            parse::component(field).map_err(|_| format!("invalid field '{field}'; use N,KEY=VALUE; 0 is the first field"))?;
         if pairs.is_empty() {
             return Err("it changes nothing; use N,KEY=VALUE".into());
         }
         if let Some((key, _)) = pairs.iter().find(|(key, _)| !Self::KEYS.contains(&key.as_str())) {
             return Err(format!("{key}: unknown key; keys are {}", Self::KEYS.join(", ")));
         }
-        let change = Self { number, pairs };
+        let change = Self { field, pairs };
         change.apply(&mut FieldSpec::default())?;
         Ok(change)
     }
@@ -306,7 +306,7 @@ mod tests {
             ("a.nii,size=2", "size: unknown key"),
             ("a.nii,factor=-1", "factor: invalid factor"),
             ("a.nii,range=2", "range: invalid range"),
-            ("a.nii,channel=x", "channel: invalid number"),
+            ("a.nii,channel=-1", "channel: invalid channel '-1'; use a number from 0, or the name of a channel"),
         ] {
             let message = FieldSpec::from_text(text).err().unwrap();
             assert!(message.contains(problem), "{text}: {message}");
@@ -320,7 +320,7 @@ mod tests {
         assert_eq!((spec.transfer, spec.range, spec.factor), (Some(PathBuf::from("hot")), None, Some(3.0)));
         assert!(spec.opacity.is_none() && spec.hidden && spec.color == Some([1.0, 0.0, 0.0]));
         for (text, problem) in [
-            ("a.nii,factor=2", "invalid number 'a.nii'"),
+            ("-1,factor=2", "invalid field '-1'"),
             ("1", "changes nothing"),
             ("1,file=b.nii", "file: unknown key"),
             ("1,factor=-1", "factor: invalid factor"),

@@ -1,7 +1,7 @@
 //! Options for the volume.
 
 use super::LabelOptions;
-use crate::cli::values::{ChannelChoice, LevelChoice};
+use crate::cli::values::{ChannelChoice, Component, LevelChoice};
 use crate::cli::{parse, standard};
 use crate::viewport::Viewport;
 #[cfg(feature = "viewer")]
@@ -52,8 +52,8 @@ pub(in crate::cli) struct FileOptions {
     /// Volume of a file with several, from 0 [default: 0]
     #[arg(long, value_name = "N", help_heading = "Volume")]
     frame: Option<usize>,
-    /// Component (channel) of a file with several values per voxel, from 0, or their magnitude [default: magnitude of vectors, else 0]
-    #[arg(long, value_parser = parse::channel, value_name = "N|magnitude", help_heading = "Volume")]
+    /// Component (channel) of a file with several values per voxel: its number from 0, its name, or their magnitude [default: magnitude of vectors, else 0]
+    #[arg(long, value_parser = parse::channel, value_name = "N|NAME|magnitude", help_heading = "Volume")]
     channel: Option<ChannelChoice>,
     /// Array of a file with several [default: the one marked as active, or the first]
     #[arg(long, value_name = "NAME", help_heading = "Volume", visible_alias = "dataset")]
@@ -161,12 +161,12 @@ impl VolumeOptions {
     }
 
     /// Opens another component of the volume's file.
-    pub fn open_component(&self, channel: usize, size: Option<Viewport>) -> Result<Volume<'static>, crate::Error> {
+    pub fn open_component(&self, component: &Component, size: Option<Viewport>) -> Result<Volume<'static>, crate::Error> {
         if standard::is_input(&self.volume) {
             let problem = "are read one after the other, and standard input can be read once: name a file".into();
             return Err(crate::Error::Settings { field: "channels", problem });
         }
-        let options = OpenOptions { channel: Some(channel), alone: self.alone, ..self.file.raw(size)? };
+        let options = component.chosen(OpenOptions { alone: self.alone, ..self.file.raw(size)? });
         self.with_background(Volume::open(&self.volume, &options)?)
     }
 
@@ -236,8 +236,6 @@ impl FileOptions {
             EndianName::Big => Endian::Big,
         });
         let Self { dims, voxel_type, spacing, origin, header_bytes, frame, .. } = *self;
-        let channel = if let Some(ChannelChoice::Number(n)) = self.channel { Some(n) } else { None };
-        let magnitude = matches!(self.channel, Some(ChannelChoice::Magnitude));
         let (array, series) = (self.array.clone(), self.series.clone());
         let level = match (self.level, size) {
             (None, _) => None,
@@ -248,7 +246,7 @@ impl FileOptions {
                 return Err(crate::Error::Settings { field: "level", problem });
             }
         };
-        Ok(OpenOptions {
+        let options = OpenOptions {
             dims,
             voxel_type,
             spacing,
@@ -257,13 +255,18 @@ impl FileOptions {
             endian,
             header_bytes,
             frame,
-            channel,
-            magnitude,
+            channel: None,
+            channel_name: None,
+            magnitude: matches!(self.channel, Some(ChannelChoice::Magnitude)),
             array,
             series,
             level,
             memory: None,
             alone: false,
+        };
+        Ok(match &self.channel {
+            Some(ChannelChoice::One(component)) => component.chosen(options),
+            Some(ChannelChoice::Magnitude) | None => options,
         })
     }
 }

@@ -8,6 +8,7 @@ use crate::distributed::{DistributedError, Group, bytes_in_parts, check_view};
 use crate::error::Error;
 use crate::image::Frame;
 use crate::memory;
+use crate::panics;
 use crate::renderer::SeenVolume;
 use crate::settings::Settings;
 use crate::viewport::Viewport;
@@ -75,7 +76,9 @@ impl Processes {
         // Aborts all processes: the others would wait for this one forever.
         std::panic::set_hook(Box::new(move |panic| {
             default_hook(panic);
-            Group::abort(PANICKED);
+            if !panics::are_caught() {
+                Group::abort(PANICKED);
+            }
         }));
         Ok(Self { world: Some(World { group, _universe: Rc::new(universe) }), ..Self::alone() })
     }

@@ -4,6 +4,7 @@ use super::{Frame, ImageFormat};
 use crate::error::Error;
 use crate::memory;
 use crate::npy;
+use crate::panics::caught;
 use crate::viewport::Viewport;
 use image::{DynamicImage, ImageDecoder, ImageReader, Limits};
 use std::path::Path;
@@ -27,6 +28,10 @@ pub fn read_image(path: &Path) -> Result<Frame, Error> {
 const DECODING: u64 = 16 + 16 + 16;
 
 fn decoded(path: &Path, format: image::ImageFormat) -> Result<Frame, Error> {
+    caught(path, || decoded_by_crate(path, format))
+}
+
+fn decoded_by_crate(path: &Path, format: image::ImageFormat) -> Result<Frame, Error> {
     let damaged = |e: image::ImageError| match e {
         image::ImageError::IoError(e) => Error::read(path, e),
         e => Error::Image { path: path.into(), problem: e.to_string() },

@@ -64,7 +64,7 @@ pub(super) fn sampled(source: &str, options: &OpenOptions) -> Result<(String, Gr
         ("endian", options.endian.is_some()),
         ("header_bytes", options.header_bytes.is_some()),
         ("frame", options.frame.is_some()),
-        ("channel", options.channel.is_some() || options.magnitude),
+        ("channel", options.channel.is_some() || options.channel_name.is_some() || options.magnitude),
         ("array", options.array.is_some()),
     ];
     if let Some(&(field, _)) = for_files.iter().find(|(_, given)| *given) {

@@ -112,7 +112,8 @@ impl ChannelDescription {
             return Ok(vec![Self::default()]);
         }
         let Contents { channels: count, .. } = Contents::of_file(path, options)?;
-        let options = OpenOptions { frame: options.frame.or(Some(0)), channel: options.channel.or(Some(0)), ..options.clone() };
+        let (frame, channel) = (options.frame.or(Some(0)), options.channel.or(Some(0)));
+        let options = OpenOptions { frame, channel, channel_name: None, ..options.clone() };
         if count > MOST {
             return Err(Error::volume(path, format!("it has {count} channels: more than {MOST} cannot be described")));
         }
@@ -132,6 +133,30 @@ impl ChannelDescription {
         // Each of the candidates is a different colour, so one of them is left for each channel.
         let mut free = (0..=channels.len() + taken.len()).map(colors::of_channel).filter(|candidate| !taken.contains(candidate));
         channels.iter().map(|channel| known(channel).or_else(|| free.next()).unwrap_or([1.0; 3])).collect()
+    }
+
+    /// Number of the channel of a file that has a name, by upper and lower case only if several differ in nothing else.
+    ///
+    /// # Errors
+    /// [`Error::Settings`], which lists the names that there are.
+    #[doc(hidden)]
+    pub fn named(channels: &[Self], name: &str, path: &Path) -> Result<usize, Error> {
+        let find = |is_same: &dyn Fn(&str) -> bool| {
+            let found = channels.iter().enumerate().filter(|(_, channel)| channel.name.as_deref().is_some_and(is_same));
+            found.map(|(number, _)| number).collect::<Vec<_>>()
+        };
+        let exact = find(&|other| other == name);
+        let found = if exact.is_empty() { find(&|other| other.to_lowercase() == name.to_lowercase()) } else { exact };
+        let names: Vec<&str> = channels.iter().filter_map(|channel| channel.name.as_deref()).collect();
+        let problem = match found[..] {
+            [number] => return Ok(number),
+            [] if names.is_empty() => {
+                format!("'{name}' is no channel of {}, which names none: use a number from 0", path.display())
+            }
+            [] => format!("'{name}' is not in {}, whose channels are {}", path.display(), names.join(", ")),
+            _ => format!("several channels of {} are called '{name}': use a number from 0", path.display()),
+        };
+        Err(Error::Settings { field: "channel", problem })
     }
 
     /// Components of colours, which have no names in files.

@@ -66,7 +66,8 @@ impl Contents {
             return Ok(Self::default());
         }
         // Chosen, so that nothing warns of a default.
-        let options = OpenOptions { frame: options.frame.or(Some(0)), channel: options.channel.or(Some(0)), ..options.clone() };
+        let channel = options.channel.or_else(|| options.channel_name.is_none().then_some(0));
+        let options = OpenOptions { frame: options.frame.or(Some(0)), channel, ..options.clone() };
         Ok(format::header(path, &options)?.contents)
     }
 }

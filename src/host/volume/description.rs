@@ -1,12 +1,12 @@
 //! Metadata of a volume, without its voxels.
 
+use super::extent::SMALLEST_RANGE;
 use super::voxels::{VoxelType, is_valid};
 use super::{Grid, Rescale};
 use crate::error::Error;
+use crate::numbers::shortened;
 use std::path::Path;
 
-/// Narrower float ranges would be flushed to zero on devices without denormals.
-const SMALLEST_RANGE: f64 = 1e-30;
 /// Minimum number of 32-bit float steps within the range, at its larger end, for accurate sums. Devices interpolate by sums of
 /// weighted values, which are off by a few tens of steps. With this number, colours of a picture were off by 0.003 (a step of 8
 /// bits is 0.004), with 128 by 0.07.
@@ -67,23 +67,28 @@ impl Description {
         let (name, (lo, hi)) = (name.into(), stored_range);
         if !(is_valid(lo) && is_valid(hi) && lo <= hi) {
             let expected = "a smallest and a largest number from -1e30 to 1e30";
-            return Err(Error::OutOfRange { name: "stored range", value: format!("{lo} to {hi}"), expected });
+            return Err(Error::OutOfRange {
+                name: "stored range",
+                value: format!("{} to {}", shortened(lo), shortened(hi)),
+                expected,
+            });
         }
         if hi > lo && hi - lo < SMALLEST_RANGE {
-            let problem = format!("all values lie within {:e}, too narrow a range for 32-bit floats: scale them up", hi - lo);
+            let problem =
+                format!("all values lie within {}, too narrow a range for 32-bit floats: scale them up", shortened(hi - lo));
             return Err(Error::volume(Path::new(&name), problem));
         }
         Ok(Self { name, grid, voxel_type, rescale: Rescale::default(), stored_range, background: None, invalid_voxels: false })
     }
 
-    /// Sets the [background](Self::background): any finite value up to ±1e30, even outside the range of the voxel type.
+    /// Sets the [background](Self::background): any finite value whose stored number is at most ±1e30, even outside the range of the voxel type.
     ///
     /// # Errors
     /// [`Error::OutOfRange`] for other values.
     pub fn with_background(mut self, value: f64) -> Result<Self, Error> {
-        if !(is_valid(value) && is_valid(self.rescale.stored(value))) {
-            let expected = "a number from -1e30 to 1e30";
-            return Err(Error::OutOfRange { name: "background value", value: value.to_string(), expected });
+        if !(value.is_finite() && is_valid(self.rescale.stored(value))) {
+            let expected = "a number of at most 1e30 in magnitude, as stored";
+            return Err(Error::OutOfRange { name: "background value", value: shortened(value), expected });
         }
         self.background = Some(value);
         Ok(self)
@@ -120,8 +125,11 @@ impl Description {
         let steps = (hi - lo) / f64::from(largest.next_up() - largest);
         if lo < hi && steps < FINE_STEPS {
             tracing::warn!(
-                "{name}: its voxels, from {lo} to {hi}, are so far from 0 that 32-bit sums of them tell about {steps:.0} values apart: \
-                 pictures are coarse; subtract {lo} from them"
+                "{name}: its voxels, from {} to {}, are so far from 0 that 32-bit sums of them tell about {steps:.0} values apart: \
+                 pictures are coarse; subtract {} from them",
+                shortened(lo),
+                shortened(hi),
+                shortened(lo)
             );
         }
     }

@@ -6,6 +6,7 @@ mod colors;
 mod contents;
 mod covering;
 mod description;
+mod extent;
 mod format;
 mod grid;
 mod labels;
@@ -110,6 +111,20 @@ impl Volume<'static> {
             wide::Numbers { bytes: bytemuck::cast_slice(numbers), scalar: T::TYPE, endian: Endian::NATIVE, missing: None };
         wide::volume(name, grid, numbers, Rescale::default(), None)
     }
+
+    /// As [`Volume::new`] for stored numbers of a file. Floats that devices cannot hold as they are, beyond 1e30 or in a tiny range, are scaled.
+    fn of_file(name: String, grid: Grid, storage: Storage<'static>, rescale: Rescale, most: Option<u64>) -> Result<Self, Error> {
+        let found = Self::without_warning(name.clone(), grid.clone(), storage.clone());
+        let is_odd = storage.voxel_type() == VoxelType::Float32 && found.as_ref().map_or(true, |volume| volume.invalid > 0);
+        let placed = storage.placed(grid.dims()).filter(|_| is_odd);
+        let scaled = placed.map(|placed| wide::scaled(&name, &grid, |i| placed.number(i), rescale, most));
+        if let Some(volume) = scaled.transpose()?.flatten() {
+            return Ok(volume);
+        }
+        let volume = found?;
+        volume.description.warn_of_values(volume.invalid as u64);
+        Ok(volume.with_rescale(rescale))
+    }
 }
 
 /// Work on many voxels, compiled for each type of voxels.
@@ -131,7 +146,12 @@ impl<'a> Volume<'a> {
     /// # Errors
     /// If the voxels do not fill the grid, or their range is too narrow for 32-bit floats.
     pub fn new(name: impl Into<String>, grid: Grid, voxels: impl Into<Storage<'a>>) -> Result<Self, Error> {
-        let (name, storage) = (name.into(), voxels.into());
+        let volume = Self::without_warning(name.into(), grid, voxels.into())?;
+        volume.description.warn_of_values(volume.invalid as u64);
+        Ok(volume)
+    }
+
+    fn without_warning(name: String, grid: Grid, storage: Storage<'a>) -> Result<Self, Error> {
         let voxel_type = storage.voxel_type();
         let expected = grid.voxel_count() as u64;
         if let Some(found) = storage.count().filter(|&found| found != expected) {
@@ -144,7 +164,6 @@ impl<'a> Volume<'a> {
         tracing::info!("{name}: a first pass over {bytes} bytes, for the range of its values");
         let (range, invalid) = voxels.valid_range(Task::new(format!("looking at {name}"), bytes));
         let description = Description::new(name, grid, voxel_type, range.unwrap_or((0.0, 0.0)))?;
-        description.warn_of_values(invalid as u64);
         let description = if invalid > 0 { description.with_invalid_voxels() } else { description };
         Ok(Self { description, voxels, invalid, shared: None, contents: Contents::default(), statistics: Arc::default() })
     }

@@ -1,6 +1,7 @@
 //! Linear mapping from stored numbers to values.
 
 use crate::error::Error;
+use crate::numbers::shortened;
 
 /// value = slope · stored + intercept. Voxels keep their stored type, also on the device. The transfer function is mapped instead.
 ///
@@ -25,16 +26,20 @@ impl Default for Rescale {
 }
 
 impl Rescale {
-    /// Creates a mapping. The slope is ±1e-30 … ±1e30, the intercept at most ±1e30.
+    /// Creates a mapping. The slope is a finite number other than 0, the intercept any finite number.
     ///
     /// # Errors
     /// [`Error::OutOfRange`] for other numbers.
     pub fn new(slope: f64, intercept: f64) -> Result<Self, Error> {
-        if (1e-30..=1e30).contains(&slope.abs()) && intercept.abs() <= 1e30 {
+        if slope.is_finite() && slope != 0.0 && intercept.is_finite() {
             return Ok(Self { slope, intercept });
         }
-        let expected = "a slope from 1e-30 to 1e30 or the same below 0, and an intercept of at most 1e30";
-        Err(Error::OutOfRange { name: "rescale slope and intercept", value: format!("{slope}, {intercept}"), expected })
+        let expected = "a finite slope other than 0, and a finite intercept";
+        Err(Error::OutOfRange {
+            name: "rescale slope and intercept",
+            value: format!("{}, {}", shortened(slope), shortened(intercept)),
+            expected,
+        })
     }
 
     /// Factor of stored numbers.

@@ -2,12 +2,14 @@
 //!
 //! The smallest number becomes 0. The precision of the voxels is therefore relative to the range of the data, not to their magnitude.
 
+use super::extent::Scaling;
 use super::missing_data::MissingData;
 use super::spool::Spool;
 use super::voxels::{Endian, Number, ScalarType, Voxel, is_valid};
 use super::{Grid, Rescale, Storage, Volume};
 use crate::error::Error;
 use crate::memory;
+use crate::numbers::shortened;
 use bytemuck::Zeroable;
 use rayon::prelude::*;
 
@@ -90,27 +92,7 @@ impl Numbers<'_> {
 
     /// Voxels of all numbers minus `smallest`, in a temporary file if they exceed `most` bytes.
     fn less<T: Voxel + Zeroable>(self, name: &str, smallest: f64, most: Option<u64>) -> Result<Storage<'static>, Error> {
-        let convert = |first: usize, voxels: &mut [T]| {
-            voxels.par_chunks_mut(BLOCK).enumerate().for_each(|(block, voxels)| {
-                for (i, voxel) in voxels.iter_mut().enumerate() {
-                    *voxel = T::nearest(self.get(first + block * BLOCK + i) - smallest);
-                }
-            });
-        };
-        let bytes = (self.count() * size_of::<T>()) as u64;
-        if most.is_none_or(|most| bytes <= most) {
-            let mut voxels = memory::zeroed::<T>(name, self.count())?;
-            convert(0, &mut voxels);
-            return Ok(voxels.into());
-        }
-        let mut spool = Spool::new(name, bytes)?;
-        let mut piece = memory::zeroed::<T>(name, PIECE.min(self.count()))?;
-        for first in (0..self.count()).step_by(PIECE) {
-            let voxels = &mut piece[..PIECE.min(self.count() - first)];
-            convert(first, voxels);
-            spool.put(bytemuck::cast_slice(voxels))?;
-        }
-        Ok(Storage::from_bytes(spool.mapped()?, T::TYPE))
+        converted(name, self.count(), most, |i| T::nearest(self.get(i) - smallest))
     }
 
     /// Range of the bulk of the numbers, estimated from a sample.
@@ -123,6 +105,49 @@ impl Numbers<'_> {
     }
 }
 
+/// `count` voxels, in a temporary file if they exceed `most` bytes.
+fn converted<T: Voxel + Zeroable>(
+    name: &str,
+    count: usize,
+    most: Option<u64>,
+    voxel: impl Fn(usize) -> T + Sync,
+) -> Result<Storage<'static>, Error> {
+    let convert = |first: usize, voxels: &mut [T]| {
+        voxels.par_chunks_mut(BLOCK).enumerate().for_each(|(block, voxels)| {
+            voxels.iter_mut().enumerate().for_each(|(i, to)| *to = voxel(first + block * BLOCK + i));
+        });
+    };
+    let bytes = (count * size_of::<T>()) as u64;
+    if most.is_none_or(|most| bytes <= most) {
+        let mut voxels = memory::zeroed::<T>(name, count)?;
+        convert(0, &mut voxels);
+        return Ok(voxels.into());
+    }
+    let mut spool = Spool::new(name, bytes)?;
+    let mut piece = memory::zeroed::<T>(name, PIECE.min(count))?;
+    for first in (0..count).step_by(PIECE) {
+        let voxels = &mut piece[..PIECE.min(count - first)];
+        convert(first, voxels);
+        spool.put(bytemuck::cast_slice(voxels))?;
+    }
+    Ok(Storage::from_bytes(spool.mapped()?, T::TYPE))
+}
+
+/// The volume of floats that devices cannot hold as they are; `None` if they can. Other arguments as for [`volume`].
+pub(super) fn scaled(
+    name: &str,
+    grid: &Grid,
+    number: impl Fn(usize) -> f64 + Sync,
+    rescale: Rescale,
+    most: Option<u64>,
+) -> Result<Option<Volume<'static>>, Error> {
+    let count = grid.voxel_count();
+    let Some(scaling) = Scaling::of(count, &number) else { return Ok(None) };
+    let storage = converted(name, count, most, |i| scaling.stored(number(i)))?;
+    let rescale = Rescale::new(rescale.slope() * scaling.unit, rescale.value(scaling.lowest))?;
+    Ok(Some(Volume::new(name, grid.clone(), storage)?.with_rescale(rescale)))
+}
+
 /// Converts numbers to a volume. `rescale` maps the numbers to values; `most` is the memory limit of the voxels in bytes.
 pub(super) fn volume(
     name: String,
@@ -131,6 +156,12 @@ pub(super) fn volume(
     rescale: Rescale,
     most: Option<u64>,
 ) -> Result<Volume<'static>, Error> {
+    let number = |i: usize| if numbers.is_missing(i) { f64::NAN } else { numbers.stored(i) };
+    if matches!(numbers.scalar, ScalarType::Float32 | ScalarType::Float64)
+        && let Some(volume) = scaled(&name, &grid, number, rescale, most)?
+    {
+        return Ok(volume);
+    }
     let range = numbers.range().unwrap_or((0.0, 0.0));
     let (storage, offset) = storage(&name, numbers, range, most)?;
     let rescale = Rescale::new(rescale.slope(), rescale.value(offset))?;
@@ -159,8 +190,10 @@ pub(super) fn storage(
         if whole && width > WHOLE_FLOATS {
             let step = (width / WHOLE_FLOATS).log2().ceil().exp2();
             tracing::warn!(
-                "{name}: converting voxels from {smallest} to {largest} to floats, with rounding errors of up to {}",
-                step / 2.0
+                "{name}: converting voxels from {} to {} to floats, with rounding errors of up to {}",
+                shortened(smallest),
+                shortened(largest),
+                shortened(step / 2.0)
             );
         }
         warn_if_coarse(name, numbers, smallest);
@@ -176,8 +209,11 @@ fn warn_if_coarse(name: &str, numbers: Numbers, smallest: f64) {
     let steps = (hi - lo) / f64::from(far.next_up() - far);
     if lo < hi && steps < STEPS {
         tracing::warn!(
-            "{name}: most voxels lie between {lo} and {hi}, but the smallest is {smallest}: floats distinguish only {steps:.0} \
-             values in that range; replace the outliers"
+            "{name}: most voxels lie between {} and {}, but the smallest is {}: floats distinguish only {steps:.0} values in that \
+             range; replace the outliers",
+            shortened(lo),
+            shortened(hi),
+            shortened(smallest)
         );
     }
 }

@@ -13,6 +13,7 @@ pub(super) use color_space::lab;
 
 use super::TransferFunction;
 use crate::error::Error;
+use crate::panics::caught;
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
@@ -99,7 +100,7 @@ pub(super) fn read(path: &Path, preset: Option<&str>) -> Result<TransferFunction
         return Err(bad(&file, format!("is larger than {} MiB, the limit for transfer functions", MAX_BYTES >> 20)));
     }
     let text = String::from_utf8(bytes).map_err(|_| bad(&file, unrecognised("is not UTF-8 text")))?;
-    parse(&text, &file, preset)
+    caught(path, || parse(&text, &file, preset))
 }
 
 /// Parses the text of a file of any format. `file` names it in errors.

@@ -189,7 +189,7 @@ pub(super) fn volume(path: &Path, opened: Opened, most: Option<u64>) -> Result<V
         }
         Some(voxel_type) if missing.declared().is_none() => {
             let storage = file.storage(voxel_type, &name, Reading::gathered)?;
-            Volume::new(name, grid, storage)?.with_rescale(rescale)
+            Volume::of_file(name, grid, storage, rescale, most)?
         }
         voxel_type => {
             let bytes = file.dense(&name, Reading::gathered)?;
@@ -197,7 +197,7 @@ pub(super) fn volume(path: &Path, opened: Opened, most: Option<u64>) -> Result<V
             match voxel_type.filter(|_| !numbers.has_missing()) {
                 Some(voxel_type) => {
                     let storage = Storage::from_shared_bytes(bytes.into(), voxel_type).with_endian(endian);
-                    Volume::new(name, grid, storage)?.with_rescale(rescale)
+                    Volume::of_file(name, grid, storage, rescale, most)?
                 }
                 None => wide::volume(name, grid, numbers, rescale, most)?,
             }

@@ -53,6 +53,7 @@ use super::labels::Declared;
 #[cfg(feature = "mpi")]
 use super::{Layers, Unseen};
 use crate::error::Error;
+use crate::panics::caught;
 use flate2::read::MultiGzDecoder;
 use glam::DAffine3;
 use load::Opened;
@@ -185,7 +186,7 @@ impl<'a> Found<'a> {
 
 /// Opens a file of any format. Voxels on sheared axes are resampled.
 pub(super) fn read(path: &Path, options: &OpenOptions) -> Result<Volume<'static>, Error> {
-    match open(path, options) {
+    caught(path, || match open(path, options) {
         Err(Error::Sheared { index_to_world, has_anatomy, .. }) => {
             let mut index_to_world = *index_to_world;
             let volume = load::volume(path, open(path, &unsheared(options, index_to_world)?)?, options.memory)?;
@@ -201,7 +202,7 @@ pub(super) fn read(path: &Path, options: &OpenOptions) -> Result<Volume<'static>
             Ok(resampled)
         }
         opened => load::volume(path, opened?, options.memory),
-    }
+    })
 }
 
 /// Options that open a file with the spacing of its sheared axes.
@@ -216,35 +217,37 @@ pub(super) fn layers(
     options: &OpenOptions,
     choose: &dyn Fn([usize; 3]) -> Layers,
 ) -> Result<Unseen<'static>, Error> {
-    load::layers(path, open(path, options)?, choose)
+    caught(path, || load::layers(path, open(path, options)?, choose))
 }
 
 /// The header of a file of any format that is large enough for its voxels.
 pub(super) fn header(path: &Path, options: &OpenOptions) -> Result<load::Header, Error> {
-    match open_one(path, options) {
+    caught(path, || match open_one(path, options) {
         Err(Error::Sheared { index_to_world, .. }) => load::header(path, open_one(path, &unsheared(options, *index_to_world)?)?),
         opened => load::header(path, opened?),
-    }
+    })
 }
 
 /// The files of a collection of steps, in order; any other source itself.
 pub(super) fn collected(path: &Path, options: &OpenOptions) -> Result<Vec<PathBuf>, Error> {
-    Ok(collection::files(path, options)?.unwrap_or_else(|| vec![path.into()]))
+    caught(path, || Ok(collection::files(path, options)?.unwrap_or_else(|| vec![path.into()])))
 }
 
 /// All numbers of a file of any format as stored, and its header. See [`OpenOptions::memory`].
 pub(super) fn numbers(path: &Path, options: &OpenOptions) -> Result<load::Numbers, Error> {
-    load::numbers(path, open(path, options)?, options.memory)
+    caught(path, || load::numbers(path, open(path, options)?, options.memory))
 }
 
 /// What a file states about the ids of its voxels; `None` if it does not state that they are ids of labels.
 pub(super) fn labels(path: &Path, options: &OpenOptions) -> Result<Option<Declared>, Error> {
-    if slices::files(path)?.is_some() {
-        return Ok(None);
-    }
-    let file = Found::look(path)?;
-    let format = FORMATS.iter().find(|format| format.recognises(&file, options));
-    format.map_or(Ok(None), |format| format.labels(&file, options))
+    caught(path, || {
+        if slices::files(path)?.is_some() {
+            return Ok(None);
+        }
+        let file = Found::look(path)?;
+        let format = FORMATS.iter().find(|format| format.recognises(&file, options));
+        format.map_or(Ok(None), |format| format.labels(&file, options))
+    })
 }
 
 /// Opens a file of any format, or a step of a collection.
@@ -257,6 +260,9 @@ fn open(path: &Path, options: &OpenOptions) -> Result<Opened, Error> {
 
 /// Opens a file that is no collection, where `options` place it.
 fn open_one(path: &Path, options: &OpenOptions) -> Result<Opened, Error> {
+    if let Some(name) = &options.channel_name {
+        return open_one(path, &with_number(path, options, name)?);
+    }
     let mut opened = open_stated(path, options)?;
     let load::Header { grid, contents, .. } = &mut opened.header;
     let of_file = |e: Error| Error::volume(path, e.to_string());
@@ -292,6 +298,18 @@ fn open_stated(path: &Path, options: &OpenOptions) -> Result<Opened, Error> {
     Ok(opened)
 }
 
+/// The options with the number of the channel of a name.
+fn with_number(path: &Path, options: &OpenOptions, name: &str) -> Result<OpenOptions, Error> {
+    if options.channel.is_some() || options.magnitude {
+        let problem = format!("is either '{name}', a number or the magnitude: omit the others");
+        return Err(Error::Settings { field: "channel", problem });
+    }
+    let of_any = OpenOptions { channel_name: None, channel: Some(0), frame: options.frame.or(Some(0)), ..options.clone() };
+    let count = open_one(path, &of_any)?.header.contents.channels;
+    let number = ChannelDescription::named(&channels(path, &of_any, count)?, name, path)?;
+    Ok(OpenOptions { channel: Some(number), channel_name: None, ..options.clone() })
+}
+
 /// Opens a file or a folder of one format.
 fn open_file(path: &Path, options: &OpenOptions) -> Result<Opened, Error> {
     let file = Found::look(path)?;
@@ -322,13 +340,15 @@ fn open_file(path: &Path, options: &OpenOptions) -> Result<Opened, Error> {
 
 /// What a file states about its `count` channels, as far as it does.
 pub(super) fn channels(path: &Path, options: &OpenOptions, count: usize) -> Result<Vec<ChannelDescription>, Error> {
-    let files = slices::files(path)?.unwrap_or_default();
-    if let Some(found) = slices::channels(path, &files, count)? {
-        return Ok(found);
-    }
-    let file = Found::look(files.first().map_or(path, PathBuf::as_path))?;
-    let format = FORMATS.iter().find(|format| format.recognises(&file, options));
-    format.map_or(Ok(Vec::new()), |format| format.channels(&file, options, count))
+    caught(path, || {
+        let files = slices::files(path)?.unwrap_or_default();
+        if let Some(found) = slices::channels(path, &files, count)? {
+            return Ok(found);
+        }
+        let file = Found::look(files.first().map_or(path, PathBuf::as_path))?;
+        let format = FORMATS.iter().find(|format| format.recognises(&file, options));
+        format.map_or(Ok(Vec::new()), |format| format.channels(&file, options, count))
+    })
 }
 
 /// All files of a folder, except hidden ones: macOS leaves a `._NAME` beside each file on foreign disks.

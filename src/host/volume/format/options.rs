@@ -38,6 +38,9 @@ pub struct OpenOptions {
     pub frame: Option<usize>,
     /// Component (channel) of voxels with several numbers; 0 by default.
     pub channel: Option<usize>,
+    /// Name of a component, in files that name them ([`ChannelDescription`](super::ChannelDescription)), instead of
+    /// [`channel`](Self::channel).
+    pub channel_name: Option<String>,
     /// Reads the magnitude of the components, their Euclidean norm, instead of one of them. Without it and without
     /// [`channel`](Self::channel), components that a file declares as a vector are read so, too: `VECTORS` and `NORMALS` of VTK, vectors of
     /// NRRD and NIfTI.

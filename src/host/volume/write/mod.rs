@@ -137,6 +137,9 @@ impl Volume<'_> {
 impl Written<'_> {
     fn save(&self, target: &Path, format: Format) -> Result<PathBuf, Error> {
         let (keeps_rescale, keeps_place) = format.keeps();
+        // NIfTI has 32-bit floats.
+        let fits = |number: f64| (number as f32).is_normal() || number == 0.0;
+        let keeps_rescale = keeps_rescale && fits(self.rescale.slope()) && fits(self.rescale.intercept());
         if !keeps_place && *self.grid != Grid::new(self.grid.dims(), glam::DVec3::ONE)? {
             tracing::warn!(
                 "{}: the format does not store the grid: its spacing, origin and direction are lost",

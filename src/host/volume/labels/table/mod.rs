@@ -9,6 +9,7 @@ pub(in crate::volume) use json::image_label;
 
 use super::{Label, LabelTable, MOST};
 use crate::error::Error;
+use crate::panics::caught;
 use std::collections::HashMap;
 use std::fs::File;
 use std::io::Read;
@@ -40,13 +41,15 @@ pub(super) fn read(path: &Path) -> Result<LabelTable, Error> {
         wrong(path, line, "it is no text in UTF-8: a table of labels is text or JSON")
     })?;
     let text = text.trim_start_matches('\u{feff}');
-    if text.trim_start().starts_with(['{', '[']) {
-        json::read(path, text)
-    } else if columns::has_headings(text) {
-        columns::read(path, text)
-    } else {
-        text::read(path, text)
-    }
+    caught(path, || {
+        if text.trim_start().starts_with(['{', '[']) {
+            json::read(path, text)
+        } else if columns::has_headings(text) {
+            columns::read(path, text)
+        } else {
+            text::read(path, text)
+        }
+    })
 }
 
 /// Bytes of a binary table.
