@@ -39,8 +39,8 @@ impl TimeOptions {
             }
             _ => {}
         }
-        let (size, channel) = (scene.camera.size, scene.channels.first_component());
-        let sequence = scene.volume.sequence(&self.more, channel, Some(size), scene.bounds.memory)?;
+        let (size, component) = (scene.camera.size, scene.channels.first_component());
+        let sequence = scene.volume.sequence(&self.more, component.as_ref(), Some(size), scene.bounds.memory)?;
         if sequence.len() == 1 {
             let problem = "it has one volume, and a sequence has several: name a file with a time axis, or several files";
             return Err(Error::volume(&scene.volume.volume, problem));

@@ -124,6 +124,10 @@ fn components_are_channels_or_colors() {
     assert!(colors != channels && colors.iter().any(|&c| c > 40));
     assert!(colors != picture(f, &["rgb.nrrd", "--colors", "direct", "--color-opacity", "#0000ff"]));
     assert!(channels != picture(f, &["rgb.nrrd", "--channels", "all", "--classification", "post"]));
+    assert!(picture(f, &["rgb.nrrd", "--channels", "red,Blue"]) == picture(f, &["rgb.nrrd", "--channels", "0,2"]));
+    assert!(picture(f, &["rgb.nrrd", "--channel", "green"]) == picture(f, &["rgb.nrrd", "--channel", "1"]));
+    let named = picture(f, &["rgb.nrrd", "--channels", "all", "--field", "green,factor=3"]);
+    assert!(named == picture(f, &["rgb.nrrd", "--channels", "all", "--field", "1,factor=3"]));
     // The first component may be any.
     assert!(picture(f, &["rgb.nrrd", "--channels", "1"]) != picture(f, &["rgb.nrrd", "--channels", "0"]));
 }
@@ -426,11 +430,14 @@ fn mistakes_are_named() {
     components(f);
     std::fs::write(f.join("scene.json"), r#"[{"file": "rgb.nrrd"}, {"color": "grey"}]"#).unwrap();
     std::fs::write(f.join("sheared.txt"), "1 0.5 0 0\n0 1 0 0\n0 0 1 0\n").unwrap();
-    let cases: [(&str, i32, &[&str]); 14] = [
+    let cases: [(&str, i32, &[&str]); 17] = [
         ("rgb.nrrd --channels all --classification post --lattice direct", 2, &["layers per pixel", "one channel", "lattice"]),
         ("rgb.nrrd --channels all --classification post --blend iso --iso 9", 2, &["iso", "pre-integrated"]),
         ("rgb.nrrd --channels 0,3", 2, &["channel", "0 to 2"]),
         ("rgb.nrrd --channels 0,0", 2, &["channel 0 occurs twice"]),
+        ("rgb.nrrd --channels 0,ultraviolet", 2, &["'ultraviolet' is not in rgb.nrrd, whose channels are red, green, blue"]),
+        ("rgb.nrrd --channels red,0", 2, &["channel 0 occurs twice"]),
+        ("rgb.nrrd --channels all --field ultraviolet,factor=2", 2, &["no field 'ultraviolet'"]),
         ("rgb.nrrd --with nothing.nrrd", 1, &["nothing.nrrd"]),
         ("rgb.nrrd --with rgb.nrrd,factor=-1", 2, &["factor"]),
         ("rgb.nrrd --with rgb.nrrd,at=sheared.txt", 1, &["sheared.txt", "angle"]),
@@ -439,7 +446,7 @@ fn mistakes_are_named() {
         ("rgb.nrrd --channels all --algorithm view-sheets", 2, &["one channel"]),
         ("rgb.nrrd --colors direct --color-opacity alpha", 2, &["fourth component"]),
         ("rgb.nrrd --colors direct --blend maximum", 2, &["blend"]),
-        ("rgb.nrrd --channels all --field 3,factor=2", 2, &["no field 3", "--field N,KEY=VALUE"]),
+        ("rgb.nrrd --channels all --field 3,factor=2", 2, &["no field 3", "--field N|NAME,KEY=VALUE"]),
         ("rgb.nrrd --field 0,file=other.nrrd", 2, &["file: unknown key"]),
     ];
     for (arguments, code, words) in cases {

@@ -2,6 +2,7 @@
 
 use super::{ChannelOptions, Components, FieldSpec};
 use crate::cli::options::VolumeOptions;
+use crate::cli::values::Component;
 use crate::error::Error;
 use crate::viewport::Viewport;
 use crate::volume::{Playback, Sequence, Volume};
@@ -32,12 +33,12 @@ impl ChannelOptions {
         }
         let mut fields = Vec::new();
         if let Some(components) = &self.channels {
-            let numbers = match components {
-                Components::All => (0..options.channel_descriptions(Some(size))?.len()).collect(),
-                Components::Numbers(numbers) => numbers.clone(),
+            let listed = match components {
+                Components::All => (0..options.channel_descriptions(Some(size))?.len()).map(Component::Number).collect(),
+                Components::Listed(listed) => listed.clone(),
             };
-            for &number in numbers.iter().skip(1) {
-                let sequence = options.sequence(more, Some(number), Some(size), None)?;
+            for component in listed.iter().skip(1) {
+                let sequence = options.sequence(more, Some(component), Some(size), None)?;
                 fields.push(FieldSteps { sequence, spec: FieldSpec::default() });
             }
         }

@@ -192,7 +192,7 @@ impl VolumeOptions {
     pub fn sequence(
         &self,
         more: &[PathBuf],
-        channel: Option<usize>,
+        component: Option<&Component>,
         size: Option<Viewport>,
         memory: Option<u64>,
     ) -> Result<Sequence, crate::Error> {
@@ -202,7 +202,11 @@ impl VolumeOptions {
             return Err(crate::Error::Settings { field: "time", problem });
         }
         let raw = self.file.raw(size)?;
-        let options = OpenOptions { memory, alone: self.alone, channel: channel.or(raw.channel), ..raw };
+        let options = OpenOptions { memory, alone: self.alone, ..raw };
+        let options = match component {
+            Some(component) => component.chosen(options),
+            None => options,
+        };
         let sequence = Sequence::open(&sources, &options)?;
         Ok(match self.background_value {
             Some(value) => sequence.with_background(value),

@@ -184,7 +184,7 @@ impl Arguments {
     fn open_values(&self) -> Result<(Volume<'static>, Content), Error> {
         let size = self.picture.size;
         let volume = match self.channels.first_component() {
-            Some(first) => self.volume.open_component(first, Some(size))?,
+            Some(first) => self.volume.open_component(&first, Some(size))?,
             None => self.volume.open(Some(size), None)?,
         };
         let mut fields = self.channels.open(&self.volume, &volume, size, &[])?;

@@ -2,6 +2,7 @@
 
 use super::image::{Frame, Image};
 use crate::error::Error;
+use crate::numbers::shortened;
 use crate::volume::Contents;
 use crate::volume::format::OpenOptions;
 use crate::volume::format::load::upright;
@@ -12,6 +13,8 @@ use std::path::Path;
 const SAME_DIRECTION: f64 = 1e-3;
 /// Fraction of a pixel within which slices share a position.
 const SAME_PLACE: f64 = 0.01;
+/// Deviation of a slice from even spacing that rounded positions have, as a fraction of the slice distance.
+const EVEN: f64 = 0.02;
 /// Allowed deviation of a slice from even spacing, as a fraction of the slice distance.
 const UNEVEN: f64 = 0.1;
 /// Allowed shift of the last slice against the first, as a fraction of a pixel. It accounts for rounded positions and is invisible.
@@ -120,12 +123,21 @@ fn check_even<'a>(path: &Path, heights: &[f64], file: impl Fn(usize) -> &'a std:
     let Some(last) = heights.len().checked_sub(1).filter(|&last| last > 0) else { return Ok(()) };
     let between = (heights[last] - heights[0]) / last as f64;
     let off = |k: usize| (heights[k] - heights[0] - k as f64 * between).abs();
-    if (0..=last).all(|k| off(k) <= UNEVEN * between) {
-        return Ok(());
-    }
+    let most_off = (0..=last).map(off).fold(0.0, f64::max);
     let gaps: Vec<f64> = heights.windows(2).map(|pair| pair[1] - pair[0]).collect();
     let largest = (0..last).max_by(|&a, &b| gaps[a].total_cmp(&gaps[b])).unwrap_or(0);
-    let (least, most) = (gaps.iter().copied().fold(f64::INFINITY, f64::min), gaps[largest]);
+    let least = gaps.iter().copied().fold(f64::INFINITY, f64::min);
+    let (least, most) = (shortened(least), shortened(gaps[largest]));
+    if most_off <= UNEVEN * between {
+        if most_off > EVEN * between {
+            let path = path.display();
+            tracing::warn!(
+                "{path}: its slice distances vary from {least} to {most}: shown as if even, {} apart",
+                shortened(between)
+            );
+        }
+        return Ok(());
+    }
     let problem = format!(
         "its slice distances vary from {least} to {most}, the largest between {} and {}: add missing slices, use slices of one \
          distance, or treat them as evenly spaced by giving a spacing",
