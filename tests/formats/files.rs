@@ -159,6 +159,8 @@ fn what_a_file_does_not_have_is_refused() {
                     let folder = path.parent().unwrap().to_str().unwrap();
                     assert!(problem.contains(folder), "{file}: {problem}");
                 }
+                // An array without a group around it has no other arrays.
+                Err(Error::Volume { .. }) if field == "array" && file.contains(".zarr") => {}
                 other => panic!("{file} with another {field}: {other:?}"),
             }
         }

@@ -63,11 +63,11 @@ impl Encoding {
         Some((tag, two(6)?.into(), 8))
     }
 
-    /// Whether elements of the standard, in ascending order, fill `bytes` or are enough to tell.
-    fn fits(self, mut bytes: &[u8]) -> bool {
+    /// Whether elements of the standard, in ascending order, are enough to tell, or at least `least` of them fill `bytes`.
+    fn fits(self, mut bytes: &[u8], least: usize) -> bool {
         let mut before = None;
         for found in 0..TELLING {
-            let Some((tag, len, value)) = self.element(bytes) else { return found > 0 && bytes.len() < 12 };
+            let Some((tag, len, value)) = self.element(bytes) else { return found >= least && bytes.len() < 12 };
             let is_known = tag.0 % 2 == 1 || StandardDataDictionary.by_tag(tag).is_some();
             if !is_known || before.is_some_and(|before| tag <= before) {
                 return false;
@@ -76,7 +76,7 @@ impl Encoding {
             match bytes.get(value..).and_then(|rest| rest.get(len as usize..)) {
                 Some(rest) => bytes = rest,
                 // A long value, of which the first bytes do not have the end.
-                None => return found > 0 && (len == UNDEFINED || len < 1 << 31),
+                None => return found > 0 && found + 1 >= least && (len == UNDEFINED || len < 1 << 31),
             }
         }
         true
@@ -84,7 +84,7 @@ impl Encoding {
 
     /// The encoding that elements at the beginning of `bytes` have.
     pub fn of_elements(bytes: &[u8], declared: Option<Self>) -> Option<Self> {
-        declared.into_iter().chain(Self::ALL).find(|encoding| encoding.fits(bytes)).or(declared)
+        declared.into_iter().chain(Self::ALL).find(|encoding| encoding.fits(bytes, 1)).or(declared)
     }
 }
 
@@ -102,9 +102,10 @@ pub(super) fn is_start(start: &[u8]) -> bool {
     // Behind file meta information, if there is some, comes an identifying group.
     let Ok((_, at)) = meta(&mut io::Cursor::new(start)) else { return false };
     let elements = start.get(at as usize..).unwrap_or_default();
+    let least = if at > 0 { 1 } else { TELLING };
     let begins = |encoding: &Encoding| {
         let found = encoding.element(elements).is_some_and(|(tag, ..)| matches!(tag, Tag(8, 0..=0x18)));
-        found && encoding.fits(elements)
+        found && encoding.fits(elements, least)
     };
     Encoding::ALL.iter().any(begins)
 }

@@ -161,6 +161,10 @@ fn series_of(path: &Path, options: &OpenOptions) -> Result<Vec<Image>, Error> {
     let no_pixels = || Error::volume(path, "it is a DICOM file without pixels: give an image of a series, or their folder");
     let file = Candidate::new(path)?.ok_or_else(no_pixels)?;
     if image::frames_of(&file.found.dataset) > 1 || file.series.is_empty() {
+        if let Some(name) = options.series.as_deref().filter(|name| !file.is_called(name)) {
+            let problem = format!("'{name}' is not in {}, whose series is {}", path.display(), named(&[&file]));
+            return Err(Error::Settings { field: "series", problem });
+        }
         return images(vec![file]);
     }
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));

@@ -224,7 +224,7 @@ mod tests {
         assert_eq!(sizes(r#"{"shape": [2, 3, 4, 5, 6]}"#, &[5, 6]), Some(([4, 6, 1], 5)));
         assert_eq!(sizes("shape=(4, 5, 6)", &[5, 6]), Some(([4, 1, 1], 1)));
         assert_eq!(sizes(r#"{"shape": [4, 5, 6, 3], "axes": "ZYXS"}"#, &[5, 6, 3]), Some(([4, 1, 1], 1)));
-        assert_eq!(sizes(r#"{"shape": [4, 5, 6], "axes": "TYX"}"#, &[5, 6]), Some(([1, 4, 1], 2)));
+        assert_eq!(sizes(r#"{"shape": [4, 5, 6], "axes": "TYX"}"#, &[5, 6]), Some(([1, 4, 1], 1)));
         assert_eq!(sizes(r#"{"shape": [4, 5, 6], "axes": "QYX"}"#, &[5, 6]), Some(([4, 1, 1], 1)));
         for other in [
             r#"{"shape": [4, 5, 7]}"#,
