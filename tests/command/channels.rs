@@ -429,7 +429,7 @@ fn mistakes_are_named() {
     let f = folder.path();
     components(f);
     std::fs::write(f.join("scene.json"), r#"[{"file": "rgb.nrrd"}, {"color": "grey"}]"#).unwrap();
-    std::fs::write(f.join("sheared.txt"), "1 0.5 0 0\n0 1 0 0\n0 0 1 0\n").unwrap();
+    std::fs::write(f.join("flat.txt"), "1 1 0 0\n0 0 0 0\n0 0 1 0\n").unwrap();
     let cases: [(&str, i32, &[&str]); 17] = [
         ("rgb.nrrd --channels all --classification post --lattice direct", 2, &["layers per pixel", "one channel", "lattice"]),
         ("rgb.nrrd --channels all --classification post --blend iso --iso 9", 2, &["iso", "pre-integrated"]),
@@ -440,7 +440,7 @@ fn mistakes_are_named() {
         ("rgb.nrrd --channels all --field ultraviolet,factor=2", 2, &["no field 'ultraviolet'"]),
         ("rgb.nrrd --with nothing.nrrd", 1, &["nothing.nrrd"]),
         ("rgb.nrrd --with rgb.nrrd,factor=-1", 2, &["factor"]),
-        ("rgb.nrrd --with rgb.nrrd,at=sheared.txt", 1, &["sheared.txt", "angle"]),
+        ("rgb.nrrd --with rgb.nrrd,at=flat.txt", 1, &["flat.txt", "plane"]),
         ("rgb.nrrd --scene scene.json", 1, &["scene.json", "field 2", "names no file"]),
         ("rgb.nrrd --channels all --quality paper", 2, &["one channel", "layers on a lattice"]),
         ("rgb.nrrd --channels all --algorithm view-sheets", 2, &["one channel"]),

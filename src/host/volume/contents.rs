@@ -1,9 +1,5 @@
 //! What a file states and holds beside the volume that is read from it.
 
-use super::{OpenOptions, format};
-use crate::error::Error;
-use std::path::Path;
-
 /// What a file states about its volumes: their numbers, and which of them was read. Built-in volumes and volumes in memory hold one.
 ///
 /// ```
@@ -53,23 +49,6 @@ pub struct FrameSpacing {
     pub distance: f64,
     /// Unit, as the file states it: `s` for seconds.
     pub unit: Option<String>,
-}
-
-impl Contents {
-    /// What a file holds: its first frame and channel, unless others are chosen. No voxels are read.
-    ///
-    /// # Errors
-    /// As [`Volume::open`](super::Volume::open), as far as headers show.
-    pub fn of_file(source: impl AsRef<Path>, options: &OpenOptions) -> Result<Self, Error> {
-        let path = source.as_ref();
-        if path.to_str().is_some_and(|name| name.starts_with("builtin:")) {
-            return Ok(Self::default());
-        }
-        // Chosen, so that nothing warns of a default.
-        let channel = options.channel.or_else(|| options.channel_name.is_none().then_some(0));
-        let options = OpenOptions { frame: options.frame.or(Some(0)), channel, ..options.clone() };
-        Ok(format::header(path, &options)?.contents)
-    }
 }
 
 impl Default for Contents {

@@ -1,8 +1,8 @@
 //! Opening files and built-in volumes.
 
+use super::{Contents, OpenOptions, Volume, builtin_volume, format};
 #[cfg(feature = "mpi")]
 use super::{Layers, Unseen, builtin};
-use super::{OpenOptions, Volume, builtin_volume, format};
 use crate::error::Error;
 use std::path::Path;
 
@@ -29,6 +29,23 @@ impl Volume<'static> {
             Some(builtin) => builtin_volume(builtin, options),
             None => format::read(source, options),
         }
+    }
+}
+
+impl Contents {
+    /// What a file holds: its first frame and channel, unless others are chosen. No voxels are read.
+    ///
+    /// # Errors
+    /// As [`Volume::open`](Volume::open), as far as headers show.
+    pub fn of_file(source: impl AsRef<Path>, options: &OpenOptions) -> Result<Self, Error> {
+        let path = source.as_ref();
+        if path.to_str().is_some_and(|name| name.starts_with("builtin:")) {
+            return Ok(Self::default());
+        }
+        // Chosen, so that nothing warns of a default.
+        let channel = options.channel.or_else(|| options.channel_name.is_none().then_some(0));
+        let options = OpenOptions { frame: options.frame.or(Some(0)), channel, ..options.clone() };
+        Ok(format::header(path, &options)?.contents)
     }
 }
 

@@ -66,7 +66,7 @@ impl Format for Hdf5 {
         if let Ok(group) = file.group(vtkhdf::GROUP) {
             return vtkhdf::open(path, &file, &group, options);
         }
-        if options.array.is_none() && file.group(MINC).is_ok() {
+        if file.group(MINC).is_ok() {
             return Err(Error::volume(path, MINC_PROBLEM));
         }
         let dataset = match &options.array {
