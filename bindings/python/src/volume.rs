@@ -207,6 +207,9 @@ impl Volume {
 
     fn __repr__(&self) -> String {
         let ((z, y, x), (lo, hi)) = (self.shape(), self.0.range());
+        let [lo, hi] = [lo, hi].map(|value| {
+            if (1e-9..1e15).contains(&value.abs()) || value == 0.0 { value.to_string() } else { format!("{value:e}") }
+        });
         format!("<layersplat.Volume {} of {z}x{y}x{x} (z, y, x) {}, {lo} to {hi}>", self.0.name(), self.0.voxel_type())
     }
 }

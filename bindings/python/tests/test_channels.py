@@ -304,7 +304,7 @@ def test_wrong_arguments_are_refused(arrays, transfer):
     refused("no alpha", Colors, np.zeros((2, 2, 2, 3), np.uint8), opacity="alpha")
     refused("opacity", Colors, np.zeros((2, 2, 2, 3), np.uint8), opacity="beta")
     refused("whole numbers", Labels, arrays[0])
-    refused("whole numbers", Labels, np.full((2, 2, 2), -1))
+    refused("whole numbers", Labels, -np.arange(12).reshape(3, 2, 2))
     refused("different ids", Labels, np.arange(1, 70_001).reshape(100, 70, 10))
     refused("0 is the background", Labels, np.ones((2, 2, 2), int), {0: "#ffffff"})
     refused("key 'colour'", Labels, np.ones((2, 2, 2), int), {1: {"colour": "#ffffff"}})
