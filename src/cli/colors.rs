@@ -1,6 +1,6 @@
 //! Volumes of colours and of labels.
 
-use super::options::{LabelOptions, VolumeOptions};
+use super::options::{LabelOptions, TransferOptions, VolumeOptions};
 use super::parse;
 use super::scene::SceneOptions;
 use super::values::Component;
@@ -112,50 +112,71 @@ impl ColorOptions {
 /// # Errors
 /// [`Error::Settings`] with the name of the option and what serves instead.
 pub(super) fn reject_value_options(shown: &Shown, options: &SceneOptions) -> Result<(), Error> {
-    let refuse = |field, problem: &str| Err(Error::Settings { field, problem: problem.into() });
-    let instead = match shown {
+    let SceneOptions { volume, transfer, labels, channels, .. } = options;
+    match shown {
         Shown::Labels(_) => {
-            if options.channels.name_fields() {
+            if channels.name_fields() {
                 let problem = "are not drawn together with labels: omit them, or draw the scan in the colours of the labels, as \
                                `render SCAN --label-colors LABELS`";
                 return refuse("channels", problem);
             }
-            if options.labels.has_mask() {
-                return refuse("mask", "hides values, and labels are drawn: choose labels with --label IDS:only");
+            reject_beside_labels(transfer, volume, labels)?;
+            if channels.change_fields() {
+                return refuse("field", INSTEAD_OF_VALUES);
             }
-            "labels have the colours and opacities of their table: change these with --label IDS:CHANGES"
         }
         Shown::Components(_, ColorOpacity::Alpha) => {
-            "colours have the opacity of their alpha: omit it, or choose --color-opacity luminance"
+            if let Some(field) = transfer.given().next() {
+                let problem =
+                    "is for values; colours have the opacity of their alpha: omit it, or choose --color-opacity luminance";
+                return refuse(field, problem);
+            }
         }
-        Shown::Components(..) => "the opacity of colours is that of --opacity, --tent or --transfer: choose one of these",
-        Shown::Vectors { .. } => "",
-    };
-    let has_values = matches!(shown, Shown::Vectors { .. });
-    let has_opacities =
-        has_values || matches!(shown, Shown::Components(_, ColorOpacity::Luminance | ColorOpacity::FromBackground(_)));
-    let transfer = &options.transfer;
-    let given = [
-        ("preset", transfer.preset.is_some() && !has_values),
-        ("palette", transfer.palette.is_some() && !has_values),
-        ("transfer", transfer.transfer.is_some() && !has_opacities),
-        ("transfer_range", transfer.transfer_range.is_some() && !has_opacities),
-        ("window", transfer.window.is_some() && !has_opacities),
-        ("opacity", transfer.opacity.is_some() && !has_opacities),
-        ("tent", !transfer.tent.is_empty() && !has_opacities),
-        ("field", options.channels.change_fields()),
-    ];
-    if let Some((field, _)) = given.into_iter().find(|(_, is_given)| *is_given) {
-        return Err(Error::Settings { field, problem: format!("is for values; {instead}") });
+        Shown::Components(..) => {
+            if let Some(field) = transfer.given().find(|name| ["preset", "palette"].contains(name)) {
+                let problem =
+                    "is for values; the opacity of colours is that of --opacity, --tent or --transfer: choose one of these";
+                return refuse(field, problem);
+            }
+        }
+        Shown::Vectors { .. } => {}
     }
-    if options.volume.has_background_value() {
-        return refuse("background_value", "is for values; there is nothing around colours and labels: omit it");
+    if volume.has_background_value() {
+        return refuse("background_value", NOTHING_AROUND);
     }
     if let Some(Kernel::CatmullRom | Kernel::BSpline) = options.quality.given_kernel() {
         let problem = "would make negative extinctions of colours and labels: choose cubic, linear or gaussian, or omit it";
         return refuse("kernel", problem);
     }
     Ok(())
+}
+
+/// Why options for values do not apply to labels.
+const INSTEAD_OF_VALUES: &str =
+    "is for values; labels have the colours and opacities of their table: change these with --label IDS:CHANGES";
+/// Why a background value does not apply.
+const NOTHING_AROUND: &str = "is for values; there is nothing around colours and labels: omit it";
+
+/// Rejects options for values beside labels, in pictures and slices.
+///
+/// # Errors
+/// As [`reject_value_options`].
+pub(super) fn reject_beside_labels(
+    transfer: &TransferOptions,
+    volume: &VolumeOptions,
+    labels: &LabelOptions,
+) -> Result<(), Error> {
+    if labels.has_mask() {
+        return refuse("mask", "hides values, and labels are drawn: choose labels with --label IDS:only");
+    }
+    if volume.has_background_value() {
+        return refuse("background_value", NOTHING_AROUND);
+    }
+    transfer.given().next().map_or(Ok(()), |field| refuse(field, INSTEAD_OF_VALUES))
+}
+
+fn refuse(field: &'static str, problem: &str) -> Result<(), Error> {
+    Err(Error::Settings { field, problem: problem.into() })
 }
 
 /// The component that is an opacity.

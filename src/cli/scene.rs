@@ -332,7 +332,11 @@ pub(super) fn open_transfer(options: &TransferOptions, volume: &Volume, blend: B
 }
 
 /// A transfer function with the changes that the options ask for.
-fn adjusted(options: &TransferOptions, volume: &Volume, mut transfer: TransferFunction) -> Result<TransferFunction, Error> {
+pub(super) fn adjusted(
+    options: &TransferOptions,
+    volume: &Volume,
+    mut transfer: TransferFunction,
+) -> Result<TransferFunction, Error> {
     let find = Value::finder(volume);
     if let Some((lo, hi)) = options.transfer_range {
         transfer = transfer.stretched(find(lo), find(hi))?;

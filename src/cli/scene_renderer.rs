@@ -1,6 +1,5 @@
 //! Renderer of a scene: resident, streamed or distributed, behind one interface.
 
-use super::channels::Field;
 use super::scene::OpenedScene;
 use crate::camera::Camera;
 #[cfg(feature = "mpi")]
@@ -9,7 +8,6 @@ use crate::error::Error;
 use crate::renderer::{Channel, LabelColors, Renderer, StreamPlan, VolumeRenderer, volume_renderer};
 use crate::settings::Settings;
 use crate::viewport::Viewport;
-use crate::volume::Volume;
 
 /// Renderer of a scene, by this process or by several.
 pub(super) struct SceneRenderer {
@@ -65,7 +63,7 @@ fn whole_renderer(scene: &OpenedScene) -> Result<Option<Renderer>, Error> {
     let OpenedScene { device, volume, transfer, .. } = scene;
     let mut renderer = match &scene.shown {
         Some(shown) => Renderer::from_colors(&shown.colors(device, &shown.upload(device)?, transfer, &scene.labels)?)?,
-        None if scene.has_channels() => Renderer::from_channels(&channels(scene, volume, &[])?)?,
+        None if scene.has_channels() => Renderer::from_channels(&channels(scene)?)?,
         None if scene.label_colors.is_some() => Renderer::new(device, volume, transfer)?,
         None => return Ok(None),
     };
@@ -75,17 +73,10 @@ fn whole_renderer(scene: &OpenedScene) -> Result<Option<Renderer>, Error> {
     Ok(Some(renderer))
 }
 
-/// The fields of a scene, with another volume of the first, and of others where there is one. Hidden fields are not uploaded, but for the first.
-pub(super) fn channels(
-    scene: &OpenedScene,
-    first: &Volume<'static>,
-    others: &[Option<Volume<'static>>],
-) -> Result<Vec<Channel>, Error> {
-    let OpenedScene { device, transfer, look, .. } = scene;
-    let other = |(n, field): (usize, &Field)| {
-        let volume = others.get(n).and_then(Option::as_ref).unwrap_or(&field.volume);
-        field.look.channel(device, volume, &field.transfer)
-    };
-    let visible = scene.others.iter().enumerate().filter(|(_, field)| field.is_visible());
-    std::iter::once(look.channel(device, first, transfer)).chain(visible.map(other)).collect()
+/// The fields of a scene. Hidden ones are not uploaded, but for the first.
+fn channels(scene: &OpenedScene) -> Result<Vec<Channel>, Error> {
+    let OpenedScene { device, volume, transfer, look, .. } = scene;
+    let others = scene.others.iter().filter(|field| field.is_visible());
+    let others = others.map(|field| field.look.channel(device, &field.volume, &field.transfer));
+    std::iter::once(look.channel(device, volume, transfer)).chain(others).collect()
 }

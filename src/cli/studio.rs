@@ -7,16 +7,16 @@ use super::notice;
 use super::options::{CameraOptions, EncodingOptions, Fit};
 use super::parse;
 use super::scene::OpenedScene;
-use super::scene_renderer::{SceneRenderer, channels};
+use super::scene_renderer::SceneRenderer;
 use super::time::NextStep;
 use crate::annotation::{AnnotatedView, Annotations, VectorFormat};
 use crate::camera::Camera;
 use crate::error::Error;
 use crate::image::{Background, Depths, Frame};
-use crate::renderer::{FrameReport, StreamPlan};
+use crate::renderer::{Channel, FrameReport, StreamPlan};
 use crate::settings::Settings;
 use crate::viewport::Viewport;
-use crate::volume::{Grid, Volume};
+use crate::volume::Grid;
 use clap::{Args, ValueEnum};
 
 /// Typographic points.
@@ -70,8 +70,8 @@ pub(super) struct Studio<'a> {
     scene_renderer: SceneRenderer,
     /// Grid of the volume that is drawn.
     grid: Grid,
-    /// Volumes of the fields beside it, if they are not those of the scene.
-    others: Vec<Option<Volume<'static>>>,
+    /// The fields beside it on the device, once a step was changed; hidden ones stay `None`.
+    others: Vec<Option<Channel>>,
     /// Whether the first picture was checked for being empty or of one colour.
     first_checked: bool,
     has_empty_picture: bool,
@@ -106,10 +106,16 @@ impl<'a> Studio<'a> {
         if !self.scene.has_channels() {
             return self.scene_renderer.renderer().set_volume(&step.first);
         }
-        for (kept, volume) in self.others.iter_mut().zip(step.others) {
-            *kept = volume.or(kept.take());
+        let OpenedScene { device, transfer, look, others, .. } = self.scene;
+        for ((kept, volume), field) in self.others.iter_mut().zip(step.others).zip(others).filter(|(_, field)| field.is_visible())
+        {
+            // A field that stands still is uploaded once.
+            if volume.is_some() || kept.is_none() {
+                *kept = Some(field.look.channel(device, volume.as_ref().unwrap_or(&field.volume), &field.transfer)?);
+            }
         }
-        let channels = channels(self.scene, &step.first, &self.others)?;
+        let first = look.channel(device, &step.first, transfer)?;
+        let channels: Vec<Channel> = std::iter::once(first).chain(self.others.iter().flatten().cloned()).collect();
         self.scene_renderer.renderer().require_whole("a sequence of several fields")?.set_channels(&channels)
     }
 

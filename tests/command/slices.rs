@@ -199,12 +199,21 @@ fn labels_keep_their_ids_and_colors() {
     let over = read_image(&f.join("over.npy")).unwrap();
     assert_eq!((over.pixel(2, 5), over.pixel(9, 5)), ([0.75, 0.25, 0.25, 1.0], [0.5, 0.5, 0.5, 1.0]));
     for (more, problem) in [
-        (["--opacity", "0:1"], "--label"),
+        (["--opacity", "0:1"], "opacity: is for values; labels have the colours and opacities of their table"),
         (["--with", "scan.nrrd"], "--label-colors"),
         (["--label-surfaces", "smooth"], "nearest"),
+        (["--mask", "ids.nrrd"], "--label IDS:only"),
+        (["--background-value", "3"], "background_value: is for values"),
+        (["--thickness", "3"], "thickness: is that of a layer of values"),
     ] {
         refused(f, &[&["slice", "ids.nrrd", "--labels"], &more[..]].concat(), 2, &[problem]);
     }
+    refused(
+        f,
+        &["slice", "scan.nrrd", "--label-colors", "ids.nrrd", "--values", "-o", "v.npy"],
+        2,
+        &["label_colors: colour pictures"],
+    );
 }
 
 /// Letters stand at the edges where the file says how the patient lies, and the side of the left is said.
@@ -250,6 +259,8 @@ fn slices_show_several_fields() {
     let field = ["--field", "0,color=#0000ff,opacity=0:0,100:0.5"];
     assert_eq!(pixel(&[&field[..], &with].concat()), [0.375, 0.0, 0.375, 0.75]);
     assert_eq!(pixel(&[&field[..], &["--field", "1,visible=off"], &with].concat()), [0.0, 0.0, 0.5, 0.5]);
+    // Opacities and a thickness are those of a field in its own colour, too.
+    assert_eq!(pixel(&["--field", "0,color=#0000ff", "--opacity", "0:0,100:0.5", "--thickness", "1"]), [0.0, 0.0, 0.5, 0.5]);
     refused(f, &[&["slice", "a_8x8x8_uint8.raw", "--values", "-o", "v.npy"], &with[..]].concat(), 2, &["one field"]);
     refused(f, &["slice", "a_8x8x8_uint8.raw", "--field", "0,iso=5"], 2, &["omit iso"]);
 }

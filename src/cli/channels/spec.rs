@@ -138,7 +138,7 @@ impl FieldSpec {
             return Err(Error::volume(file, problem));
         }
         let volume = Volume::open(file, &options)?;
-        self.placed(self.masked(&volume, unstated)?.unwrap_or(volume))
+        self.placement()?.applied_to(self.masked(&volume, unstated)?.unwrap_or(volume))
     }
 
     /// The steps of its file in time, or the one that it names. See [`open`](Self::open).
@@ -146,8 +146,14 @@ impl FieldSpec {
         let file = self.file.as_deref().expect("a field beside the first one names its file");
         let options = OpenOptions { unstated, frame: None, ..open_options(self) };
         let sequence = Sequence::open(&[file], &options)?;
-        let sequence = self.frame.map_or(Ok(sequence.clone()), |frame| sequence.only(frame))?;
-        self.mask()?.map_or(Ok(sequence.clone()), |mask| mask.applied_to_steps(sequence, unstated))
+        let sequence = match self.frame {
+            Some(frame) => sequence.only(frame)?,
+            None => sequence,
+        };
+        match self.mask()? {
+            Some(mask) => mask.applied_to_steps(sequence, unstated),
+            None => Ok(sequence),
+        }
     }
 
     fn mask(&self) -> Result<Option<Mask>, Error> {
@@ -160,16 +166,10 @@ impl FieldSpec {
         self.mask()?.map(|mask| mask.applied_to(volume, unstated)).transpose()
     }
 
-    /// The volume where `at` places it.
-    pub fn placed(&self, volume: Volume<'static>) -> Result<Volume<'static>, Error> {
-        let Some(path) = &self.at else { return Ok(volume) };
-        let index_to_world = read_transform(path)? * volume.grid().index_to_world();
-        let named = |error: Error| Error::volume(path, error.to_string());
-        match Grid::from_affine(volume.grid().dims(), index_to_world) {
-            Ok(grid) => volume.with_grid(grid),
-            // Axes that are not at right angles.
-            Err(_) => volume.covering(index_to_world, false).map_err(named),
-        }
+    /// Where `at` places volumes.
+    pub fn placement(&self) -> Result<FieldPlacement, Error> {
+        let transform = self.at.as_deref().map(|path| Ok::<_, Error>((path.to_owned(), read_transform(path)?))).transpose()?;
+        Ok(FieldPlacement(transform))
     }
 
     /// Whether the spec chooses colours or opacities.
@@ -262,6 +262,22 @@ impl FieldChange {
             spec.set(key, value).map_err(|problem| format!("{key}: {problem}"))?;
         }
         Ok(())
+    }
+}
+
+/// A transform from the world of a field's file to that of the scene, and its file.
+pub(super) struct FieldPlacement(Option<(PathBuf, DAffine3)>);
+
+impl FieldPlacement {
+    /// The volume where the transform places it.
+    pub fn applied_to(&self, volume: Volume<'static>) -> Result<Volume<'static>, Error> {
+        let Some((path, transform)) = &self.0 else { return Ok(volume) };
+        let index_to_world = *transform * volume.grid().index_to_world();
+        match Grid::from_affine(volume.grid().dims(), index_to_world) {
+            Ok(grid) => volume.with_grid(grid),
+            // Axes that are not at right angles.
+            Err(_) => volume.covering(index_to_world, false).map_err(|error| Error::volume(path, error.to_string())),
+        }
     }
 }
 

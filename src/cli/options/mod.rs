@@ -66,6 +66,20 @@ impl TransferOptions {
         self.transfer.is_some() || self.preset.is_some() || self.palette.is_some() || self.window.is_some()
     }
 
+    /// Names of all options that are given.
+    pub fn given(&self) -> impl Iterator<Item = &'static str> + use<> {
+        let all = [
+            ("preset", self.preset.is_some()),
+            ("palette", self.palette.is_some()),
+            ("transfer", self.transfer.is_some()),
+            ("transfer_range", self.transfer_range.is_some()),
+            ("window", self.window.is_some()),
+            ("opacity", self.opacity.is_some()),
+            ("tent", !self.tent.is_empty()),
+        ];
+        all.into_iter().filter(|(_, is_given)| *is_given).map(|(name, _)| name)
+    }
+
     /// Whether an option replaces the opacities.
     pub fn changes_opacity(&self) -> bool {
         self.opacity.is_some() || !self.tent.is_empty()

@@ -7,9 +7,7 @@ use crate::image::Frame;
 use crate::layers::Kernel;
 use crate::renderer::Renderer;
 use crate::slice::{Slice, SliceColors};
-use crate::transfer::TransferFunction;
 use crate::viewport::Viewport;
-use crate::volume::Volume;
 
 /// Optical depth of opaque values.
 const OPAQUE: f64 = 50.0;
@@ -25,19 +23,20 @@ pub(super) struct SliceView<'a> {
 }
 
 impl SliceView<'_> {
-    /// The colours of a field whose extinction is multiplied by a factor.
-    pub fn colors(&self, volume: &Volume, transfer: &TransferFunction, factor: f64) -> Result<Frame, Error> {
+    /// The colours of the field of a renderer, whose extinction is multiplied by a factor.
+    pub fn colors(&self, renderer: &mut Renderer, factor: f64) -> Result<Frame, Error> {
         if factor == 0.0 {
             return Ok(Frame::new(self.size, vec![[0.0; 4]; self.size.pixels()]));
         }
         let colors = SliceColors::Transfer { thickness: self.thickness * factor };
-        Renderer::new(self.device, volume, transfer)?.slice(self.slice, self.size, self.kernel, colors)
+        renderer.slice(self.slice, self.size, self.kernel, colors)
     }
 
     /// The colours of all visible fields, each on its own grid: their extinctions add, as in pictures.
     pub fn together(&self, first: Option<Frame>, others: &[Field]) -> Result<Frame, Error> {
         let others = others.iter().filter(|field| field.is_visible());
-        let others = others.map(|field| self.colors(&field.volume, &field.transfer, field.look.factor));
+        let others =
+            others.map(|field| self.colors(&mut Renderer::new(self.device, &field.volume, &field.transfer)?, field.look.factor));
         let frames = first.into_iter().map(Ok).chain(others).collect::<Result<Vec<_>, _>>()?;
         let pixel = |n: usize| mixed(frames.iter().map(|frame| frame.pixels()[n]));
         Ok(Frame::new(self.size, (0..self.size.pixels()).map(pixel).collect()))

@@ -8,12 +8,13 @@ use crate::camera::Up;
 use crate::check::Family;
 use crate::cli::channels::{ChannelOptions, FieldLook, Fields};
 use crate::cli::check;
+use crate::cli::colors::reject_beside_labels;
 use crate::cli::compiling;
 use crate::cli::names;
 use crate::cli::options::{DeviceOptions, EncodingOptions, LabelOptions, TransferOptions, VolumeOptions};
 use crate::cli::parse;
 use crate::cli::remarks::{describe, remark_on_volume};
-use crate::cli::scene::open_transfer;
+use crate::cli::scene::{adjusted, open_transfer};
 use crate::cli::standard::Output;
 use crate::cli::values::Along;
 use crate::device::Device;
@@ -229,7 +230,10 @@ impl Arguments {
             return Err(Error::Settings { field: "channels", problem });
         }
         let (transfer, colors) = match own {
-            Some(own) => (own, SliceColors::TRANSFER),
+            Some(own) => {
+                let thickness = self.thickness.unwrap_or(f64::INFINITY);
+                (adjusted(&self.transfer, volume, own)?, SliceColors::Transfer { thickness })
+            }
             None => self.colors(volume)?,
         };
         colors.check()?;
@@ -243,6 +247,10 @@ impl Arguments {
                 let problem = "are those of one field: omit the others".into();
                 return Err(Error::Settings { field: "channels", problem });
             }
+            if labels.is_some() {
+                let problem = "colour pictures, and the values of the scan are written: omit it".into();
+                return Err(Error::Settings { field: "label_colors", problem });
+            }
             compiling::while_rendering(|| renderer.slice_values(slice, size, kernel))?.save(path)?;
         } else {
             let view = SliceView { device: &device, slice, size, kernel, thickness: self.thickness.unwrap_or(1.0) };
@@ -254,11 +262,14 @@ impl Arguments {
                 }
                 SliceColors::Window { .. } => view.together(None, &others),
                 SliceColors::Transfer { .. } => {
-                    let first = if look.visible { Some(view.colors(volume, &transfer, look.factor)?) } else { None };
+                    let first = if look.visible { Some(view.colors(&mut renderer, look.factor)?) } else { None };
                     view.together(first, &others)
                 }
             })?;
-            let frame = labels.map_or(Ok(frame.clone()), |labels| slice_under_labels(&frame, &labels, slice))?;
+            let frame = match labels {
+                Some(labels) => slice_under_labels(&frame, &labels, slice)?,
+                None => frame,
+            };
             self.save(frame, slice, volume.grid(), path)?;
         }
         let has_transfer = matches!(colors, SliceColors::Transfer { .. });
@@ -277,10 +288,10 @@ impl Arguments {
             let problem = "are not drawn together with labels: omit them, or lay the labels over the scan, as `slice SCAN --label-colors LABELS`";
             return Err(Error::Settings { field: "channels", problem: problem.into() });
         }
-        if self.transfer.is_given() || self.transfer.changes_opacity() || self.transfer.transfer_range.is_some() {
-            let problem =
-                "is for values; labels have the colours and opacities of their table: change these with --label IDS:CHANGES";
-            return Err(Error::Settings { field: "transfer", problem: problem.into() });
+        reject_beside_labels(&self.transfer, &self.volume, &self.labels)?;
+        if self.thickness.is_some() {
+            let problem = "is that of a layer of values; labels have their own opacities: omit it".into();
+            return Err(Error::Settings { field: "thickness", problem });
         }
         if self.labels.has_surfaces() {
             let problem = "are those of pictures; slices show the label of the nearest voxel: omit it".into();
