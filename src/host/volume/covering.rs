@@ -72,15 +72,10 @@ impl Volume<'static> {
     /// The value at a place in voxels by linear interpolation; NaN where the nearest voxel is invalid.
     fn linear(&self, place: DVec3, background: f64) -> f64 {
         let dims = self.grid().dims();
-        let first = place.floor();
         let (mut sum, mut nearest) = (0.0, (0.0, false));
-        for corner in 0..8 {
-            let along: [usize; 3] = std::array::from_fn(|i| corner >> i & 1);
-            let share =
-                (0..3).map(|i| if along[i] == 1 { place[i] - first[i] } else { 1.0 - (place[i] - first[i]) }).product::<f64>();
-            let at = |i: usize| first[i] + along[i] as f64;
-            let is_inside = (0..3).all(|i| at(i) >= 0.0 && at(i) < dims[i] as f64);
-            let index = || at(0) as usize + dims[0] * (at(1) as usize + dims[1] * at(2) as usize);
+        for (voxel, share) in linear_shares(place) {
+            let is_inside = (0..3).all(|i| voxel[i] >= 0.0 && voxel[i] < dims[i] as f64);
+            let index = || voxel.x as usize + dims[0] * (voxel.y as usize + dims[1] * voxel.z as usize);
             let found = if is_inside { self.valid(index()) } else { Some(background) };
             if share > nearest.0 {
                 nearest = (share, found.is_none());
@@ -91,6 +86,15 @@ impl Volume<'static> {
         let (least, most) = self.field_range();
         if nearest.1 { f64::NAN } else { sum.clamp(least, most) }
     }
+}
+
+/// The eight voxels around a place, and their shares by linear interpolation.
+pub(super) fn linear_shares(place: DVec3) -> impl Iterator<Item = (DVec3, f64)> {
+    let first = place.floor();
+    (0..8).map(move |corner| {
+        let upper = DVec3::new(f64::from(corner & 1), f64::from(corner >> 1 & 1), f64::from(corner >> 2));
+        (first + upper, (DVec3::ONE - upper - (place - first)).abs().element_product())
+    })
 }
 
 /// The columns at right angles, each in the span of those up to it.

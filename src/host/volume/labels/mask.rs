@@ -3,6 +3,7 @@
 use super::{Labels, grid_over};
 use crate::error::Error;
 use crate::memory;
+use crate::volume::covering::linear_shares;
 use crate::volume::{Description, Grid, Storage, Volume, VoxelType};
 use bytemuck::Zeroable;
 use glam::{DAffine3, DVec3};
@@ -184,13 +185,9 @@ impl Placed<'_> {
         let Some(shares) = &self.shares else { return self.layer.is_shown(nearest) };
         let [x, y, _] = grid.dims();
         let last = DVec3::from_array(grid.dims().map(|n| n as f64 - 1.0));
-        let place = place.clamp(DVec3::ZERO, last);
-        let (low, t) = (place.floor(), place - place.floor());
-        let share: f64 = (0..8)
-            .map(|corner| {
-                let upper = DVec3::new(f64::from(corner & 1), f64::from(corner >> 1 & 1), f64::from(corner >> 2));
-                let [i, j, k] = (low + upper).min(last).to_array().map(|i| i as usize);
-                let weight = (DVec3::ONE - upper - t).abs().element_product();
+        let share: f64 = linear_shares(place.clamp(DVec3::ZERO, last))
+            .map(|(voxel, weight)| {
+                let [i, j, k] = voxel.min(last).to_array().map(|i| i as usize);
                 weight * f64::from(shares[(k * y + j) * x + i])
             })
             .sum();
