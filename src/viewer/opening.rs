@@ -7,7 +7,7 @@ use super::outgoing::{Message, text};
 use super::replies::{Reply, Stage};
 use super::requests::OpenWanted;
 use super::scene::SharedScene;
-use super::served::Served;
+use super::served::{Served, aside};
 use crate::error::Error;
 use crate::files::Scratch;
 use crate::progress::{self, Observer};
@@ -18,7 +18,6 @@ use axum::http::{StatusCode, Uri};
 use axum::response::{IntoResponse, Response};
 use std::future::poll_fn;
 use std::io;
-use std::path::Path;
 use std::pin::Pin;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -104,7 +103,7 @@ fn open(served: &Served, scene: &SharedScene, wanted: &OpenWanted) -> Result<Arc
         OpenWanted::Offered(_) => None,
         OpenWanted::Dropped(number) => Some(served.drops.take(*number).ok_or(GONE)?),
     };
-    let path = dropped.as_ref().map(Dropped::path);
+    let path = dropped.as_ref().map(Dropped::path).transpose()?;
     let source = match (wanted, &path) {
         (OpenWanted::Offered(name), _) => Source::Offered(name),
         (_, path) => Source::File(path.as_ref().expect("taken above")),
@@ -115,8 +114,9 @@ fn open(served: &Served, scene: &SharedScene, wanted: &OpenWanted) -> Result<Arc
         let sentence = scene.host.sentence(error);
         folder.as_ref().map_or_else(|| sentence.clone(), |folder| sentence.replace(folder.as_str(), ""))
     };
-    let (opening, host) = scene.host.open(&source).map_err(|error| sentence(&error))?;
-    let held = dropped.map(|dropped| dropped.folder);
+    let (mut opening, host) = scene.host.open(&source).map_err(|error| sentence(&error))?;
+    opening.notes.extend(dropped.as_ref().and_then(Dropped::note));
+    let held = dropped.map(Dropped::into_folder);
     let opened = SharedScene::new(opening, host).map_err(|error| sentence(&error))?;
     Ok(Arc::new(opened.numbered(served.scenes.next_number(), held)))
 }
@@ -153,17 +153,18 @@ async fn received(drops: &Drops, uri: &Uri, request: Request) -> Result<u32, Ref
     }
     let no_room =
         |e: io::Error| (StatusCode::INSUFFICIENT_STORAGE, format!("The file cannot be kept on the server: {}.", e.kind()));
-    let scratch = || Scratch::new().map_err(|_| no_room(io::ErrorKind::PermissionDenied.into()));
-    let mut dropped = match begun {
+    let no_folder = || no_room(io::ErrorKind::PermissionDenied.into());
+    let dropped = match begun {
         Some(begun) => begun,
-        None => drops.begin(scratch()?, of_several),
+        None => drops.begin(aside(Scratch::new).await.and_then(Result::ok).ok_or_else(no_folder)?, of_several),
     };
     if dropped.files.len() == MOST_FILES {
         let sentence = format!("These are more than {MOST_FILES} files. Begin the command with their folder instead.");
         return Err((StatusCode::PAYLOAD_TOO_LARGE, sentence));
     }
-    let place = dropped.of_several.as_deref().unwrap_or_default();
-    let mut file = File::from_std(dropped.folder.create(Path::new(place).join(&name)).map_err(no_room)?);
+    let create = move || (dropped.create(&name), name, dropped);
+    let (created, name, mut dropped) = aside(create).await.ok_or_else(no_folder)?;
+    let mut file = File::from_std(created.map_err(no_room)?);
     let mut body: Body = request.into_body();
     loop {
         let frame = timeout(LONGEST_PAUSE, poll_fn(|context| Pin::new(&mut body).poll_frame(context))).await;
@@ -249,10 +250,10 @@ mod tests {
         let drops = Drops::default();
         let put = || {
             let folder = Scratch::new().unwrap();
-            folder.create("a.raw").unwrap();
             let mut dropped = drops.begin(folder, None);
+            dropped.create("a.raw").unwrap();
             dropped.files.push("a.raw".into());
-            let path = dropped.path();
+            let path = dropped.path().unwrap();
             (drops.keep(dropped), path)
         };
         let ((first, gone), (second, path)) = (put(), put());
@@ -269,9 +270,22 @@ mod tests {
         let opened = |files: &[&str]| {
             let mut dropped = drops.begin(Scratch::new().unwrap(), Some("series".into()));
             dropped.files = files.iter().map(|&name| name.into()).collect();
-            dropped.path().strip_prefix(dropped.folder.path()).unwrap().to_owned()
+            let path = dropped.path().map(|path| path.strip_prefix(dropped.hidden()).unwrap().display().to_string());
+            (path, dropped.note())
         };
-        assert_eq!(opened(&["a.dcm", "b.dcm"]), Path::new("series"));
-        assert_eq!(opened(&["brain.img", "brain.HDR"]), Path::new("series/brain.HDR"));
+        let read = |path: &str| (Ok(path.to_owned()), None);
+        assert_eq!(opened(&["a.dcm", "b.dcm"]), read("series"));
+        assert_eq!(opened(&["brain.img", "brain.HDR"]), read("series/brain.HDR"));
+        assert_eq!(opened(&["a.vti", "run.pvd", "b.vti"]), read("series/run.pvd"));
+        assert_eq!(opened(&["a.json"]), read("series/a.json"));
+        let beside = Some("Not read: a.json".to_owned());
+        assert_eq!(opened(&["a.json", "a.nii.gz"]), (Ok("series/a.nii.gz".into()), beside.clone()));
+        assert_eq!(opened(&["a.json", "a.dcm", "b.dcm"]), (Ok("series".into()), beside));
+        let refused =
+            "These are several volumes: a.nii, b.nii. Drop one of them. Steps in time are shown by 'layersplat view A B'.";
+        assert_eq!(opened(&["a.nii", "b.nii"]), (Err(refused.into()), None));
+        assert_eq!(opened(&["a.dcm", "mask.nii"]), read("series"));
+        let refused = "These are several volumes: 1.mhd, 2.mhd, 3.mhd, 4.mhd and 1 more. Drop one of them, with its voxels.";
+        assert_eq!(opened(&["1.mhd", "a.raw", "2.mhd", "3.mhd", "4.mhd", "5.mhd"]), (Err(refused.into()), None));
     }
 }

@@ -52,3 +52,8 @@ impl Scenes {
         Arc::strong_count(&last) > 1 || earlier.iter().any(|scene| scene.strong_count() > 0)
     }
 }
+
+/// Does work on voxels or files on a thread of its own: that of requests carries all connections. `None` if it panicked.
+pub(super) async fn aside<T: Send + 'static>(work: impl FnOnce() -> T + Send + 'static) -> Option<T> {
+    tokio::task::spawn_blocking(work).await.ok()
+}

@@ -6,7 +6,7 @@ use super::rate::Rate;
 use super::replies::{Reply, Stage};
 use super::requests::OpenWanted;
 use super::scene::SharedScene;
-use super::served::Served;
+use super::served::{Served, aside};
 use super::session::{Received, Session};
 use axum::extract::ws::{CloseFrame, Message, WebSocket, close_code};
 use std::sync::Arc;
@@ -68,11 +68,6 @@ async fn show(socket: &mut WebSocket, served: &Arc<Served>, scene: Arc<SharedSce
             None
         }
     }
-}
-
-/// Does work that takes long on a thread of its own: this one carries all connections. `None` if it panicked.
-async fn aside<T: Send + 'static>(work: impl FnOnce() -> T + Send + 'static) -> Option<T> {
-    tokio::task::spawn_blocking(work).await.ok()
 }
 
 impl From<PageMessage> for Message {

@@ -92,9 +92,6 @@ fn a_given_table_comes_before_that_of_the_file() {
     std::fs::write(&table, r##"{"labels": [{"id": 1, "name": "own", "color": "#0000ff"}]}"##).unwrap();
     let labels = open("layers.seg.nrrd", &OpenOptions::default(), Some(&table));
     assert!(labels.layers().iter().all(|layer| named(layer) == [(1, Some("own"))]));
-    // A file that names another one is not followed if it must stand alone.
-    let alone = OpenOptions { alone: true, ..OpenOptions::default() };
-    assert_eq!(named(&open("sparse.nii.gz", &alone, None).layers()[0]), []);
     assert_eq!(LabelTable::open(file("atlas.txt")).unwrap().labels().len(), 3);
 }
 

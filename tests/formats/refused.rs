@@ -290,9 +290,6 @@ fn data_in_other_files_are_read_or_these_are_named() {
         let options = OpenOptions::default();
         let volume = Volume::open(at.join(name), &options).unwrap_or_else(|e| panic!("{e}"));
         assert_eq!((volume.range(), volume.value(7)), ((-3000.0, 2900.0), -2300.0), "{name}");
-        let alone = OpenOptions { alone: true, ..options };
-        let message = Volume::open(at.join(name), &alone).unwrap_err().to_string();
-        assert!(message.contains("use a file that has them all"), "{name}: {message}");
     }
     for (name, expected) in [
         ("external.h5", "its data are in gone.bin, which is not in its folder: put it there"),

@@ -175,25 +175,71 @@ fn files_of_others_are_refused() {
     assert!(drop_file(&viewer, "b_2x2x2_uint8.raw", &[1; 8]).starts_with("HTTP/1.1 200"));
 }
 
+/// Drops several files and opens them; returns the first message of their volume, or the problem.
+fn open_several<N: AsRef<str>, B: AsRef<[u8]>>(viewer: &Viewer, page: &mut Page, folder: &str, files: &[(N, B)]) -> Value {
+    let mut to = String::new();
+    for (name, bytes) in files {
+        let answer = drop_file(viewer, &format!("{}&in={folder}{to}", name.as_ref()), bytes.as_ref());
+        assert!(answer.starts_with("HTTP/1.1 200"), "{answer}");
+        to = format!("&to={}", answer.rsplit("\r\n\r\n").next().unwrap().trim());
+    }
+    open(page, json!({ "dropped": to[4..].parse::<u32>().unwrap() }))
+}
+
+/// Headers find the voxels that are dropped with them, and no other file of the server.
+#[test]
+fn a_header_and_its_voxels_are_one_volume() {
+    let folder = folder();
+    std::fs::write(folder.path().join("secret.raw"), [9; 27]).unwrap();
+    let viewer = Viewer::start_in(Some(folder.path()), &["builtin:hydrogen@16"]);
+    let mut page = viewer.page();
+    let headers = [
+        ("a.mhd", "ObjectType = Image\nNDims = 3\nDimSize = 3 3 3\nElementType = MET_UCHAR\nElementDataFile = NAME\n"),
+        ("a.nhdr", "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 3 3 3\nencoding: raw\ndata file: NAME\n"),
+        ("a.bov", "DATA_FILE: NAME\nDATA_SIZE: 3 3 3\nDATA_FORMAT: BYTE\n"),
+    ];
+    let voxels: Vec<u8> = (1..=27).collect();
+    let secret = folder.path().join("secret.raw").display().to_string();
+    for (name, text) in headers {
+        let header = |named: &str| text.replace("NAME", named);
+        for order in [[0, 1], [1, 0]] {
+            let files = [(name, header("a.raw").into_bytes()), ("a.raw", voxels.clone())];
+            let hello = open_several(&viewer, &mut page, "a", &order.map(|n| files[n].clone()));
+            assert_eq!((&hello["volume"]["name"], &hello["volume"]["dims"]), (&json!(name), &json!([3, 3, 3])), "{hello}");
+            assert_eq!((hello["histogram"]["lowest"].as_f64(), hello["histogram"]["highest"].as_f64()), (Some(1.0), Some(27.0)));
+        }
+        for (named, words) in [
+            ("b.raw", "names the file b.raw, which is not beside it: give both together"),
+            ("../../../secret.raw", "names ../../../secret.raw: change that to the name of a file beside the header"),
+            (&secret, "change that to the name of a file beside the header"),
+        ] {
+            let problem = open_several(&viewer, &mut page, "a", &[(name, header(named).as_bytes()), ("a.raw", &voxels)]);
+            assert!(problem["sentence"].as_str().is_some_and(|sentence| sentence.contains(words)), "{problem}");
+        }
+        let problem = open_dropped(&viewer, &mut page, name, header("a.raw").as_bytes());
+        assert!(problem["sentence"].as_str().unwrap().contains("a.raw, which is not beside it"), "{problem}");
+    }
+    let two = ["a.mhd", "b.mhd", "a.raw"].map(|name| (name, b"any"));
+    let problem = open_several(&viewer, &mut page, "a", &two);
+    assert_eq!(problem["sentence"], "These are several volumes: a.mhd, b.mhd. Drop one of them, with its voxels.");
+    let files = [("a.json", b"{}".to_vec()), ("a_3x3x3_uint8.raw", voxels)];
+    let hello = open_several(&viewer, &mut page, "a", &files);
+    assert_eq!((&hello["volume"]["name"], &hello["notes"]), (&json!("a_3x3x3_uint8.raw"), &json!(["Not read: a.json"])));
+}
+
 /// Slices that are dropped together are one volume.
 #[test]
 fn several_files_are_slices_of_a_volume() {
     let folder = folder();
     let viewer = Viewer::start_in(Some(folder.path()), &["builtin:hydrogen@16"]);
     let mut page = viewer.page();
-    let number = |answer: String| {
-        assert!(answer.starts_with("HTTP/1.1 200"), "{answer}");
-        answer.rsplit("\r\n\r\n").next().unwrap().trim().to_owned()
-    };
-    let mut to = String::new();
-    for n in 0..4 {
+    let slice = |n: usize| {
         let mut png = Vec::new();
         let slice = image::GrayImage::from_fn(6, 5, |x, _| image::Luma([(x * 50) as u8]));
         slice.write_to(&mut std::io::Cursor::new(&mut png), image::ImageFormat::Png).unwrap();
-        let told = number(drop_file(&viewer, &format!("slice_{n}.png&in=My%20series{to}"), &png));
-        to = format!("&to={told}");
-    }
-    let hello = open(&mut page, json!({ "dropped": to[4..].parse::<u32>().unwrap() }));
+        (format!("slice_{n}.png"), png)
+    };
+    let hello = open_several(&viewer, &mut page, "My%20series", &[0, 1, 2, 3].map(slice));
     assert_eq!((&hello["volume"]["name"], &hello["volume"]["dims"]), (&json!("My series"), &json!([6, 5, 4])), "{hello}");
     let refused = |query: &str| drop_file(&viewer, query, &[1]);
     assert!(refused("a.png&in=..%2Fb").starts_with("HTTP/1.1 400") && refused("a.png&in=b&to=99").starts_with("HTTP/1.1 409"));

@@ -18,9 +18,9 @@ use std::path::Path;
 /// Most files of the folder that are offered.
 const MOST_FILES: usize = 500;
 /// Ends of the names of volumes. Other files may be volumes, too, but a list of all files would hide them.
-const ENDINGS: [&str; 23] = [
+const ENDINGS: [&str; 25] = [
     ".raw", ".raw.gz", ".bov", ".dcm", ".h5", ".hdf5", ".mha", ".mhd", ".nhdr", ".nii", ".nii.gz", ".npy", ".npz", ".nrrd",
-    ".tif", ".tiff", ".vti", ".vtk", ".zarr", ".nc", ".hdr", ".pvd", ".pvti",
+    ".tif", ".tiff", ".vti", ".vtk", ".zarr", ".nc", ".hdr", ".pvd", ".series", ".mgh", ".mgz",
 ];
 
 /// Built-in volumes, and those of the folder in which the command runs.
@@ -58,10 +58,10 @@ pub(super) fn open(
     };
     let options = given.running.iter().chain(&given.drawing).flat_map(|option| option.words.clone());
     let words: Vec<OsString> = ["layersplat".into(), "view".into(), volume].into_iter().chain(options).map(Into::into).collect();
-    let is_alone = matches!(source, Source::File(_));
+    let is_confined = matches!(source, Source::File(_));
     // A run that began with channels shows the components of vectors, too.
     let even_vectors = given.reading.iter().any(|option| option.id == "channels");
-    let (arguments, words) = with_all_channels(parsed(&words, is_alone)?, words, even_vectors)?;
+    let (arguments, words) = with_all_channels(parsed(&words, is_confined)?, words, even_vectors)?;
     let (scene, sequence) = arguments.open(&Processes::alone())?;
     let scene = OpenedScene { device: device.clone(), ..scene };
     let opening = super::opening_of(&arguments.scene, scene, sequence)?;
@@ -79,12 +79,12 @@ pub(super) fn with_all_channels(
         return Ok((arguments, words));
     }
     words.extend(["--channels".into(), "all".into()]);
-    let arguments = parsed(&words, arguments.scene.volume.alone)?;
+    let arguments = parsed(&words, arguments.scene.volume.confined)?;
     Ok((arguments, words))
 }
 
 /// The arguments of a command that this program makes.
-fn parsed(words: &[OsString], is_alone: bool) -> Result<Arguments, Error> {
+fn parsed(words: &[OsString], is_confined: bool) -> Result<Arguments, Error> {
     let refused = |e: clap::Error| {
         let problem = e.to_string().lines().next().unwrap_or_default().trim_start_matches("error: ").to_owned();
         Error::Settings { field: "page", problem }
@@ -92,7 +92,7 @@ fn parsed(words: &[OsString], is_alone: bool) -> Result<Arguments, Error> {
     let Command::View(mut arguments) = Cli::try_parse_from(words).map_err(refused)?.command else {
         unreachable!("the words name the command")
     };
-    arguments.scene.volume.alone = is_alone;
+    arguments.scene.volume.confined = is_confined;
     Ok(arguments)
 }
 

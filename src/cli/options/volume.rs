@@ -23,9 +23,9 @@ pub(in crate::cli) struct VolumeOptions {
     /// Value outside the grid and of NaN or infinite voxels [default: the smallest valid value; built-in volumes: 0]
     #[arg(long, value_parser = parse::finite, value_name = "V", allow_hyphen_values = true, help_heading = "Volume")]
     background_value: Option<f64>,
-    /// Whether the file may not name others.
+    /// Whether the file may name others of its own folder only.
     #[arg(skip)]
-    pub alone: bool,
+    pub confined: bool,
 }
 
 /// Properties that a file does not state, and selection of one of several volumes in a file.
@@ -124,13 +124,13 @@ impl VolumeOptions {
     /// Opens the volume. `size` is the picture size, if pictures are rendered. `memory` limits the bytes of the volume in host
     /// memory if it cannot be memory-mapped.
     pub fn open(&self, size: Option<Viewport>, memory: Option<u64>) -> Result<Volume<'static>, crate::Error> {
-        let options = OpenOptions { memory, alone: self.alone, ..self.file.raw(size)? };
+        let options = OpenOptions { memory, confined: self.confined, ..self.file.raw(size)? };
         self.with_background(standard::open_input(&self.volume, |path| Volume::open(path, &options))?)
     }
 
     /// What the volume's file states about its components.
     pub fn channel_descriptions(&self, size: Option<Viewport>) -> Result<Vec<ChannelDescription>, crate::Error> {
-        ChannelDescription::of_file(&self.volume, &OpenOptions { alone: self.alone, ..self.file.raw(size)? })
+        ChannelDescription::of_file(&self.volume, &OpenOptions { confined: self.confined, ..self.file.raw(size)? })
     }
 
     /// Opens the labels of the volume's file, if the options or the file say that its voxels are some.
@@ -139,7 +139,7 @@ impl VolumeOptions {
         if standard::is_input(&self.volume) || (are_values && !labels.is_given()) {
             return Ok(None);
         }
-        labels.open(&self.volume, &OpenOptions { alone: self.alone, ..self.file.raw(Some(size))? })
+        labels.open(&self.volume, &OpenOptions { confined: self.confined, ..self.file.raw(Some(size))? })
     }
 
     /// What the file holds, if it is a readable one and none of its channels or frames is chosen.
@@ -148,7 +148,7 @@ impl VolumeOptions {
         if standard::is_input(&self.volume) || self.file.channel.is_some() || self.file.frame.is_some() {
             return None;
         }
-        let options = OpenOptions { alone: self.alone, ..self.file.raw(Some(size)).ok()? };
+        let options = OpenOptions { confined: self.confined, ..self.file.raw(Some(size)).ok()? };
         // The reader says what is wrong with a file.
         Contents::of_file(&self.volume, &options).ok()
     }
@@ -156,7 +156,7 @@ impl VolumeOptions {
     /// Whether the file says that its voxels are labels.
     #[cfg(feature = "viewer")]
     pub fn declares_labels(&self, size: Viewport) -> bool {
-        let options = self.file.raw(Some(size)).map(|raw| OpenOptions { alone: self.alone, ..raw });
+        let options = self.file.raw(Some(size)).map(|raw| OpenOptions { confined: self.confined, ..raw });
         options.and_then(|options| Labels::are_declared(&self.volume, &options)).unwrap_or(false)
     }
 
@@ -166,13 +166,13 @@ impl VolumeOptions {
             let problem = "are read one after the other, and standard input can be read once: name a file".into();
             return Err(crate::Error::Settings { field: "channels", problem });
         }
-        let options = component.chosen(OpenOptions { alone: self.alone, ..self.file.raw(size)? });
+        let options = component.chosen(OpenOptions { confined: self.confined, ..self.file.raw(size)? });
         self.with_background(Volume::open(&self.volume, &options)?)
     }
 
     /// Opens the volume with what its file states about it.
     pub fn open_described(&self, label_options: &LabelOptions) -> Result<Described, crate::Error> {
-        let options = OpenOptions { alone: self.alone, ..self.file.raw(None)? };
+        let options = OpenOptions { confined: self.confined, ..self.file.raw(None)? };
         let (volume, labels, channels) = standard::open_input(&self.volume, |path| {
             let labels = label_options.open(path, &options)?;
             let open = || Volume::open(path, &options);
@@ -202,7 +202,7 @@ impl VolumeOptions {
             return Err(crate::Error::Settings { field: "time", problem });
         }
         let raw = self.file.raw(size)?;
-        let options = OpenOptions { memory, alone: self.alone, ..raw };
+        let options = OpenOptions { memory, confined: self.confined, ..raw };
         let options = match component {
             Some(component) => component.chosen(options),
             None => options,
@@ -266,7 +266,7 @@ impl FileOptions {
             series,
             level,
             memory: None,
-            alone: false,
+            confined: false,
         };
         Ok(match &self.channel {
             Some(ChannelChoice::One(component)) => component.chosen(options),

@@ -5,9 +5,9 @@ const field = (id) => /** @type {HTMLInputElement} */ (document.getElementById(i
 
 /** Bytes of a number by its type. @type {Record<string, number>} */
 const BYTES = { uint8: 1, int8: 1, uint16: 2, int16: 2, uint32: 4, int32: 4, float32: 4, float64: 8 };
-/** A name of raw voxels, and one that states their size. */
+/** A name of raw voxels, and one that states their size and type. */
 const RAW = /\.raw(\.gz)?$/i;
-const STATED = /\d+x\d+x\d+/i;
+const STATED = /(^|_)\d+x\d+x\d+_u?(int|float)\d+(_|\.raw)/i;
 
 export class Raw {
   constructor() {
@@ -22,7 +22,7 @@ export class Raw {
     if (!RAW.test(name) || STATED.test(name)) return name;
     // The size of a packed file says nothing.
     this.bytes = /\.gz$/i.test(name) ? 0 : size;
-    field("raw-file").textContent = `${name} does not state its size: ${size.toLocaleString("en")} bytes.`;
+    field("raw-file").textContent = `${name} does not state size and type: ${size.toLocaleString("en")} bytes.`;
     this.check();
     this.dialog.returnValue = "";
     this.dialog.showModal();

@@ -18,10 +18,6 @@ impl Format for Bov {
         has(b"DATA_FILE") && (has(b"DATA_SIZE") || file.ends_with(&[".bov"]))
     }
 
-    fn names_others(&self, _: &Found) -> Result<bool, Error> {
-        Ok(true)
-    }
-
     fn open(&self, file: &Found, options: &OpenOptions) -> Result<Opened, Error> {
         let path = file.path;
         let fields = Keyed::read(path, ':', "")?;
@@ -39,7 +35,7 @@ impl Format for Bov {
             return Err(fields.wrong(format!("its DATA_FILE, {name}, names several bricks: use a header with a single file")));
         }
         let first = fields.number::<u64>("BYTE_OFFSET")?.unwrap_or(0);
-        let voxels = numbered::beside(path, name);
+        let voxels = numbered::beside(path, name, options)?;
         let failed = |e| Error::read(&voxels, e);
         let bytes: Box<dyn Bytes> = if Found::look(&voxels)?.unpacked.is_some() {
             Box::new(Packed::<Gzip>::new(&voxels, 0, first).map_err(failed)?)

@@ -3,7 +3,7 @@
 
 use super::choice::chosen;
 use super::load::Opened;
-use super::{OpenOptions, open_one, slices};
+use super::{OpenOptions, numbered, open_one, slices};
 use crate::error::Error;
 use serde::Deserialize;
 use std::fs::File;
@@ -28,14 +28,12 @@ fn listed(path: &Path, options: &OpenOptions) -> Result<Option<Vec<(f64, PathBuf
     if !is_pvd && !ends("series") {
         return Ok(None);
     }
-    if options.alone {
-        return Err(Error::volume(path, "its steps are in other files, which it names: use a file that has them all"));
-    }
     #[cfg(feature = "vtk")]
-    if is_pvd {
-        return super::vtk::collected(path).map(Some);
-    }
-    series(path).map(Some)
+    let steps = if is_pvd { super::vtk::collected(path)? } else { series(path)? };
+    #[cfg(not(feature = "vtk"))]
+    let steps = series(path)?;
+    let placed = |(time, name): (f64, String)| Ok((time, numbered::beside(path, &name, options)?));
+    steps.into_iter().map(placed).collect::<Result<_, _>>().map(Some)
 }
 
 /// Longest list of files in bytes.
@@ -44,12 +42,12 @@ const LONGEST: u64 = 16 << 20;
 /// A file of a series of ParaView.
 #[derive(Deserialize)]
 struct Step {
-    name: PathBuf,
+    name: String,
     time: f64,
 }
 
-/// The files that ParaView's `.series` lists in JSON, in the order of time. Names are relative to its folder.
-fn series(path: &Path) -> Result<Vec<(f64, PathBuf)>, Error> {
+/// Times and names of the files that ParaView's `.series` lists in JSON, in the order of time.
+fn series(path: &Path) -> Result<Vec<(f64, String)>, Error> {
     #[derive(Deserialize)]
     struct Series {
         files: Vec<Step>,
@@ -63,8 +61,7 @@ fn series(path: &Path) -> Result<Vec<(f64, PathBuf)>, Error> {
         return Err(Error::volume(path, "it lists no files"));
     }
     steps.sort_by(|a, b| a.time.total_cmp(&b.time));
-    let folder = path.parent().unwrap_or(Path::new(""));
-    Ok(steps.into_iter().map(|step| (step.time, folder.join(step.name))).collect())
+    Ok(steps.into_iter().map(|step| (step.time, step.name)).collect())
 }
 
 /// Opens a step by the option `frame`, which counts the frames of all files.

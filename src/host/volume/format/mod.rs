@@ -121,11 +121,6 @@ trait Format: Sync {
         &[]
     }
 
-    /// Whether the header names other files.
-    fn names_others(&self, _: &Found) -> Result<bool, Error> {
-        Ok(false)
-    }
-
     /// What the file states about the ids of its voxels, if it states that they are ids of labels.
     fn labels(&self, _: &Found, _: &OpenOptions) -> Result<Option<Declared>, Error> {
         Ok(None)
@@ -324,12 +319,6 @@ fn open_file(path: &Path, options: &OpenOptions) -> Result<Opened, Error> {
     if let Some((field, _)) = given.iter().find(|(field, given)| *given && !format.chooses().contains(field)) {
         let problem = format!("not supported by the format of {}: omit it", path.display());
         return Err(Error::Settings { field, problem });
-    }
-    if options.alone && format.names_others(&file)? {
-        return Err(Error::volume(
-            path,
-            "its voxels are in another file, which its header names: use a format that has both in one file",
-        ));
     }
     if options.magnitude && options.channel.is_some() {
         let problem = "is either one component or their magnitude: omit one of them".into();

@@ -1,8 +1,9 @@
 //! Data files named in headers, including numbered ones.
 
+use super::OpenOptions;
 use super::bytes::{Bytes, Joined};
 use crate::error::Error;
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 /// Limit of files that a pattern may name.
 const MOST: usize = 1 << 16;
@@ -31,9 +32,28 @@ pub(super) fn names(pattern: &str, first: i64, last: i64, step: i64) -> Result<V
 /// Data files, and the number of array axes in each, if specified.
 pub(super) type Several = (Vec<PathBuf>, Option<usize>);
 
+/// Whether a relative path stays inside its folder.
+pub(super) fn leads_below(name: &str) -> bool {
+    Path::new(name).components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir))
+}
+
 /// Path of a file that a header names.
-pub(super) fn beside(header: &Path, name: &str) -> PathBuf {
-    header.parent().unwrap_or(Path::new("")).join(name)
+///
+/// # Errors
+/// If the header is [confined](OpenOptions::confined) to its folder, and the file is not there.
+pub(super) fn beside(header: &Path, name: &str, options: &OpenOptions) -> Result<PathBuf, Error> {
+    let file = header.parent().unwrap_or(Path::new("")).join(name);
+    if options.confined {
+        if !leads_below(name) {
+            let problem = format!("its header names {name}: change that to the name of a file beside the header");
+            return Err(Error::volume(header, problem));
+        }
+        if !file.is_file() {
+            let problem = format!("its header names the file {name}, which is not beside it: give both together");
+            return Err(Error::volume(header, problem));
+        }
+    }
+    Ok(file)
 }
 
 /// Concatenation of data files with `each` bytes per file, `whole` bytes in total. `open` opens one of them.

@@ -54,8 +54,9 @@ pub struct OpenOptions {
     /// Memory limit in bytes for voxels of files that cannot be mapped. Larger volumes are decompressed to a temporary file (in
     /// `TMPDIR` or the system's default folder), which is mapped. Unlimited by default.
     pub memory: Option<u64>,
-    /// Refuses a header that names other files. For files of unknown origin, which could otherwise show any file of this machine.
-    pub alone: bool,
+    /// Refuses a header that names files outside its own folder. For files of unknown origin, which could otherwise show any file of this
+    /// machine.
+    pub confined: bool,
 }
 
 /// Spacing and origin that are assumed of files which state none: several files of one scene share them.

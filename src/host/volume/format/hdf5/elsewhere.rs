@@ -11,30 +11,26 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// Finds files in the folder of a file, if they may be used, and records those that it does not find.
+/// Finds files in the folder of a file and below, and records those that it does not find.
 pub(super) struct Others {
     path: PathBuf,
-    files: Option<FilesystemExternalFileResolver>,
+    files: FilesystemExternalFileResolver,
     missing: Mutex<BTreeSet<String>>,
     used: AtomicBool,
 }
 
 impl Others {
-    /// `alone`: other files may not be used.
-    pub fn of(path: &Path, alone: bool) -> Arc<Self> {
+    pub fn of(path: &Path) -> Arc<Self> {
         let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        let files = (!alone).then(|| FilesystemExternalFileResolver::new(folder));
+        let files = FilesystemExternalFileResolver::new(folder);
         Arc::new(Self { path: path.into(), files, missing: Mutex::default(), used: AtomicBool::new(false) })
     }
 
-    /// Why something was not found, if it is in a file that is missing or may not be used.
+    /// Why something was not found, if it is in a file that is missing.
     pub fn problem(&self) -> Option<String> {
         let missing = self.missing.lock().unwrap_or_else(PoisonError::into_inner);
         let names = missing.iter().cloned().collect::<Vec<_>>().join(", ");
-        (!names.is_empty()).then(|| match self.files {
-            Some(_) => format!("its data are in {names}, which is not in its folder: put it there"),
-            None => format!("its data are in {names}: use a file that has them all"),
-        })
+        (!names.is_empty()).then(|| format!("its data are in {names}, which is not in its folder: put it there"))
     }
 
     /// Whether links to other files were followed.
@@ -43,7 +39,7 @@ impl Others {
     }
 
     fn open(&self, name: &str) -> Option<DynStorage> {
-        let found = self.files.as_ref().and_then(|files| files.resolve_external_file(name).ok().flatten());
+        let found = self.files.resolve_external_file(name).ok().flatten();
         if found.is_none() {
             self.missing.lock().unwrap_or_else(PoisonError::into_inner).insert(name.into());
         }
@@ -60,7 +56,7 @@ impl ExternalFileResolver for Others {
 impl ExternalLinkResolver for Others {
     fn resolve_external_link(&self, name: &str) -> Result<Option<Hdf5File>> {
         self.used.store(true, Ordering::Relaxed);
-        let limits = || super::limits(&Self::of(&self.path, false));
+        let limits = || super::limits(&Self::of(&self.path));
         self.open(name).map(|storage| Hdf5File::from_storage_with_options(storage, limits())).transpose()
     }
 }

@@ -61,7 +61,7 @@ impl Format for Hdf5 {
 
     fn open(&self, file: &Found, options: &OpenOptions) -> Result<Opened, Error> {
         let path = file.path;
-        let others = Others::of(path, options.alone);
+        let others = Others::of(path);
         let file = Hdf5File::open_with_options(path, limits(&others)).map_err(|e| find::damaged(path, &e))?;
         if let Ok(group) = file.group(vtkhdf::GROUP) {
             return vtkhdf::open(path, &file, &group, options);

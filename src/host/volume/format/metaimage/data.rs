@@ -4,7 +4,7 @@ use crate::error::Error;
 use crate::volume::ScalarType;
 use crate::volume::format::bytes::{Bytes, Held, Packed, Plain, Zlib};
 use crate::volume::format::keyed::Keyed;
-use crate::volume::format::{numbered, text};
+use crate::volume::format::{OpenOptions, numbered, text};
 use std::fs::File;
 use std::path::Path;
 
@@ -16,10 +16,10 @@ pub(super) fn is_text(fields: &Keyed) -> bool {
 /// Data of the whole array. The product of `sizes` must not overflow.
 pub(super) fn bytes(
     path: &Path,
+    options: &OpenOptions,
     fields: &Keyed,
     sizes: &[usize],
-    channels: usize,
-    scalar: ScalarType,
+    (channels, scalar): (usize, ScalarType),
 ) -> Result<Box<dyn Bytes>, Error> {
     let named = fields.need("ElementDataFile")?;
     let of = |axes: usize| sizes[..axes].iter().product::<usize>() as u64 * (channels * scalar.bytes()) as u64;
@@ -27,8 +27,8 @@ pub(super) fn bytes(
     if named.eq_ignore_ascii_case("LOCAL") {
         return one(path, fields, fields.end, whole, scalar);
     }
-    let Some((files, axes)) = several(path, fields, named)? else {
-        return one(&numbered::beside(path, named), fields, 0, whole, scalar);
+    let Some((files, axes)) = several(path, options, fields, named)? else {
+        return one(&numbered::beside(path, named, options)?, fields, 0, whole, scalar);
     };
     let each = of(axes.unwrap_or(sizes.len() - 1).clamp(1, sizes.len()));
     let fields = fields.clone();
@@ -36,10 +36,10 @@ pub(super) fn bytes(
 }
 
 /// Files of `LIST [axes]` or `pattern first last step`, and the number of axes per file.
-fn several(path: &Path, fields: &Keyed, named: &str) -> Result<Option<numbered::Several>, Error> {
+fn several(path: &Path, options: &OpenOptions, fields: &Keyed, named: &str) -> Result<Option<numbered::Several>, Error> {
     let words: Vec<&str> = named.split_whitespace().collect();
     if words.first() == Some(&"LIST") {
-        let files = fields.listed.iter().map(|name| numbered::beside(path, name)).collect();
+        let files = fields.listed.iter().map(|name| numbered::beside(path, name, options)).collect::<Result<_, _>>()?;
         let axes = words.get(1).and_then(|axes| axes.trim_end_matches(['D', 'd']).parse().ok());
         return Ok(Some((files, axes)));
     }
@@ -47,7 +47,8 @@ fn several(path: &Path, fields: &Keyed, named: &str) -> Result<Option<numbered::
     let Some(&[first, last, ref step @ ..]) = numbers.as_deref().filter(|_| named.contains('%')) else { return Ok(None) };
     let names = numbered::names(words[0], first, last, step.first().copied().unwrap_or(1));
     let names = names.map_err(|problem| fields.wrong(problem))?;
-    Ok(Some((names.iter().map(|name| numbered::beside(path, name)).collect(), None)))
+    let files = names.iter().map(|name| numbered::beside(path, name, options)).collect::<Result<_, _>>()?;
+    Ok(Some((files, None)))
 }
 
 /// Data of one file from byte `start`, `len` bytes after decompression.

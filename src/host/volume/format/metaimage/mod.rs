@@ -22,11 +22,6 @@ impl Format for MetaImage {
         first.contains(&b'=') && (has(b"NDims") || has(b"ObjectType")) && (has(b"DimSize") || file.ends_with(&[".mha", ".mhd"]))
     }
 
-    fn names_others(&self, file: &Found) -> Result<bool, Error> {
-        let fields = Keyed::read(file.path, '=', "ElementDataFile")?;
-        Ok(!fields.need("ElementDataFile")?.eq_ignore_ascii_case("LOCAL"))
-    }
-
     fn open(&self, file: &Found, options: &OpenOptions) -> Result<Opened, Error> {
         let path = file.path;
         let fields = Keyed::read(path, '=', "ElementDataFile")?;
@@ -50,7 +45,7 @@ impl Format for MetaImage {
         };
         let header = Header { endian, ..Header::new(grid, scalar) }.with_channels_inside(channel, channels).with_frame(frame);
         let header = header.with_contents(contents).with_magnitude(scalar.bytes() as u64);
-        Ok(Opened { header, bytes: data::bytes(path, &fields, &sizes, channels, scalar)?, exact: false })
+        Ok(Opened { header, bytes: data::bytes(path, options, &fields, &sizes, (channels, scalar))?, exact: false })
     }
 }
 

@@ -22,13 +22,13 @@ impl Format for Nifti {
         is_header(file) || header_of(file.path).is_some()
     }
 
-    fn labels(&self, file: &Found, options: &OpenOptions) -> Result<Option<Declared>, Error> {
+    fn labels(&self, file: &Found, _: &OpenOptions) -> Result<Option<Declared>, Error> {
         let path = &header_of(file.path).unwrap_or_else(|| file.path.into());
         let fields = read(path)?;
         if !fields.is_of_labels() {
             return Ok(None);
         }
-        let layers = auxiliary_table(path, &fields, options)?.unwrap_or_default();
+        let layers = auxiliary_table(path, &fields)?.unwrap_or_default();
         Ok(Some(Declared { layers: vec![layers] }))
     }
 
@@ -81,11 +81,11 @@ impl Format for Nifti {
 }
 
 /// The table of labels beside a header that names it. Programs write other text in that field, too.
-fn auxiliary_table(path: &Path, fields: &Fields, options: &OpenOptions) -> Result<Option<LabelTable>, Error> {
+fn auxiliary_table(path: &Path, fields: &Fields) -> Result<Option<LabelTable>, Error> {
     let name = fields.auxiliary_file();
     let table = path.with_file_name(&name);
     let is_name = !name.is_empty() && Path::new(&name).components().count() == 1;
-    if !is_name || options.alone || !table.is_file() {
+    if !is_name || !table.is_file() {
         return Ok(None);
     }
     tracing::info!("{}: names of labels from {}", path.display(), table.display());

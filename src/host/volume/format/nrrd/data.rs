@@ -5,17 +5,23 @@ use super::fields::Fields;
 use crate::error::Error;
 use crate::volume::ScalarType;
 use crate::volume::format::bytes::{Bytes, Gzip, Held, Packed, Plain};
-use crate::volume::format::{numbered, text};
+use crate::volume::format::{OpenOptions, numbered, text};
 use std::fs::File;
 use std::io::{BufRead, BufReader, Seek, SeekFrom};
 use std::path::Path;
 
 /// Data of the whole array.
-pub(super) fn bytes(path: &Path, fields: &Fields, axes: &Axes, scalar: ScalarType) -> Result<Box<dyn Bytes>, Error> {
+pub(super) fn bytes(
+    path: &Path,
+    options: &OpenOptions,
+    fields: &Fields,
+    axes: &Axes,
+    scalar: ScalarType,
+) -> Result<Box<dyn Bytes>, Error> {
     let whole = axes.bytes(scalar);
     let Some(named) = fields.get("data file") else { return one(path, fields, fields.end, whole, scalar) };
-    let Some((files, per_file)) = several(path, fields, named)? else {
-        return one(&numbered::beside(path, named), fields, 0, whole, scalar);
+    let Some((files, per_file)) = several(path, options, fields, named)? else {
+        return one(&numbered::beside(path, named, options)?, fields, 0, whole, scalar);
     };
     let axes_per_file = per_file.unwrap_or(axes.sizes.len() - 1).clamp(1, axes.sizes.len());
     let each = axes.stride(axes_per_file, scalar);
@@ -24,16 +30,16 @@ pub(super) fn bytes(path: &Path, fields: &Fields, axes: &Axes, scalar: ScalarTyp
 }
 
 /// Files of `LIST [axes]` or `pattern first last step [axes]`, and the number of axes per file.
-fn several(path: &Path, fields: &Fields, named: &str) -> Result<Option<numbered::Several>, Error> {
+fn several(path: &Path, options: &OpenOptions, fields: &Fields, named: &str) -> Result<Option<numbered::Several>, Error> {
     let words: Vec<&str> = named.split_whitespace().collect();
     if words.first() == Some(&"LIST") {
-        let files = fields.listed.iter().map(|name| numbered::beside(path, name)).collect();
+        let files = fields.listed.iter().map(|name| numbered::beside(path, name, options)).collect::<Result<_, _>>()?;
         return Ok(Some((files, words.get(1).and_then(|n| n.parse().ok()))));
     }
     let numbers: Option<Vec<i64>> = words.iter().skip(1).map(|word| word.parse().ok()).collect();
     let Some(&[first, last, step, ref rest @ ..]) = numbers.as_deref().filter(|_| named.contains('%')) else { return Ok(None) };
     let names = numbered::names(words[0], first, last, step).map_err(|problem| fields.wrong(problem))?;
-    let files = names.iter().map(|name| numbered::beside(path, name)).collect();
+    let files = names.iter().map(|name| numbered::beside(path, name, options)).collect::<Result<_, _>>()?;
     Ok(Some((files, rest.first().and_then(|&n| usize::try_from(n).ok()))))
 }
 

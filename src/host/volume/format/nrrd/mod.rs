@@ -20,10 +20,6 @@ impl Format for Nrrd {
         file.start.starts_with(b"NRRD000")
     }
 
-    fn names_others(&self, file: &Found) -> Result<bool, Error> {
-        Ok(Fields::read(file.path)?.get("data file").is_some())
-    }
-
     fn labels(&self, file: &Found, options: &OpenOptions) -> Result<Option<Declared>, Error> {
         let fields = Fields::read(file.path)?;
         if !segments::are_declared(&fields) {
@@ -57,7 +53,7 @@ impl Format for Nrrd {
             }
         };
         let endian = if fields.is_text() { Endian::NATIVE } else { endian };
-        let bytes = data::bytes(path, &fields, &axes, scalar)?;
+        let bytes = data::bytes(path, options, &fields, &axes, scalar)?;
         let header = Header { endian, first, strides, contents, ..Header::new(grid, scalar) };
         Ok(Opened { header: header.with_magnitude(component_stride), bytes, exact: false })
     }

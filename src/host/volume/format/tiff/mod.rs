@@ -262,13 +262,10 @@ impl<'a> Document<'a> {
 
 /// A file that a description names, in the same folder.
 fn beside(path: &Path, name: &str, options: &OpenOptions) -> Result<std::path::PathBuf, Error> {
-    if options.alone {
-        return Err(Error::volume(path, format!("its OME-XML names another file, {name}: use a file that has all pages")));
-    }
     if Path::new(name).file_name().is_none_or(|last| last != name) {
         return Err(Error::volume(path, format!("its OME-XML names {name}, which is not a file of the same folder")));
     }
-    let file = numbered::beside(path, name);
+    let file = numbered::beside(path, name, options)?;
     if !file.is_file() {
         let problem = format!("its OME-XML names the file {name}, which is missing: put it into the same folder");
         return Err(Error::volume(path, problem));

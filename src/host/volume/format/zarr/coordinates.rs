@@ -4,6 +4,7 @@ use super::node::{self, Node};
 use super::pieces::Pieces;
 use crate::volume::format::axes::Axis;
 use crate::volume::format::conventions::Packed;
+use crate::volume::format::numbered;
 use crate::volume::format::parts::Parts;
 use crate::volume::wide::Numbers;
 use std::path::Path;
@@ -22,7 +23,7 @@ pub(super) fn axis(folder: &Path, name: &str) -> Axis {
 
 /// The numbers and the unit of the array `name` beside the one in `folder`.
 fn read(folder: &Path, name: &str) -> Option<(Vec<f64>, String)> {
-    if name.is_empty() || !node::leads_below(name) {
+    if name.is_empty() || !numbered::leads_below(name) {
         return None;
     }
     let folder = folder.parent()?.join(name);

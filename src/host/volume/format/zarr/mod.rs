@@ -13,7 +13,7 @@ use super::axes::{Axis, Roles};
 use super::conventions::Packed;
 use super::load::{self, Header, Opened};
 use super::parts::Kept;
-use super::{Format, Found, OpenOptions, choice};
+use super::{Format, Found, OpenOptions, choice, numbered};
 use crate::error::Error;
 use crate::memory;
 use crate::volume::labels::{self, Declared};
@@ -111,7 +111,7 @@ fn level(path: &Path, image: Multiscales, options: &OpenOptions, contents: &mut 
     let mut arrays = Vec::new();
     for level in &image.levels {
         let folder = path.join(&level.path);
-        match node::leads_below(&level.path).then(|| node::node(&folder)).transpose()? {
+        match numbered::leads_below(&level.path).then(|| node::node(&folder)).transpose()? {
             Some(Node::Array(array)) if array.shape.len() == level.axes.len() => arrays.push(*array),
             Some(Node::Array(array)) => {
                 let problem =

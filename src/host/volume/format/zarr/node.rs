@@ -5,7 +5,7 @@ use super::multiscales::Multiscales;
 use crate::error::Error;
 use crate::memory;
 use serde_json::Value;
-use std::path::{Component, Path};
+use std::path::Path;
 
 /// Metadata files that mark a node.
 const MARKS: [&str; 3] = ["zarr.json", ".zarray", ".zgroup"];
@@ -69,11 +69,6 @@ fn json(path: &Path) -> Result<Value, Error> {
     memory::require(&path.display().to_string(), len)?;
     let text = std::fs::read(path).map_err(|e| Error::read(path, e))?;
     serde_json::from_slice(&text).map_err(|e| Error::volume(path, format!("it is truncated or damaged: {e}")))
-}
-
-/// Whether a relative path stays inside its folder.
-pub(super) fn leads_below(name: &str) -> bool {
-    Path::new(name).components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir))
 }
 
 /// Paths of the arrays and images in a group.
