@@ -9,14 +9,14 @@ use crate::layers::Kernel;
 use crate::renderer::{ColorOpacity, vector_norms};
 use crate::shown::{IndexedLabels, Shown};
 use crate::viewport::Viewport;
-use crate::volume::{ChannelDescription, Volume, VoxelType, Voxels};
+use crate::volume::ColorChannels;
 use clap::{Args, ValueEnum};
 
 /// Components as colours.
 #[derive(Args)]
 #[command(next_help_heading = "Channels")]
 pub(super) struct ColorOptions {
-    /// Draw components of the file as colours: direct, as red, green, blue and possibly opacity; direction, as vectors whose direction is the colour and whose norm, by the transfer function, the opacity
+    /// Draw components of the file as colours: direct, as red, green, blue and possibly opacity; direction, as vectors whose direction is the colour and whose norm, by the transfer function, the opacity; none [default: direct if the file says that they are colours, else none]
     #[arg(long, value_name = "HOW", conflicts_with_all = ["channels", "channel", "with", "scene", "labels", "label", "label_colors", "label_surfaces", "mask", "field"])]
     colors: Option<Colors>,
     /// Opacity of colours: alpha, luminance (then by --opacity), or a colour that is transparent, as white [default: alpha if there is one, else luminance]
@@ -28,6 +28,7 @@ pub(super) struct ColorOptions {
 enum Colors {
     Direct,
     Direction,
+    None,
 }
 
 /// Parses `alpha`, `luminance` or a colour.
@@ -42,27 +43,35 @@ fn color_opacity(text: &str) -> Result<ColorOpacity, String> {
 }
 
 impl ColorOptions {
-    /// Whether components are used as colours.
+    /// Whether options say how components are drawn as colours.
     pub fn are_given(&self) -> bool {
         self.colors.is_some()
     }
 
+    /// How components are drawn as colours: as options say, or directly if the file says that they are colours and no option chooses else.
+    fn chosen(&self, options: &SceneOptions) -> Option<Colors> {
+        let SceneOptions { volume, channels, labels, camera, .. } = options;
+        let direct = || !channels.are_given() && !labels.is_given() && volume.declares_colors(camera.size);
+        self.colors.or_else(|| direct().then_some(Colors::Direct))
+    }
+
     /// Opens the components of the volume's file, or its labels; `None` if its values are shown.
-    pub fn open(&self, options: &VolumeOptions, labels: &LabelOptions, size: Viewport) -> Result<Option<Shown>, Error> {
-        let Some(colors) = self.colors else {
+    pub fn open(&self, scene: &SceneOptions) -> Result<Option<Shown>, Error> {
+        let (options, size) = (&scene.volume, scene.camera.size);
+        let chosen = self.chosen(scene);
+        match chosen {
+            Some(Colors::Direct) => return self.open_colors(options, size).map(Some),
+            Some(Colors::Direction) => return self.open_vectors(options, size).map(Some),
             // The command line parser accepts this beside options that exclude --colors.
-            if self.color_opacity.is_some() {
+            Some(Colors::None) | None if self.color_opacity.is_some() => {
                 let problem = "is the opacity of colours: add --colors direct, or omit it".into();
                 return Err(Error::Settings { field: "color_opacity", problem });
             }
-            let Some(labels) = options.labels(labels, size)? else { return Ok(None) };
-            return Ok(Some(Shown::Labels(IndexedLabels::new(labels)?)));
-        };
-        match colors {
-            Colors::Direct => self.open_colors(options, size),
-            Colors::Direction => self.open_vectors(options, size),
+            Some(Colors::None) => return Ok(None),
+            None => {}
         }
-        .map(Some)
+        let labels = options.labels(&scene.labels, size)?;
+        labels.map(|labels| IndexedLabels::new(labels).map(Shown::Labels)).transpose()
     }
 
     fn open_vectors(&self, options: &VolumeOptions, size: Viewport) -> Result<Shown, Error> {
@@ -83,27 +92,20 @@ impl ColorOptions {
     }
 
     fn open_colors(&self, options: &VolumeOptions, size: Viewport) -> Result<Shown, Error> {
-        let first = options.open_component(&Component::Number(0), Some(size))?;
-        let count = first.contents().channels;
-        if count < 3 {
-            let problem = format!("direct needs 3 or 4 components, and {} has {count}: omit it", first.name());
-            return Err(Error::Settings { field: "colors", problem });
-        }
+        let file = options.volume.display();
         let described = options.channel_descriptions(Some(size))?;
-        let alpha = Alpha::of(&described);
-        if self.color_opacity == Some(ColorOpacity::Alpha) && alpha.is_none() {
-            let problem = format!("alpha is a fourth component, and {} has none: choose another", first.name());
+        let channels = ColorChannels::of(&described).ok_or_else(|| {
+            let problem = format!("direct needs 3 or 4 components, and {file} has {}: omit it", described.len());
+            Error::Settings { field: "colors", problem }
+        })?;
+        if self.color_opacity == Some(ColorOpacity::Alpha) && !channels.has_alpha() {
+            let problem = format!("alpha is a fourth component, and {file} has none: choose another");
             return Err(Error::Settings { field: "color_opacity", problem });
         }
-        let others = (1..3).chain(alpha.map(|alpha| alpha.number));
-        let others = others.map(|number| options.open_component(&Component::Number(number), Some(size)));
-        let mut components = std::iter::once(Ok(first)).chain(others).collect::<Result<Vec<_>, _>>()?;
-        if alpha.is_some_and(|alpha| alpha.is_associated) {
-            let divided = components[..3].iter().map(|color| divided(color, &components[3])).collect::<Result<Vec<_>, _>>()?;
-            components.splice(..3, divided);
-        }
-        let default = if alpha.is_some() { ColorOpacity::Alpha } else { ColorOpacity::Luminance };
-        Ok(Shown::Components(components, self.color_opacity.unwrap_or(default)))
+        let component = |&number: &usize| options.open_component(&Component::Number(number), Some(size));
+        let components = channels.numbers().iter().map(component).collect::<Result<Vec<_>, _>>()?;
+        let default = if channels.has_alpha() { ColorOpacity::Alpha } else { ColorOpacity::Luminance };
+        Ok(Shown::Components(channels.straight(components)?, self.color_opacity.unwrap_or(default)))
     }
 }
 
@@ -127,15 +129,15 @@ pub(super) fn reject_value_options(shown: &Shown, options: &SceneOptions) -> Res
         }
         Shown::Components(_, ColorOpacity::Alpha) => {
             if let Some(field) = transfer.given().next() {
-                let problem =
-                    "is for values; colours have the opacity of their alpha: omit it, or choose --color-opacity luminance";
+                let problem = "is for values; colours have the opacity of their alpha: omit it, or choose --color-opacity luminance, or one \
+                     component by --channel N";
                 return refuse(field, problem);
             }
         }
         Shown::Components(..) => {
             if let Some(field) = transfer.given().find(|name| ["preset", "palette"].contains(name)) {
-                let problem =
-                    "is for values; the opacity of colours is that of --opacity, --tent or --transfer: choose one of these";
+                let problem = "is for values; the opacity of colours is that of --opacity, --tent or --transfer: choose one of these, or one \
+                     component by --channel N";
                 return refuse(field, problem);
             }
         }
@@ -177,70 +179,4 @@ pub(super) fn reject_beside_labels(
 
 fn refuse(field: &'static str, problem: &str) -> Result<(), Error> {
     Err(Error::Settings { field, problem: problem.into() })
-}
-
-/// The component that is an opacity.
-#[derive(Clone, Copy)]
-struct Alpha {
-    number: usize,
-    /// Whether the colours are multiplied by it.
-    is_associated: bool,
-}
-
-impl Alpha {
-    /// The one that the file names so, else the fourth component of four.
-    fn of(channels: &[ChannelDescription]) -> Option<Self> {
-        let named = |name: &str| channels.iter().position(|channel| channel.name.as_deref() == Some(name));
-        let are_named = channels.iter().take(3).all(|channel| channel.name.is_some());
-        let fourth = || (channels.len() == 4 && !are_named).then_some(3);
-        let straight = named("alpha").or_else(fourth).map(|number| Self { number, is_associated: false });
-        straight.or_else(|| Some(Self { number: named(ChannelDescription::ASSOCIATED_ALPHA)?, is_associated: true }))
-    }
-}
-
-/// A colour by which an opacity has been multiplied, divided by it. Both have one type.
-fn divided(color: &Volume, alpha: &Volume) -> Result<Volume<'static>, Error> {
-    let full = match color.voxel_type() {
-        VoxelType::Uint8 => f64::from(u8::MAX),
-        VoxelType::Uint16 => f64::from(u16::MAX),
-        VoxelType::Int8 | VoxelType::Int16 | VoxelType::Float32 => 1.0,
-    };
-    let count = color.grid().voxel_count();
-    let all = |value: &(dyn Fn(usize) -> f64 + Sync)| (0..count).map(value).collect::<Vec<f64>>();
-    let straight = color.look(all).into_iter().zip(alpha.look(all));
-    let straight = straight.map(|(color, alpha)| if alpha > 0.0 { (color / alpha * full).min(full) } else { 0.0 });
-    let voxels = match color.voxel_type() {
-        VoxelType::Uint8 => Voxels::Uint8(straight.map(|value| value.round() as u8).collect()),
-        VoxelType::Uint16 => Voxels::Uint16(straight.map(|value| value.round() as u16).collect()),
-        _ => Voxels::Float32(straight.map(|value| value as f32).collect()),
-    };
-    Volume::new(color.name(), color.grid().clone(), voxels)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::volume::Grid;
-    use glam::DVec3;
-
-    fn named(names: &[&str]) -> Vec<ChannelDescription> {
-        let name = |name: &&str| Some(name.to_string()).filter(|name| !name.is_empty());
-        names.iter().map(|one| ChannelDescription { name: name(one), ..ChannelDescription::default() }).collect()
-    }
-
-    #[test]
-    fn only_what_is_an_opacity_is_one() {
-        let alpha = |names: &[&str]| Alpha::of(&named(names)).map(|alpha| (alpha.number, alpha.is_associated));
-        assert_eq!(alpha(&["red", "green", "blue", "alpha"]), Some((3, false)));
-        assert_eq!(alpha(&["red", "green", "blue", "", "associated alpha"]), Some((4, true)));
-        assert_eq!((alpha(&["", "", "", ""]), alpha(&["", "", "", "", ""])), (Some((3, false)), None));
-        assert_eq!((alpha(&["red", "green", "blue", ""]), alpha(&["red", "green", "blue"])), (None, None));
-    }
-
-    #[test]
-    fn colours_are_divided_by_the_opacity_that_they_were_multiplied_by() {
-        let volume = |values: Vec<u8>| Volume::new("v", Grid::new([4, 1, 1], DVec3::ONE).unwrap(), values).unwrap();
-        let found = divided(&volume(vec![50, 0, 255, 9]), &volume(vec![100, 0, 255, 3])).unwrap();
-        assert_eq!([0, 1, 2, 3].map(|i| found.value(i)), [128.0, 0.0, 255.0, 255.0]);
-    }
 }

@@ -41,6 +41,8 @@ struct Info {
     channel_descriptions: Vec<ChannelReport>,
     /// Whether the magnitude of all components is described.
     magnitude: bool,
+    /// Whether the components are colours.
+    are_colors: bool,
     /// Volumes of a sequence, usually times, and which one is described here.
     frames: usize,
     frame: usize,
@@ -132,6 +134,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         channel: contents.channel,
         channel_descriptions: ChannelReport::all(&channels),
         magnitude: contents.magnitude,
+        are_colors: contents.are_colors,
         frames: contents.frames,
         frame: contents.frame,
         frame_spacing: contents.frame_spacing.as_ref().map(|spacing| spacing.distance),
@@ -205,7 +208,8 @@ fn several(contents: &Contents) -> Vec<String> {
     let mut lines = Vec::new();
     if *channels > 1 {
         let this = if *magnitude { "their magnitude".into() } else { channel.to_string() };
-        lines.push(format!("channels  {channels}; this is {this} (--channel)"));
+        let colors = if contents.are_colors { ", which are red, green and blue" } else { "" };
+        lines.push(format!("channels  {channels}{colors}; this is {this} (--channel)"));
     }
     if *frames > 1 {
         let unit = |unit: &Option<String>| unit.as_ref().map_or(String::new(), |unit| format!(" {unit}"));

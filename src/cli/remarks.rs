@@ -21,7 +21,11 @@ pub(super) fn remark_on_volume(options: &VolumeOptions, volume: &Volume) {
 pub(super) fn remark_on_components(volume: &Volume) {
     let contents = volume.contents();
     if contents.channels > 1 && !contents.magnitude {
-        let colors = if (3..=4).contains(&contents.channels) { ", as red, green and blue by --colors direct" } else { "" };
+        let colors = if contents.are_colors || (3..=4).contains(&contents.channels) {
+            ", as red, green and blue by --colors direct"
+        } else {
+            ""
+        };
         eprintln!("channels: {} of {} is drawn; all by --channels all{colors}", contents.channel, contents.channels);
     }
 }

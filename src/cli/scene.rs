@@ -136,7 +136,7 @@ impl OpenedScene {
         }
         let opened_at = Instant::now();
         let shown = match sequence {
-            None => options.colors.open(&options.volume, &options.labels, options.camera.size)?,
+            None => options.colors.open(options)?,
             Some(_) => None,
         };
         shown.as_ref().map_or(Ok(()), |shown| reject_value_options(shown, options))?;

@@ -122,6 +122,17 @@ fn components_are_channels_or_colors() {
     assert!(channels != picture(f, &["rgb.nrrd", "--channels", "0,2"]));
     let colors = picture(f, &["rgb.nrrd", "--colors", "direct"]);
     assert!(colors != channels && colors.iter().any(|&c| c > 40));
+    // The file says that its components are colours.
+    assert!(picture(f, &["rgb.nrrd"]) == colors);
+    assert!(picture(f, &["rgb.nrrd", "--colors", "none"]) == picture(f, &["rgb.nrrd", "--channel", "0"]));
+    assert!(picture(f, &["rgb.nrrd", "--channel", "0"]) != colors);
+    let vectors = std::fs::read(f.join("rgb.nrrd")).unwrap();
+    let header = String::from_utf8_lossy(&vectors).find("RGB-color").unwrap();
+    std::fs::write(f.join("v.nrrd"), [&vectors[..header], b"list     ", &vectors[header + 9..]].concat()).unwrap();
+    let said = layersplat(f, &["render", "v.nrrd", "--size", "8x8", "--device-unchecked", "-o", "v.png"]).stderr;
+    let said = String::from_utf8_lossy(&said);
+    assert!(said.contains("as red, green and blue by --colors direct"), "{said}");
+    assert!(picture(f, &["v.nrrd"]) == picture(f, &["rgb.nrrd", "--channel", "0"]));
     assert!(colors != picture(f, &["rgb.nrrd", "--colors", "direct", "--color-opacity", "#0000ff"]));
     assert!(channels != picture(f, &["rgb.nrrd", "--channels", "all", "--classification", "post"]));
     assert!(picture(f, &["rgb.nrrd", "--channels", "red,Blue"]) == picture(f, &["rgb.nrrd", "--channels", "0,2"]));
@@ -430,7 +441,7 @@ fn mistakes_are_named() {
     components(f);
     std::fs::write(f.join("scene.json"), r#"[{"file": "rgb.nrrd"}, {"color": "grey"}]"#).unwrap();
     std::fs::write(f.join("flat.txt"), "1 1 0 0\n0 0 0 0\n0 0 1 0\n").unwrap();
-    let cases: [(&str, i32, &[&str]); 17] = [
+    let cases: [(&str, i32, &[&str]); 20] = [
         ("rgb.nrrd --channels all --classification post --lattice direct", 2, &["layers per pixel", "one channel", "lattice"]),
         ("rgb.nrrd --channels all --classification post --blend iso --iso 9", 2, &["iso", "pre-integrated"]),
         ("rgb.nrrd --channels 0,3", 2, &["channel", "0 to 2"]),
@@ -446,6 +457,9 @@ fn mistakes_are_named() {
         ("rgb.nrrd --channels all --algorithm view-sheets", 2, &["one channel"]),
         ("rgb.nrrd --colors direct --color-opacity alpha", 2, &["fourth component"]),
         ("rgb.nrrd --colors direct --blend maximum", 2, &["blend"]),
+        ("rgb.nrrd --mip", 2, &["blend", "choose one channel"]),
+        ("rgb.nrrd --preset ct-bone", 2, &["preset", "--channel N"]),
+        ("rgb.nrrd --colors none --color-opacity white", 2, &["color_opacity", "--colors direct"]),
         ("rgb.nrrd --channels all --field 3,factor=2", 2, &["no field 3", "--field N|NAME,KEY=VALUE"]),
         ("rgb.nrrd --field 0,file=other.nrrd", 2, &["file: unknown key"]),
     ];

@@ -264,3 +264,26 @@ fn slices_show_several_fields() {
     refused(f, &[&["slice", "a_8x8x8_uint8.raw", "--values", "-o", "v.npy"], &with[..]].concat(), 2, &["one field"]);
     refused(f, &["slice", "a_8x8x8_uint8.raw", "--field", "0,iso=5"], 2, &["omit iso"]);
 }
+
+/// Slices of colours have the colours that the file states; those of transparent voxels do not bleed.
+#[test]
+fn slices_of_colors_are_in_colors() {
+    let folder = tempfile::tempdir().unwrap();
+    let f = folder.path();
+    let header = "NRRD0004\ntype: uint8\ndimension: 4\nsizes: 4 4 4 2\nkinds: RGBA-color domain domain domain\nencoding: raw\n\n";
+    // The first columns are red and transparent, the others green and opaque.
+    let voxel = |n: usize| if n % 4 < 2 { [255, 0, 0, 0] } else { [0, 51 * (n / 4 % 4) as u8, 102, 255] };
+    let bytes: Vec<u8> = (0..32).flat_map(voxel).collect();
+    std::fs::write(f.join("c.nrrd"), [header.as_bytes(), &bytes].concat()).unwrap();
+    let slice = |more: &[&str]| {
+        json(f, &[&["slice", "c.nrrd", "--size", "4x4", "--at", "0", "-o", "c.npy"][..], more].concat());
+        let picture = read_image(&f.join("c.npy")).unwrap();
+        [(0, 0), (1, 1), (2, 1), (3, 3)].map(|(x, y)| picture.pixel(x, y))
+    };
+    // Rows of pictures begin at the top, where y is largest.
+    assert_eq!(slice(&[]), [[0.0; 4], [0.0; 4], [0.0, 0.4, 0.4, 1.0], [0.0, 0.0, 0.4, 1.0]]);
+    json(f, &["slice", "c.nrrd", "--size", "8x8", "--at", "0", "-o", "fine.npy"]);
+    let fine = read_image(&f.join("fine.npy")).unwrap();
+    assert!((0..64).all(|n| fine.pixel(n % 8, n / 8)[0] == 0.0), "red is transparent");
+    assert_eq!(slice(&["--channel", "3", "--window", "0.5,1"])[2], [1.0; 4]);
+}

@@ -1105,6 +1105,16 @@ enum layersplat_status layersplat_colors_new(const struct layersplat_device *dev
                                              struct layersplat_colors **colors);
 
 /**
+ * Opens and uploads the colours of a file: red, green, blue and possibly alpha, its first three or four channels. Files of colours are PNG, TIFF
+ * (RGB), NRRD, NIfTI (RGB24, RGBA32), DICOM and VTK; any other file of three channels or more is drawn so, too. `options` as in
+ * layersplat_colors_new(). To be freed by layersplat_colors_free().
+ */
+enum layersplat_status layersplat_colors_open(const struct layersplat_device *device,
+                                              const char *source,
+                                              const struct layersplat_color_options *options,
+                                              struct layersplat_colors **colors);
+
+/**
  * The grid of colours or labels, for layersplat_camera_fit_grid().
  */
 enum layersplat_status layersplat_colors_grid(const struct layersplat_colors *colors,

@@ -1,14 +1,14 @@
 //! Volumes of colours, and renderers of colours and of labels.
 
-use crate::boundary::{Failure, Out, borrowed, free, guard};
+use crate::boundary::{Failure, Out, borrowed, free, guard, text};
 use crate::channels::color_from;
 use crate::renderer::with_whole;
 use crate::volume::checked;
 use crate::{ColorOpacityChoice, Device, Grid, Renderer, Status, Transfer};
 use layersplat::renderer::{ColorOpacity, UploadedColors};
-use layersplat::volume::{Storage, VoxelType};
+use layersplat::volume::{ColorChannels, OpenOptions, Storage, VoxelType};
 use layersplat::{TransferFunction, Volume};
-use std::ffi::c_void;
+use std::ffi::{c_char, c_void};
 
 /// A volume of colours or labels on a device. It is immutable, and several threads may use it at the same time.
 pub struct Colors(pub(crate) UploadedColors);
@@ -71,15 +71,6 @@ pub unsafe extern "C" fn layersplat_colors_new(
             other => return Err(Failure::invalid(format!("components is {other}: expected 3, or 4 with alpha"))),
         };
         let (voxels, voxel_type, grid) = unsafe { checked(voxels, bytes, voxel_type, count, grid) }?;
-        let full = match voxel_type {
-            VoxelType::Uint8 => 255.0,
-            VoxelType::Uint16 => 65535.0,
-            VoxelType::Float32 => 1.0,
-            other => return Err(Failure::invalid(format!("voxel_type is {other}: colours are uint8, uint16 or float32"))),
-        };
-        let default = if count == 4 { ColorOpacityChoice::Alpha } else { ColorOpacityChoice::Luminance };
-        let default = ColorOptions { opacity: default as i32, background: [0.0; 3], transfer: std::ptr::null() };
-        let (opacity, transfer) = unsafe { options.as_ref().unwrap_or(&default).checked(full) }?;
         let step = voxel_type.bytes();
         let [x, y, _] = grid.dims();
         let strides = [1, x, x * y].map(|voxels| (voxels * count * step) as isize);
@@ -88,9 +79,45 @@ pub unsafe extern "C" fn layersplat_colors_new(
             Volume::new("colours in memory", grid.clone(), storage)
         };
         let components: Vec<_> = (0..count).map(component).collect::<Result<_, _>>()?;
-        out.set_handle(Colors(UploadedColors::new(&device.0, &components, opacity, &transfer)?));
+        out.set_handle(unsafe { uploaded(device, &components, options) }?);
         Ok(())
     })
+}
+
+/// Opens and uploads the colours of a file: red, green, blue and possibly alpha, its first three or four channels. Files of colours are PNG, TIFF
+/// (RGB), NRRD, NIfTI (RGB24, RGBA32), DICOM and VTK; any other file of three channels or more is drawn so, too. `options` as in
+/// layersplat_colors_new(). To be freed by layersplat_colors_free().
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn layersplat_colors_open(
+    device: *const Device,
+    source: *const c_char,
+    options: *const ColorOptions,
+    colors: *mut *mut Colors,
+) -> Status {
+    guard(|| {
+        // SAFETY: upheld by the caller, here and below.
+        let out = unsafe { Out::handle(colors, "colors") }?;
+        let device = unsafe { borrowed(device, "device") }?;
+        let source = unsafe { text(source, "source") }?;
+        let components = ColorChannels::of_file(source, &OpenOptions::default())?.open(source, &OpenOptions::default())?;
+        out.set_handle(unsafe { uploaded(device, &components, options) }?);
+        Ok(())
+    })
+}
+
+/// Uploads three or four components.
+unsafe fn uploaded(device: &Device, components: &[Volume], options: *const ColorOptions) -> Result<Colors, Failure> {
+    let full = match components[0].voxel_type() {
+        VoxelType::Uint8 => 255.0,
+        VoxelType::Uint16 => 65535.0,
+        VoxelType::Float32 => 1.0,
+        other => return Err(Failure::invalid(format!("voxel_type is {other}: colours are uint8, uint16 or float32"))),
+    };
+    let default = if components.len() == 4 { ColorOpacityChoice::Alpha } else { ColorOpacityChoice::Luminance };
+    let default = ColorOptions { opacity: default as i32, background: [0.0; 3], transfer: std::ptr::null() };
+    // SAFETY: upheld by the caller.
+    let (opacity, transfer) = unsafe { options.as_ref().unwrap_or(&default).checked(full) }?;
+    Ok(Colors(UploadedColors::new(&device.0, components, opacity, &transfer)?))
 }
 
 /// The grid of colours or labels, for layersplat_camera_fit_grid().

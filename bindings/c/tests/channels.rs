@@ -151,6 +151,13 @@ fn colours_and_labels_are_drawn() {
     assert!(drawn(labels_with(&[blue], LabelSurfacesChoice::Voxels as i32)) != drawn(labels(&[blue])));
 
     let folder = tempfile::tempdir().unwrap();
+    let section = folder.path().join("section.nrrd");
+    let header = "NRRD0004\ntype: uint8\ndimension: 4\nsizes: 3 4 4 4\nkinds: RGB-color domain domain domain\nencoding: raw\n\n";
+    std::fs::write(&section, [header.as_bytes(), &[[0, 255, 255]; 64].concat()].concat()).unwrap();
+    let source = CString::new(section.to_str().unwrap()).unwrap();
+    // SAFETY: all arguments are alive.
+    let [r, _, b] = drawn(made(|out| unsafe { layersplat_colors_open(scene.device, source.as_ptr(), null(), out) }));
+    assert!(b > 3.0 * r && b > 1.0, "{r} {b}");
     let file = folder.path().join("ids_12x12x12_uint8.raw");
     std::fs::write(&file, &ids).unwrap();
     let source = CString::new(file.to_str().unwrap()).unwrap();

@@ -6,12 +6,14 @@ use crate::camera::Framing;
 use crate::errors::{Result, unknown};
 use crate::transfer::{TransferFunction, checked_color};
 use crate::volume::Volume;
+use crate::warned::{warn, warned};
 use layersplat::framing::Framing as OurFraming;
 use layersplat::renderer::{ColorOpacity, UploadedColors, vector_norms};
-use layersplat::volume::VoxelType;
+use layersplat::volume::{ColorChannels, OpenOptions, VoxelType};
 use layersplat::{Device, Error, TransferFunction as Transfer, Volume as OurVolume};
 use pyo3::Borrowed;
 use pyo3::prelude::*;
+use std::path::PathBuf;
 use std::sync::Arc;
 
 /// Largest opacity of colours without alpha: of the brightest, or of those that differ most from the background.
@@ -105,6 +107,32 @@ impl Colors {
         &self.0
     }
 
+    /// Red, green, blue and possibly alpha.
+    fn of_components(
+        components: Arc<[OurVolume<'static>]>,
+        opacity: Option<Opacity>,
+        transfer: Option<Bound<TransferFunction>>,
+    ) -> Result<Self> {
+        let opacity = match opacity {
+            Some(opacity) => opacity.checked()?,
+            None if components.len() == 4 => ColorOpacity::Alpha,
+            None => ColorOpacity::Luminance,
+        };
+        if opacity == ColorOpacity::Alpha && components.len() < 4 {
+            return Err(crate::errors::conflict("opacity", "there is no alpha in three components: use luminance or a colour"));
+        }
+        let full = match components[0].voxel_type() {
+            VoxelType::Uint8 => 255.0,
+            VoxelType::Uint16 => 65535.0,
+            _ => 1.0,
+        };
+        let transfer = match transfer {
+            Some(transfer) => transfer.get().ours().clone(),
+            None => opacities(full, OPACITY)?,
+        };
+        Ok(Self(Drawn { components, opacity, transfer, norms: None }))
+    }
+
     /// Vectors in the colours of their directions.
     fn of_vectors(data: &Bound<PyAny>, spacing: Option<&Bound<PyAny>>, transfer: Option<Transfer>) -> Result<Self> {
         let fields = data.py().import("layersplat._fields")?;
@@ -138,25 +166,26 @@ impl Colors {
             return Self::of_vectors(data, spacing, transfer.map(|transfer| transfer.get().ours().clone()));
         }
         let made: Vec<Bound<Volume>> = py.import("layersplat._fields")?.call_method1("components", (data, spacing))?.extract()?;
-        let components: Arc<[_]> = made.iter().map(|volume| volume.get().ours().clone()).collect();
-        let opacity = match opacity {
-            Some(opacity) => opacity.checked()?,
-            None if components.len() == 4 => ColorOpacity::Alpha,
-            None => ColorOpacity::Luminance,
-        };
-        if opacity == ColorOpacity::Alpha && components.len() < 4 {
-            return Err(crate::errors::conflict("opacity", "there is no alpha in three components: use luminance or a colour"));
-        }
-        let full = match components[0].voxel_type() {
-            VoxelType::Uint8 => 255.0,
-            VoxelType::Uint16 => 65535.0,
-            _ => 1.0,
-        };
-        let transfer = match transfer {
-            Some(transfer) => transfer.get().ours().clone(),
-            None => opacities(full, OPACITY)?,
-        };
-        Ok(Self(Drawn { components, opacity, transfer, norms: None }))
+        Self::of_components(made.iter().map(|volume| volume.get().ours().clone()).collect(), opacity, transfer)
+    }
+
+    /// Opens a file of colours: red, green, blue and possibly alpha, its first three or four channels. opacity, transfer: see Colors. Files
+    /// of colours are PNG, TIFF (RGB), NRRD, NIfTI (RGB24, RGBA32), DICOM and VTK; any other file of three channels or more is drawn so, too.
+    #[staticmethod]
+    #[pyo3(signature = (path, *, opacity = None, transfer = None))]
+    fn open(
+        py: Python,
+        path: Argument<PathBuf>,
+        opacity: Option<Argument<Opacity>>,
+        transfer: Option<Argument<Bound<TransferFunction>>>,
+    ) -> Result<Self> {
+        extract!(path, opacity, transfer);
+        let (components, warnings) = warned(py, move || {
+            let options = OpenOptions::default();
+            Ok(ColorChannels::of_file(&path, &options)?.open(&path, &options)?)
+        })?;
+        warn(py, warnings)?;
+        Self::of_components(components.into(), opacity, transfer)
     }
 
     /// The framing of voxels whose alpha is above 0, otherwise of all voxels.

@@ -131,7 +131,7 @@ def test_options_of_channels(arrays):
     assert named.transfer.name == "viridis"
 
 
-def test_colors_are_drawn_as_they_are(arrays):
+def test_colors_are_drawn_as_they_are(arrays, tmp_path):
     red, alpha = np.full_like(arrays[0], 255), 255 * arrays[0]
     rgba = np.stack([red, 0 * red, 0 * red, alpha], -1).astype(np.uint8)
     picture = layersplat.render(rgba, colors="direct", shade=False, **VIEW)
@@ -147,6 +147,10 @@ def test_colors_are_drawn_as_they_are(arrays):
     inverse = layersplat.render(Colors(255 - rgb, opacity=(1.0, 1.0, 1.0)), **VIEW)
     assert inverse[0, 0, :3].max() == 0 and inverse[..., :3].max() > 0
     assert Colors(rgba).shape == (16, 18, 20, 4)
+    header = b"NRRD0004\ntype: uint8\ndimension: 4\nsizes: 4 20 18 16\nkinds: RGBA-color domain domain domain\nencoding: raw\n\n"
+    file = tmp_path / "colors.nrrd"
+    file.write_bytes(header + rgba.tobytes())
+    assert (layersplat.render(Colors.open(file), shade=False, **VIEW) == picture).all()
 
 
 def test_directions_of_vectors_are_colors(arrays):

@@ -75,7 +75,9 @@ impl Arguments {
         if is_chosen || bounds.memory.is_some() {
             return false;
         }
-        let several = |contents: &Contents| (2..=Channel::MOST).contains(&contents.channels) && contents.frames == 1;
+        let several = |contents: &Contents| {
+            (2..=Channel::MOST).contains(&contents.channels) && contents.frames == 1 && !contents.are_colors
+        };
         let contents = volume.contents(camera.size).filter(|contents| several(contents) && (even_vectors || !contents.is_vector));
         contents.is_some() && !volume.declares_labels(camera.size)
     }

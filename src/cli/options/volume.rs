@@ -4,9 +4,7 @@ use super::LabelOptions;
 use crate::cli::values::{ChannelChoice, Component, LevelChoice};
 use crate::cli::{parse, standard};
 use crate::viewport::Viewport;
-#[cfg(feature = "viewer")]
-use crate::volume::Contents;
-use crate::volume::{ChannelDescription, Endian, Labels, Level, OpenOptions, Placement, ScalarType, Sequence, Volume};
+use crate::volume::{ChannelDescription, Contents, Endian, Labels, Level, OpenOptions, Placement, ScalarType, Sequence, Volume};
 use clap::{Args, ValueEnum};
 use glam::DVec3;
 use std::path::{Path, PathBuf};
@@ -142,10 +140,14 @@ impl VolumeOptions {
         labels.open(&self.volume, &OpenOptions { confined: self.confined, ..self.file.raw(Some(size))? })
     }
 
-    /// What the file holds, if it is a readable one and none of its channels or frames is chosen.
-    #[cfg(feature = "viewer")]
+    /// Whether the file says that its components are colours, and none of them is chosen.
+    pub fn declares_colors(&self, size: Viewport) -> bool {
+        self.contents(size).is_some_and(|contents| contents.are_colors)
+    }
+
+    /// What the file holds, if it is a readable one and none of its channels is chosen.
     pub fn contents(&self, size: Viewport) -> Option<Contents> {
-        if standard::is_input(&self.volume) || self.file.channel.is_some() || self.file.frame.is_some() {
+        if standard::is_input(&self.volume) || self.file.channel.is_some() {
             return None;
         }
         let options = OpenOptions { confined: self.confined, ..self.file.raw(Some(size)).ok()? };

@@ -1,5 +1,6 @@
 //! `layersplat slice`.
 
+mod colors;
 mod fields;
 mod labels;
 
@@ -16,7 +17,7 @@ use crate::cli::parse;
 use crate::cli::remarks::{describe, remark_on_volume};
 use crate::cli::scene::{adjusted, open_transfer};
 use crate::cli::standard::Output;
-use crate::cli::values::Along;
+use crate::cli::values::{Along, Component};
 use crate::device::Device;
 use crate::error::Error;
 use crate::files::check_writable;
@@ -28,7 +29,8 @@ use crate::settings::{Blend, ClipPlane};
 use crate::slice::{Convention, Slice, SliceAxis, SliceColors, patient_letters};
 use crate::transfer::{TransferFunction, Value};
 use crate::viewport::Viewport;
-use crate::volume::{Grid, Labels, Volume};
+use crate::volume::{ColorChannels, Grid, Labels, Volume};
+use colors::slice_of_colors;
 use fields::{SliceView, over};
 use glam::DVec3;
 use labels::{ids_on_slice, slice_of_labels, slice_under_labels};
@@ -115,6 +117,8 @@ struct SlicePicture {
 /// What a slice shows.
 enum Content {
     Labels(Labels),
+    /// Red, green, blue and possibly alpha.
+    Colors(Vec<Volume<'static>>),
     /// Values of a volume, and of these fields.
     Values(Box<Fields>),
 }
@@ -167,6 +171,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
             arguments.draw_labels(&labels, &slice, output.path(), grid)?;
             report
         }
+        Content::Colors(components) => arguments.draw_colors(&components, &slice, output.path(), report)?,
         Content::Values(fields) => arguments.draw_values(&volume, *fields, &slice, output.path(), report)?,
     };
     if output.is_standard() {
@@ -181,9 +186,27 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
 }
 
 impl Arguments {
-    /// Opens the volume and the fields that are drawn together with it.
+    /// Whether the slice shows the colours of the file: it says that it has some, and no option is about values.
+    fn shows_colors(&self) -> bool {
+        let are_values = self.values
+            || self.thickness.is_some()
+            || self.channels.are_given()
+            || self.labels.is_given()
+            || self.volume.has_background_value()
+            || self.transfer.given().next().is_some();
+        !are_values && self.volume.declares_colors(self.picture.size)
+    }
+
+    /// Opens the volume and the fields that are drawn together with it, or its colours.
     fn open_values(&self) -> Result<(Volume<'static>, Content), Error> {
         let size = self.picture.size;
+        if self.shows_colors() {
+            let colors =
+                ColorChannels::of(&self.volume.channel_descriptions(Some(size))?).expect("colours are three channels or more");
+            let component = |&number: &usize| self.volume.open_component(&Component::Number(number), Some(size));
+            let components = colors.straight(colors.numbers().iter().map(component).collect::<Result<_, _>>()?)?;
+            return Ok((components[0].clone(), Content::Colors(components)));
+        }
         let volume = match self.channels.first_component() {
             Some(first) => self.volume.open_component(&first, Some(size))?,
             None => self.volume.open(Some(size), None)?,
@@ -280,6 +303,16 @@ impl Arguments {
             transfer: has_transfer.then(|| transfer.name().into()),
             ..report
         })
+    }
+
+    /// Writes a slice of colours.
+    fn draw_colors(&self, components: &[Volume], slice: &Slice, path: &Path, report: Sliced) -> Result<Sliced, Error> {
+        let SlicePicture { kernel, size, .. } = self.picture;
+        let device = Device::open(&self.device.choice())?;
+        check::require(&device, &BTreeSet::from([Family::CastValues]), &self.device)?;
+        let frame = compiling::while_rendering(|| slice_of_colors(&device, components, slice, size, kernel))?;
+        self.save(frame, slice, components[0].grid(), path)?;
+        Ok(Sliced { device: Some(device.info().name.clone()), kernel: Some(kernel), ..report })
     }
 
     /// Writes a slice of labels: the colours of the nearest ones, or their ids.

@@ -177,8 +177,11 @@ impl FieldKind {
             (Several, Slices, _) => ("channels", "slices show one channel: show one alone"),
 
             (Colors | Labels, Slices, _) => ("channels", "slices show single values, which colours and labels do not have"),
-            (Colors | Labels, _, Maximum | Minimum | Average | Iso(_)) => {
-                ("blend", "reduces single values, which volumes of colours and labels do not have: omit it")
+            (Colors, _, Maximum | Minimum | Average | Iso(_)) => {
+                ("blend", "reduces single values, which volumes of colours do not have: omit it, or choose one channel")
+            }
+            (Labels, _, Maximum | Minimum | Average | Iso(_)) => {
+                ("blend", "reduces single values, which volumes of labels do not have: omit it")
             }
             (Colors | Labels, Preintegrated | Rays | Depths, Composite) => return None,
             (Colors | Labels, PreintegratedPixels | SplatPixels, Composite) => {

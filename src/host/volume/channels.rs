@@ -111,13 +111,14 @@ impl ChannelDescription {
         if path.to_str().is_some_and(|name| name.starts_with("builtin:")) {
             return Ok(vec![Self::default()]);
         }
-        let Contents { channels: count, .. } = Contents::of_file(path, options)?;
+        let contents = Contents::of_file(path, options)?;
+        let count = contents.channels;
         let (frame, channel) = (options.frame.or(Some(0)), options.channel.or(Some(0)));
         let options = OpenOptions { frame, channel, channel_name: None, ..options.clone() };
         if count > MOST {
             return Err(Error::volume(path, format!("it has {count} channels: more than {MOST} cannot be described")));
         }
-        let mut found = format::channels(path, &options, count)?;
+        let mut found = format::channels(path, &options, &contents)?;
         found.resize(count, Self::default());
         Ok(found)
     }

@@ -33,6 +33,8 @@ pub struct Contents {
     pub magnitude: bool,
     /// Whether the file declares the channels as the components of vectors.
     pub is_vector: bool,
+    /// Whether the file declares the channels as colours: red, green, blue and possibly alpha, then others.
+    pub are_colors: bool,
     /// Dimensions of all resolutions, finest first. Empty if the format has one resolution.
     pub levels: Vec<[usize; 3]>,
     /// The resolution that was read, from 0.
@@ -64,6 +66,7 @@ impl Default for Contents {
             channel: 0,
             magnitude: false,
             is_vector: false,
+            are_colors: false,
             levels: Vec::new(),
             level: 0,
             palette: Vec::new(),

@@ -2,6 +2,7 @@
 
 mod builtin;
 mod channels;
+mod color_channels;
 mod colors;
 mod contents;
 mod covering;
@@ -31,6 +32,7 @@ mod write;
 pub use builtin::BUILTIN;
 pub use builtin::builtin_volume;
 pub use channels::ChannelDescription;
+pub use color_channels::ColorChannels;
 pub use contents::{Contents, FrameSpacing};
 #[doc(hidden)]
 pub use covering::{reach, spacing_along};

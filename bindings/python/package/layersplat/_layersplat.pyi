@@ -645,6 +645,12 @@ class Colors:
         transfer: Optional[TransferFunction] = None,
         direction: bool = False,
     ) -> Colors: ...
+    @staticmethod
+    def open(path: Path, *, opacity: Optional[Union[str, Point]] = None, transfer: Optional[TransferFunction] = None) -> Colors:
+        """Opens a file of colours: red, green, blue and possibly alpha, its first three or four channels. opacity, transfer: see Colors.
+        Files of colours are PNG, TIFF (RGB), NRRD, NIfTI (RGB24, RGBA32), DICOM and VTK; any other file of three channels or more is
+        drawn so, too.
+        """
     def framing(self) -> Framing:
         """The framing of voxels whose alpha is above 0, otherwise of all voxels."""
     @property

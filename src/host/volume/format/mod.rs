@@ -46,10 +46,9 @@ pub(super) use load::Header;
 pub use options::{Level, OpenOptions, Placement};
 pub(super) use raw::told_by_name;
 
-use super::ChannelDescription;
-use super::Volume;
 use super::grid::lengths;
 use super::labels::Declared;
+use super::{ChannelDescription, Contents, Rescale, ScalarType, Volume};
 #[cfg(feature = "mpi")]
 use super::{Layers, Unseen};
 use crate::error::Error;
@@ -277,11 +276,13 @@ fn open_one(path: &Path, options: &OpenOptions) -> Result<Opened, Error> {
 
 /// Opens a file that is no collection, as it states its placement.
 fn open_stated(path: &Path, options: &OpenOptions) -> Result<Opened, Error> {
-    let opened = match slices::files(path)? {
+    let mut opened = match slices::files(path)? {
         Some(files) => slices::open(path, files, options)?,
         None => open_file(path, options)?,
     };
-    let contents = &opened.header.contents;
+    let load::Header { scalar, rescale, contents, .. } = &mut opened.header;
+    let are_intensities = matches!(scalar, ScalarType::Uint8 | ScalarType::Uint16 | ScalarType::Float32);
+    contents.are_colors &= contents.channels > 2 && are_intensities && *rescale == Rescale::default();
     choice::check(path, options, contents)?;
     if options.magnitude && !contents.magnitude {
         let problem = match contents.channels {
@@ -300,8 +301,8 @@ fn with_number(path: &Path, options: &OpenOptions, name: &str) -> Result<OpenOpt
         return Err(Error::Settings { field: "channel", problem });
     }
     let of_any = OpenOptions { channel_name: None, channel: Some(0), frame: options.frame.or(Some(0)), ..options.clone() };
-    let count = open_one(path, &of_any)?.header.contents.channels;
-    let number = ChannelDescription::named(&channels(path, &of_any, count)?, name, path)?;
+    let contents = open_one(path, &of_any)?.header.contents;
+    let number = ChannelDescription::named(&channels(path, &of_any, &contents)?, name, path)?;
     Ok(OpenOptions { channel: Some(number), channel_name: None, ..options.clone() })
 }
 
@@ -327,9 +328,10 @@ fn open_file(path: &Path, options: &OpenOptions) -> Result<Opened, Error> {
     format.open(&file, options)
 }
 
-/// What a file states about its `count` channels, as far as it does.
-pub(super) fn channels(path: &Path, options: &OpenOptions, count: usize) -> Result<Vec<ChannelDescription>, Error> {
-    caught(path, || {
+/// What a file states about the channels that it contains, as far as it does.
+pub(super) fn channels(path: &Path, options: &OpenOptions, contents: &Contents) -> Result<Vec<ChannelDescription>, Error> {
+    let count = contents.channels;
+    let found = caught(path, || {
         let files = slices::files(path)?.unwrap_or_default();
         if let Some(found) = slices::channels(path, &files, count)? {
             return Ok(found);
@@ -337,7 +339,10 @@ pub(super) fn channels(path: &Path, options: &OpenOptions, count: usize) -> Resu
         let file = Found::look(files.first().map_or(path, PathBuf::as_path))?;
         let format = FORMATS.iter().find(|format| format.recognises(&file, options));
         format.map_or(Ok(Vec::new()), |format| format.channels(&file, options, count))
-    })
+    })?;
+    // Formats say only what differs from this.
+    let are_unnamed = found.is_empty() && contents.are_colors;
+    Ok(if are_unnamed { ChannelDescription::of_components(count) } else { found })
 }
 
 /// All files of a folder, except hidden ones: macOS leaves a `._NAME` beside each file on foreign disks.

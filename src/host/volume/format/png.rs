@@ -6,7 +6,7 @@ use super::load::{self, Header, Opened, upright};
 use super::{Format, Found, OpenOptions};
 use crate::error::Error;
 use crate::memory;
-use crate::volume::{ChannelDescription, Contents, Endian, ScalarType};
+use crate::volume::{Contents, Endian, ScalarType};
 use glam::DVec3;
 use png::{BitDepth, ColorType, Decoder, Limits, Reader, Transformations};
 use std::fs::File;
@@ -24,10 +24,6 @@ impl Format for Png {
         file.start.starts_with(b"\x89PNG\r\n\x1a\n")
     }
 
-    fn channels(&self, _: &Found, _: &OpenOptions, count: usize) -> Result<Vec<ChannelDescription>, Error> {
-        Ok(ChannelDescription::of_components(count))
-    }
-
     fn open(&self, file: &Found, options: &OpenOptions) -> Result<Opened, Error> {
         let path = file.path;
         let reader = decoder(path)?;
@@ -37,7 +33,7 @@ impl Format for Png {
         let grid = load::grid(path, [x, y, 1], upright(DVec3::ONE, DVec3::ZERO), options)?;
         let palette = info.palette.as_deref().filter(|_| info.color_type == ColorType::Indexed).unwrap_or_default();
         let palette = palette.chunks_exact(3).map(|color| [0, 1, 2].map(|part| f64::from(color[part]) / 255.0)).collect();
-        let mut contents = Contents { states_spacing: false, palette, ..Contents::default() };
+        let mut contents = Contents { states_spacing: false, palette, are_colors: channels > 2, ..Contents::default() };
         let channel = contents.choose_channel(path, options, channels)?;
         let header = Header { endian: Endian::Big, ..Header::new(grid, scalar) }
             .with_channels_inside(channel, channels)

@@ -83,6 +83,7 @@ pub(super) fn open(path: &Path, files: Vec<PathBuf>, options: &OpenOptions) -> R
     // Each file may have several of both, too.
     let (inside, frames) = (first.contents.channels, first.contents.frames);
     let mut contents = first.contents;
+    contents.are_colors &= channels == 1;
     let frame = contents.choose_frame(path, options, times.saturating_mul(frames))?;
     let channel = contents.choose_channel(path, options, channels.saturating_mul(inside))?;
     let options = OpenOptions { frame: Some(frame % frames), channel: Some(channel % inside), ..options.clone() };

@@ -29,6 +29,8 @@ pub(super) struct Kind {
     pub packing: Option<Packing>,
     /// Whether colours are stored as luminance and chrominance.
     pub luminance: bool,
+    /// Whether the channels are red, green and blue once they are decoded.
+    pub are_colors: bool,
 }
 
 /// Geometry, rescaling and order of a slice.
@@ -145,7 +147,17 @@ fn kind(dataset: &Dataset, pixels: PixelData, channels: usize, syntax: &str, enc
         return Err("its bytes are stored in big-endian words: convert it to a little-endian transfer syntax".into());
     }
     let planar = dataset.whole(tags::PLANAR_CONFIGURATION) == Some(1) && packing.is_none();
-    Ok(Kind { scalar, bits, shift: highest + 1 - bits, signed, big_endian, planar, packing, luminance })
+    Ok(Kind {
+        scalar,
+        bits,
+        shift: highest + 1 - bits,
+        signed,
+        big_endian,
+        planar,
+        packing,
+        luminance,
+        are_colors: channels == 3,
+    })
 }
 
 fn frames(dataset: &Dataset, count: usize) -> Vec<Frame> {

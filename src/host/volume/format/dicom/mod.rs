@@ -37,6 +37,7 @@ impl Format for Dicom {
         let stack = place::stack(path, &images, options)?;
         let mut contents = stack.contents;
         let channel = contents.choose_channel(path, options, shape.channels)?;
+        contents.are_colors = kind.are_colors;
         let dims = [shape.columns, shape.rows, stack.slices.len()];
         let grid = load::grid_of_patient(path, dims, stack.index_to_world, stack.is_anatomical, options)?;
         let scales: BTreeSet<[u64; 2]> = stack.slices.iter().map(|&(image, frame)| scale(&images[image], frame)).collect();

@@ -95,5 +95,14 @@ fn array_of(dataset: Dataset, image: &Image, cell_data: bool, active: &[Option<S
     let steps = steps.map(|n| usize::try_from(n).unwrap_or(usize::MAX));
     let (components, type_name) = (usize::try_from(components).ok().filter(|n| *n > 0)?, scalar.to_string());
     let place = Stored { dataset, scalar, endian, steps };
-    Some(Array { name, type_name, components, cell_data, active: scalars, is_vector: vectors || normals, place })
+    Some(Array {
+        name,
+        type_name,
+        components,
+        cell_data,
+        active: scalars,
+        is_vector: vectors || normals,
+        are_colors: false,
+        place,
+    })
 }

@@ -8,7 +8,7 @@ use super::load::{self, Header, Opened};
 use super::{COMPLEX, Format, Found, OpenOptions};
 use crate::error::Error;
 use crate::volume::labels::Declared;
-use crate::volume::{ChannelDescription, Contents, LabelTable, Rescale, ScalarType};
+use crate::volume::{Contents, LabelTable, Rescale, ScalarType};
 use header::Fields;
 use std::fs::File;
 use std::io::BufReader;
@@ -30,12 +30,6 @@ impl Format for Nifti {
         }
         let layers = auxiliary_table(path, &fields)?.unwrap_or_default();
         Ok(Some(Declared { layers: vec![layers] }))
-    }
-
-    fn channels(&self, file: &Found, _: &OpenOptions, count: usize) -> Result<Vec<ChannelDescription>, Error> {
-        let fields = read(&header_of(file.path).unwrap_or_else(|| file.path.into()))?;
-        let is_color = scalar(fields.datatype()).is_some_and(|(_, inside)| inside == count);
-        Ok(if is_color { ChannelDescription::of_components(count) } else { Vec::new() })
     }
 
     fn open(&self, file: &Found, options: &OpenOptions) -> Result<Opened, Error> {
@@ -63,6 +57,7 @@ impl Format for Nifti {
         contents.length_unit = fields.length_unit().map(Into::into);
         let outside: usize = sizes[4..].iter().product();
         let channels = inside * outside;
+        contents.are_colors = inside > 2 && outside == 1;
         // Components of a voxel are either side by side or in volumes of their own.
         let channel = match inside.min(outside) {
             1 => contents.choose_component(path, options, channels, fields.is_vector())?,

@@ -9,7 +9,7 @@ use super::load::{Header, Opened};
 use super::{Format, Found, OpenOptions};
 use crate::error::Error;
 use crate::volume::labels::Declared;
-use crate::volume::{ChannelDescription, Endian, ScalarType};
+use crate::volume::{Endian, ScalarType};
 use fields::Fields;
 
 /// NRRD.
@@ -30,19 +30,13 @@ impl Format for Nrrd {
         segments::layers(&fields, place.contents.channels).map(|layers| Some(Declared { layers }))
     }
 
-    fn channels(&self, file: &Found, _: &OpenOptions, count: usize) -> Result<Vec<ChannelDescription>, Error> {
-        let kinds = Fields::read(file.path)?.get("kinds").unwrap_or_default().to_ascii_lowercase();
-        let is_color = kinds.split_whitespace().any(|kind| [(3, "rgb-color"), (4, "rgba-color")].contains(&(count, kind)));
-        Ok(if is_color { ChannelDescription::of_components(count) } else { Vec::new() })
-    }
-
     fn open(&self, file: &Found, options: &OpenOptions) -> Result<Opened, Error> {
         let path = file.path;
         let fields = Fields::read(path)?;
         let scalar = scalar(&fields)?;
         let axes = axes::Axes::from_fields(&fields)?;
         let grid = axes.grid(path, &fields, options)?;
-        let axes::Place { first, strides, component_stride, contents } = axes.place(&fields, path, scalar, options)?;
+        let axes::Place { first, strides, component_stride, mut contents } = axes.place(&fields, path, scalar, options)?;
         let endian = match (fields.get("endian").map(str::to_ascii_lowercase).as_deref(), scalar.bytes()) {
             (Some("little"), _) | (None, 1) => Endian::Little,
             (Some("big"), _) => Endian::Big,
@@ -52,11 +46,18 @@ impl Format for Nrrd {
                 return Err(fields.wrong(format!("its endian is {found}: expected little or big for multi-byte types")));
             }
         };
+        contents.are_colors = are_colors(&fields, contents.channels);
         let endian = if fields.is_text() { Endian::NATIVE } else { endian };
         let bytes = data::bytes(path, options, &fields, &axes, scalar)?;
         let header = Header { endian, first, strides, contents, ..Header::new(grid, scalar) };
         Ok(Opened { header: header.with_magnitude(component_stride), bytes, exact: false })
     }
+}
+
+/// Whether the components of a voxel are those of a colour.
+fn are_colors(fields: &Fields, components: usize) -> bool {
+    let kinds = fields.get("kinds").unwrap_or_default().to_ascii_lowercase();
+    kinds.split_whitespace().any(|kind| [(3, "rgb-color"), (4, "rgba-color")].contains(&(components, kind)))
 }
 
 /// Scalar type by any of its names.

@@ -47,8 +47,8 @@ impl Format for Tiff {
     fn channels(&self, file: &Found, options: &OpenOptions, count: usize) -> Result<Vec<ChannelDescription>, Error> {
         let mut document = Document::read(file.path, options)?;
         if document.page.samples > 1 {
-            let is_all = document.page.is_rgb && document.page.samples == count;
-            return Ok(if is_all { channels::of_samples(&document.page) } else { Vec::new() });
+            let are_colors = document.are_colors() && document.page.samples == count;
+            return Ok(if are_colors { channels::of_samples(&document.page) } else { Vec::new() });
         }
         if document.layout.channels != count {
             // Its pages are slices.
@@ -68,6 +68,7 @@ impl Format for Tiff {
         let channel = contents.choose_channel(path, options, layout.channels.saturating_mul(page.samples))?;
         contents.frame_spacing = layout.frame_spacing.clone();
         contents.palette = page.colors();
+        contents.are_colors = document.are_colors();
         let (channel, sample) = (channel / page.samples, channel % page.samples);
         let header = Header::new(grid, page.scalar).with_contents(contents);
         if document.is_contiguous {
@@ -228,6 +229,11 @@ impl<'a> Document<'a> {
         let directory = directories.get(index).copied().ok_or_else(incomplete)?;
         pages::check_like(&file, reader, &format!("page {index}"), directory, &self.page)?;
         Ok(Place { file, directory })
+    }
+
+    /// Whether the channels are the samples of colours.
+    fn are_colors(&self) -> bool {
+        self.page.is_rgb && self.layout.channels == 1
     }
 
     /// Names, colours and windows of the channels.

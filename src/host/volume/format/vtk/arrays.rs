@@ -19,6 +19,8 @@ pub(in crate::volume::format) struct Array<Place> {
     pub active: bool,
     /// Whether the file declares its components as a vector.
     pub is_vector: bool,
+    /// Whether the file declares its components as colours.
+    pub are_colors: bool,
     pub place: Place,
 }
 
@@ -64,6 +66,7 @@ impl<P> Array<P> {
         let grid = load::grid(path, dims, place, options)?;
         let mut contents = Contents::default();
         let channel = contents.choose_component(path, options, self.components, self.is_vector)?;
+        contents.are_colors = self.are_colors && self.components > 2;
         let header = Header { endian, contents, ..Header::new(grid, scalar) }.with_magnitude(scalar.bytes() as u64);
         Ok(header.with_channels_inside(channel, self.components))
     }

@@ -157,6 +157,7 @@ impl<'a> Scanner<'a> {
                             cell_data: part.is_some_and(|(cell_data, _)| cell_data),
                             active: false,
                             is_vector: false,
+                            are_colors: false,
                             place: self.at,
                         };
                         let numbers = tuples.saturating_mul(components as u64);
@@ -206,7 +207,8 @@ impl<'a> Scanner<'a> {
             }
         }
         let (name, is_vector) = (decoded(word(words, 1)), matches!(keyword, "VECTORS" | "NORMALS"));
-        Ok(Array { name, type_name: type_name.into(), components, cell_data, active, is_vector, place: self.at })
+        let (type_name, are_colors) = (type_name.into(), keyword == "COLOR_SCALARS");
+        Ok(Array { name, type_name, components, cell_data, active, is_vector, are_colors, place: self.at })
     }
 
     /// Skips VTK's optional metadata after an array.

@@ -91,6 +91,7 @@ mod tests {
             cell_data: true,
             active: false,
             is_vector: false,
+            are_colors: false,
             place: (),
         };
         let image = Image { points: [3, 2, 1], index_to_world: DAffine3::IDENTITY };

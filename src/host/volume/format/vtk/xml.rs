@@ -234,7 +234,7 @@ impl<'a> Document<'a> {
         };
         let type_name = attribute(tag, "type").unwrap_or_default();
         let (active, is_vector) = (marked.scalars.as_ref() == Some(&name), marked.vectors.contains(&name));
-        Ok(Array { name, type_name, components, cell_data: marked.cell_data, active, is_vector, place })
+        Ok(Array { name, type_name, components, cell_data: marked.cell_data, active, is_vector, are_colors: false, place })
     }
 
     /// Records the start of the appended data, whose tag ends before byte `behind`.
