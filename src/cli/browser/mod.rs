@@ -57,7 +57,7 @@ impl Arguments {
         if !is_several && (!is_one || volume.has_frame() || standard::is_input(&volume.volume)) {
             return Ok(None);
         }
-        if !is_several && volume.declares_labels(camera.size) {
+        if !is_several && (volume.declares_labels(camera.size) || volume.declares_colors(camera.size)) {
             return Ok(None);
         }
         let sequence = volume.sequence(&self.more, None, Some(camera.size), bounds.memory)?;
