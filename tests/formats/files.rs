@@ -89,7 +89,7 @@ pub fn all() -> Vec<Expected> {
         let built = [(".vti", cfg!(feature = "vtk")), (".npz", cfg!(feature = "npz")), (".tif", cfg!(feature = "tiff"))];
         built.iter().all(|(ending, built)| !file.ends_with(ending) || *built)
             && (cfg!(feature = "dicom") || !file.starts_with("dicom/"))
-            && (cfg!(feature = "hdf5") || ![".h5", ".nc", ".vtkhdf"].iter().any(|ending| file.ends_with(ending)))
+            && (cfg!(feature = "hdf5") || ![".h5", ".nc", ".vtkhdf", ".mnc", ".hdf5"].iter().any(|ending| file.ends_with(ending)))
             && (cfg!(feature = "zarr") || !file.contains(".zarr"))
     };
     entries.iter().map(Expected::new).filter(|expected| readable(&expected.file)).collect()
@@ -134,6 +134,8 @@ formats!(hdf5);
 formats!(zarr);
 #[cfg(any(feature = "hdf5", feature = "zarr"))]
 formats!(conventions);
+#[cfg(feature = "hdf5")]
+formats!(minc);
 
 /// A frame, channel, array, series or level that a file does not have is refused, in every format.
 #[test]

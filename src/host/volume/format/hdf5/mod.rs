@@ -3,13 +3,15 @@
 mod attributes;
 mod elsewhere;
 mod find;
+mod itk;
 mod layers;
 mod lzf;
+mod minc;
 mod numbers;
 mod scales;
 mod vtkhdf;
 
-use super::axes::Roles;
+use super::axes::{Axis, Roles};
 use super::conventions::{self, Packed};
 use super::load::{self, Header, Opened};
 use super::parts::Kept;
@@ -18,11 +20,13 @@ use crate::error::Error;
 use crate::memory;
 use crate::volume::{Contents, Endian, ScalarType};
 use elsewhere::Others;
+use glam::DAffine3;
 use hdf5_reader::filters::{FILTER_DEFLATE, FILTER_SHUFFLE};
 use hdf5_reader::filters::{FILTER_FLETCHER32, FILTER_LZ4, FILTER_NBIT, FILTER_SCALEOFFSET, FILTER_SZIP};
 use hdf5_reader::messages::HdfMessage;
 use hdf5_reader::{Dataset, FilterRegistry, H5Type, Hdf5File, OpenOptions as Limits};
 use layers::Layers;
+use minc::{Scaled, Scaling};
 use numbers::Value;
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
@@ -37,10 +41,6 @@ const MARK: &[u8; 8] = b"\x89HDF\r\n\x1a\n";
 const FIRST_BLOCK: u64 = 512;
 /// Largest such block in bytes.
 const LARGEST_BLOCK: u64 = 1 << 30;
-/// The group that makes a file MINC 2, and what is wrong with that.
-const MINC: &str = "minc-2.0";
-const MINC_PROBLEM: &str =
-    "it is MINC 2, whose slices are scaled each by its own range, which is not read: convert it (mnc2nii IN OUT.nii)";
 /// Largest object header in bytes.
 const LONGEST_HEADER: usize = 16 << 20;
 /// Filters that can be undone.
@@ -66,29 +66,93 @@ impl Format for Hdf5 {
         if let Ok(group) = file.group(vtkhdf::GROUP) {
             return vtkhdf::open(path, &file, &group, options);
         }
-        if file.group(MINC).is_ok() {
-            return Err(Error::volume(path, MINC_PROBLEM));
-        }
-        let dataset = match &options.array {
-            Some(name) => find::named(path, &file, name, &others)?,
-            None => find::only(path, &file, &others)?,
+        let writer = Writer::of(&file);
+        let dataset = match (writer.image(), &options.array) {
+            (Some(image), Some(name)) if name.trim_matches('/') != image => {
+                let problem = format!("'{name}' is not the image of {}, '{image}': omit it", path.display());
+                return Err(Error::Settings { field: "array", problem });
+            }
+            (Some(image), _) => file.dataset(image).map_err(|e| find::damaged(path, &e))?,
+            (None, Some(name)) => find::named(path, &file, name, &others)?,
+            (None, None) => find::only(path, &file, &others)?,
         };
         let (scalar, endian) = checked(path, &file, &dataset, &others)?;
         let shape: Option<Vec<usize>> = dataset.shape().iter().map(|&n| usize::try_from(n).ok().filter(|&n| n > 0)).collect();
         let shape = shape.filter(|shape| !shape.is_empty());
         let shape = shape.ok_or_else(|| Error::volume(path, format!("'{}' holds no voxels", dataset.name())))?;
-        let axes = scales::axes(path, (!others.are_used()).then_some(&file), &dataset);
-        let roles = Roles::new(&axes, shape.len());
-        let mut contents = Contents::default();
-        let place = roles.choose(path, options, &shape, &mut contents)?;
-        let to_world = roles.place(path, &axes, &shape, &mut contents);
-        let grid = load::grid(path, roles.dims(&shape), to_world, options)?;
-        let packed = conventions::packed(scalar, &dataset, default_fill(&file, &dataset, scalar));
-        let Packed { scalar, rescale, missing } = packed.map_err(|e| Error::volume(path, e.to_string()))?;
+        let mut declared = match writer {
+            Writer::Minc => minc::declared(path, &file, &dataset)?,
+            Writer::Itk => itk::declared(path, &file, &dataset)?,
+            Writer::Other => {
+                Declared::by_axes(path, &scales::axes(path, (!others.are_used()).then_some(&file), &dataset), &shape)
+            }
+        };
+        let place = declared.roles.choose(path, options, &shape, &mut declared.contents)?;
+        let Declared { roles, index_to_world, is_anatomical, contents } = declared;
+        let dims = roles.dims(&shape);
+        let grid = load::grid_of_patient(path, dims, index_to_world, is_anatomical, options)?;
+        let order: Vec<usize> = roles.space.iter().rev().flatten().copied().collect();
+        let packed = match writer {
+            Writer::Minc => match minc::scaling(path, &file, &dataset, scalar)? {
+                Scaling::One(rescale, missing) => Packed { scalar, rescale, missing },
+                Scaling::Each(scales) => {
+                    let layers = Layers::new(dataset, scalar.bytes(), order, place.clone());
+                    let values = Scaled::new(layers, (scalar, endian), scales, &roles, &place, dims);
+                    let header = Header { endian: Endian::NATIVE, contents, ..Header::new(grid, ScalarType::Float32) };
+                    return Ok(Opened { header, bytes: Box::new(Kept::new(values)), exact: false });
+                }
+            },
+            Writer::Itk | Writer::Other => conventions::packed(scalar, &dataset, default_fill(&file, &dataset, scalar))
+                .map_err(|e| Error::volume(path, e.to_string()))?,
+        };
+        let Packed { scalar, rescale, missing } = packed;
         let header = Header { endian, rescale, missing, contents, ..Header::new(grid, scalar) };
-        let order = roles.space.iter().rev().flatten().copied().collect();
         let bytes = Layers::new(dataset, scalar.bytes(), order, place);
         Ok(Opened { header, bytes: Box::new(Kept::new(bytes)), exact: false })
+    }
+}
+
+/// What wrote a file, as far as that tells where its image is.
+#[derive(Clone, Copy)]
+enum Writer {
+    Minc,
+    Itk,
+    Other,
+}
+
+impl Writer {
+    fn of(file: &Hdf5File) -> Self {
+        match () {
+            () if file.group(minc::GROUP).is_ok() => Self::Minc,
+            () if file.group(itk::GROUP).is_ok() => Self::Itk,
+            () => Self::Other,
+        }
+    }
+
+    /// Path of the only image.
+    fn image(self) -> Option<&'static str> {
+        match self {
+            Self::Minc => Some(minc::IMAGE),
+            Self::Itk => Some(itk::IMAGE),
+            Self::Other => None,
+        }
+    }
+}
+
+/// Axes and placement of a data set.
+struct Declared {
+    roles: Roles,
+    index_to_world: DAffine3,
+    /// Whether the world is that of a patient.
+    is_anatomical: bool,
+    contents: Contents,
+}
+
+impl Declared {
+    fn by_axes(path: &Path, axes: &[Axis], shape: &[usize]) -> Self {
+        let (roles, mut contents) = (Roles::new(axes, shape.len()), Contents::default());
+        let index_to_world = roles.place(path, axes, shape, &mut contents);
+        Self { roles, index_to_world, is_anatomical: false, contents }
     }
 }
 
@@ -155,6 +219,15 @@ fn checked(path: &Path, file: &Hdf5File, dataset: &Dataset, others: &Others) -> 
     }
     elsewhere::check(path, file, dataset, others)?;
     Ok(found)
+}
+
+/// Limit of the numbers of a list.
+const LONGEST_LIST: u64 = 1 << 20;
+
+/// All numbers of a data set beside an image.
+fn number_list(dataset: &Dataset) -> Option<Vec<f64>> {
+    dataset.num_elements().ok().filter(|count| *count <= LONGEST_LIST)?;
+    Some(dataset.read_array::<Value>().ok()?.iter().map(|Value(number)| *number).collect())
 }
 
 /// The number that NetCDF stores where nothing was written, in its files. Bytes have none.
