@@ -1,8 +1,12 @@
 //! What pages cannot do to the server and to each other.
 
+#[cfg(unix)]
+use crate::client::Page;
 use crate::client::{Message, Viewer};
 use serde_json::json;
 use std::io::{Read, Write};
+#[cfg(unix)]
+use std::path::PathBuf;
 use std::time::Duration;
 
 const HYDROGEN: [&str; 1] = ["builtin:hydrogen@24"];
@@ -122,4 +126,108 @@ fn a_signal_ends_it_cleanly() {
     );
     assert_eq!(viewer.interrupt().code(), Some(0));
     while !matches!(page.receive(), Message::Closed(_)) {}
+}
+
+/// A file that gives nothing, and keeps those waiting who open it, until it is released.
+#[cfg(unix)]
+struct Stuck(PathBuf);
+
+#[cfg(unix)]
+impl Stuck {
+    fn new(path: PathBuf) -> Self {
+        let _ = std::fs::remove_file(&path);
+        assert!(std::process::Command::new("mkfifo").arg(&path).status().unwrap().success());
+        Self(path)
+    }
+
+    /// Ends, for all who read the file, now and later.
+    fn release(self) {
+        std::thread::spawn(move || while std::fs::File::options().write(true).open(&self.0).is_ok() {});
+    }
+}
+
+/// Asks a page for what a connection answers without voxels or files, for a picture, and for what other threads of the page answer.
+#[cfg(unix)]
+fn answers(viewer: &Viewer, page: &mut Page, id: u32) {
+    assert!(viewer.get("/main.js", &format!("Cookie: {}\r\n", viewer.cookie())).starts_with("HTTP/1.1 200"));
+    page.send(&json!({ "type": "fit", "camera": page.hello["camera"], "width": 0, "height": 5 }));
+    page.text("problem");
+    page.send(&page.view(id, 0.0, true));
+    while page.picture().id != id {
+        page.shown();
+    }
+    page.shown();
+    let camera = page.hello["camera"].clone();
+    page.send(&json!({ "type": "command", "camera": camera, "width": 8, "height": 8, "samples": 1 }));
+    page.text("command");
+    page.send(&json!({ "type": "named", "field": 0, "kind": "map", "name": page.hello["maps"][0]["name"] }));
+    page.text("transfer");
+}
+
+/// A folder with headers, whose voxels are in other files.
+#[cfg(unix)]
+fn folder_of_headers(names: &[&str]) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::create_dir(folder.path().join("temporary")).unwrap();
+    for name in names {
+        let text = format!("NDims = 3\nDimSize = 8 8 8\nElementType = MET_UCHAR\nElementDataFile = {name}.raw\n");
+        std::fs::write(folder.path().join(name), text).unwrap();
+        std::fs::write(folder.path().join(format!("{name}.raw")), [[0; 256], [200; 256]].concat()).unwrap();
+    }
+    folder
+}
+
+/// No thread that carries connections waits for a file that is opened: while one gives nothing, twenty pages are answered.
+#[cfg(unix)]
+#[test]
+fn nobody_waits_for_a_file_that_another_page_opens() {
+    const NAME: &str = "stuck.mhd";
+    let folder = folder_of_headers(&[NAME]);
+    let stuck = Stuck::new(folder.path().join(NAME).with_extension("mhd.raw"));
+    let viewer = Viewer::start_in(Some(folder.path()), &[]);
+    let (mut page, mut others) = (viewer.page(), (1..20).map(|_| viewer.page()).collect::<Vec<_>>());
+    page.send(&json!({ "type": "open", "volume": { "offered": NAME } }));
+    // Its own page, too.
+    answers(&viewer, &mut page, 1);
+    others.iter_mut().zip(2..).for_each(|(other, id)| answers(&viewer, other, id));
+    answers(&viewer, &mut viewer.page(), 1);
+    page.send(&json!({ "type": "open", "volume": { "offered": "builtin:cube" } }));
+    assert!(page.text("problem")["sentence"].as_str().unwrap().contains("is being opened"));
+    page.send(&json!({ "type": "cancel_open" }));
+    answers(&viewer, &mut page, 3);
+    stuck.release();
+    while page.text("opening")["stage"] != "cancelled" {}
+}
+
+/// The same for questions that take passes over voxels, and for steps that are read to be drawn. Only the page that asks for them waits.
+#[cfg(unix)]
+#[test]
+fn nobody_waits_for_what_another_page_surveys() {
+    let names = ["a.mhd", "b.mhd", "c.mhd"];
+    let folder = folder_of_headers(&names);
+    let viewer = Viewer::start_in(Some(folder.path()), &names);
+    let (mut fitting, mut stepping) = (viewer.page(), viewer.page());
+    let stuck = Stuck::new(folder.path().join(names[2]).with_extension("mhd.raw"));
+    let fit = json!({ "type": "fit", "camera": fitting.hello["camera"], "width": 8, "height": 8 });
+    // One is being answered, the others wait.
+    (0..20).for_each(|_| fitting.send(&fit));
+    let refused = fitting.text("problem");
+    assert!(refused["sentence"].as_str().unwrap().contains("too many requests wait"), "{refused}");
+    fitting.send(&fitting.view(1, 0.0, true));
+    let Message::Picture(picture) = fitting.next(&[]) else { panic!("pictures of the page do not wait") };
+    assert_eq!(picture.id, 1);
+    let mut look = stepping.hello["look"].clone();
+    look["frame"] = json!(2);
+    stepping.send(&json!({ "type": "look", "look": look }));
+    stepping.send(&stepping.view(1, 0.0, true));
+    stepping.send(&json!({ "type": "fit", "camera": stepping.hello["camera"], "width": 0, "height": 5 }));
+    stepping.text("problem");
+    let mut others: Vec<Page> = (2..20).map(|_| viewer.page()).collect();
+    others.iter_mut().zip(2..).for_each(|(other, id)| answers(&viewer, other, id));
+    // Pages may be closed meanwhile.
+    drop(stepping);
+    answers(&viewer, &mut viewer.page(), 1);
+    stuck.release();
+    // The file is damaged now.
+    while !fitting.text("problem")["sentence"].as_str().unwrap().contains(names[2]) {}
 }
