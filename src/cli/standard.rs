@@ -50,7 +50,7 @@ fn spool(mut input: impl BufRead, folder: &Path) -> Result<PathBuf, Error> {
     let name = if start.starts_with(&[0x1f, 0x8b]) { "standard input.raw.gz" } else { INPUT };
     let path = folder.join(name);
     let mut file = File::create(&path).map_err(temporary_failed)?;
-    let mut task = Task::new("reading standard input", 0);
+    let task = Task::new("reading standard input", 0);
     loop {
         let chunk = match input.fill_buf() {
             Err(e) if e.kind() == ErrorKind::Interrupted => continue,

@@ -8,6 +8,7 @@ mod orientation;
 pub use orientation::{Orientation, Side, UpReason};
 
 use crate::camera::{Basis, Camera, Orbit, Projection};
+use crate::progress::Task;
 use crate::transfer::TransferFunction;
 use crate::viewport::Viewport;
 use crate::volume::{Grid, Volume};
@@ -107,8 +108,9 @@ impl Framing {
         let dims = volume.grid().dims().map(|n| n as i64);
         let blocks = dims.map(|n| (n + 1 + BLOCK - 1) / BLOCK);
         let rows = (0..blocks[1] * blocks[2]).into_par_iter();
-        let points: Vec<DVec3> =
-            rows.flat_map_iter(|row| row_outline(volume, &shows, dims, [row % blocks[1], row / blocks[1]])).collect();
+        let task = Task::new(format!("looking at {}", volume.name()), (blocks[1] * blocks[2]) as u64);
+        let outline = |row| task.work(1, || row_outline(volume, &shows, dims, [row % blocks[1], row / blocks[1]]));
+        let points: Vec<DVec3> = rows.flat_map_iter(outline).collect();
         let points = volume.gather_all(points.into_iter().flat_map(|p| p.to_array()).collect());
         let points: Vec<DVec3> = points.chunks_exact(3).map(DVec3::from_slice).collect();
         Self::from_voxels(volume.grid(), if points.is_empty() { corners([-1; 3], dims) } else { points })

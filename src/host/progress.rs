@@ -89,18 +89,18 @@ pub fn building() -> Duration {
     Duration::from_micros(BUILDING.load(Ordering::Relaxed))
 }
 
-/// A long task.
+/// A long task, which several threads may work on.
 pub struct Task {
     what: String,
     total: u64,
-    done: u64,
+    done: AtomicU64,
     observer: Option<Arc<dyn Observer>>,
 }
 
 impl Task {
     /// Starts a task of `total` steps; 0 if unknown.
     pub fn new(what: impl Into<String>, total: u64) -> Self {
-        Self { what: what.into(), total, done: 0, observer: observer() }
+        Self { what: what.into(), total, done: AtomicU64::new(0), observer: observer() }
     }
 
     /// Fails if the observer ends the task.
@@ -114,28 +114,39 @@ impl Task {
         Ok(())
     }
 
-    /// Adds completed steps.
-    pub fn add(&mut self, steps: u64) {
-        self.done = self.done.saturating_add(steps);
-        self.notify();
+    /// Does some steps; none once the observer ends the task, which then uses no result of it.
+    pub fn work<T: Default>(&self, steps: u64, work: impl FnOnce() -> T) -> T {
+        if self.check().is_err() {
+            return T::default();
+        }
+        let done = work();
+        self.add(steps);
+        done
     }
 
-    fn notify(&self) {
+    /// Adds completed steps.
+    pub fn add(&self, steps: u64) {
+        let before = self.done.fetch_add(steps, Ordering::Relaxed);
+        self.notify(before.saturating_add(steps), self.total);
+    }
+
+    fn notify(&self, done: u64, total: u64) {
         if let Some(watch) = WATCH.get() {
-            watch(&self.what, self.done, self.total);
+            watch(&self.what, done, total);
         }
         if let Some(observer) = &self.observer {
-            observer.step(&self.what, self.done, self.total);
+            observer.step(&self.what, done, total);
         }
     }
 }
 
 impl Drop for Task {
     fn drop(&mut self) {
+        let done = *self.done.get_mut();
         // A task without any steps is never reported.
-        if self.done > 0 {
-            (self.done, self.total) = (self.done.max(self.total), self.done.max(self.total));
-            self.notify();
+        if done > 0 && self.check().is_ok() {
+            let all = done.max(self.total);
+            self.notify(all, all);
         }
     }
 }

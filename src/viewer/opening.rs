@@ -18,6 +18,7 @@ use axum::http::{StatusCode, Uri};
 use axum::response::{IntoResponse, Response};
 use std::future::poll_fn;
 use std::io;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::pin::Pin;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -67,14 +68,43 @@ impl Progress {
 
     /// Opens a volume, and tells what came of it. Takes as long as reading it.
     pub fn open(self: &Arc<Self>, served: &Served, scene: &SharedScene, wanted: &OpenWanted) {
-        let opened = progress::observed(self.clone(), || open(served, scene, wanted));
+        let opened = progress::observed(self.clone(), || catch_unwind(AssertUnwindSafe(|| self.opened(served, scene, wanted))));
         let opened = match opened {
             _ if self.is_cancelled() => Opened::Cancelled,
-            Ok(scene) => Opened::Scene(scene),
-            Err(sentence) => Opened::Problem(sentence),
+            Ok(Ok(scene)) => Opened::Scene(scene),
+            Ok(Err(sentence)) => Opened::Problem(sentence),
+            // Otherwise the page would wait for ever.
+            Err(_) => Opened::Problem("The server failed while it opened this. Its messages say more.".into()),
         };
         // The page may be gone.
         let _ = self.tell.blocking_send(opened);
+    }
+
+    /// Opens a volume. The error is a sentence for the page, which gets none if it was cancelled.
+    fn opened(&self, served: &Served, scene: &SharedScene, wanted: &OpenWanted) -> Result<Arc<SharedScene>, String> {
+        let dropped = match wanted {
+            OpenWanted::Offered(_) => None,
+            OpenWanted::Dropped(number) => Some(served.drops.take(*number).ok_or(GONE)?),
+        };
+        let path = dropped.as_ref().map(Dropped::path).transpose()?;
+        let source = match (wanted, &path) {
+            (OpenWanted::Offered(name), _) => Source::Offered(name),
+            (_, path) => Source::File(path.as_ref().expect("taken above")),
+        };
+        // Messages name the file as the user does, without the temporary folder.
+        let folder = dropped.as_ref().map(Dropped::hidden);
+        let sentence = |error: &Error| {
+            let sentence = scene.host.sentence(error);
+            folder.as_ref().map_or_else(|| sentence.clone(), |folder| sentence.replace(folder.as_str(), ""))
+        };
+        let (mut opening, host) = scene.host.open(&source).map_err(|error| sentence(&error))?;
+        opening.notes.extend(dropped.as_ref().and_then(Dropped::note));
+        if self.is_cancelled() {
+            return Err(String::new());
+        }
+        let held = dropped.map(Dropped::into_folder);
+        let opened = SharedScene::new(opening, host).map_err(|error| sentence(&error))?;
+        Ok(Arc::new(opened.numbered(served.scenes.next_number(), held)))
     }
 }
 
@@ -95,30 +125,6 @@ impl Observer for Progress {
     fn is_cancelled(&self) -> bool {
         self.is_cancelled.load(Ordering::Relaxed)
     }
-}
-
-/// Opens a volume. The error is a sentence for the page.
-fn open(served: &Served, scene: &SharedScene, wanted: &OpenWanted) -> Result<Arc<SharedScene>, String> {
-    let dropped = match wanted {
-        OpenWanted::Offered(_) => None,
-        OpenWanted::Dropped(number) => Some(served.drops.take(*number).ok_or(GONE)?),
-    };
-    let path = dropped.as_ref().map(Dropped::path).transpose()?;
-    let source = match (wanted, &path) {
-        (OpenWanted::Offered(name), _) => Source::Offered(name),
-        (_, path) => Source::File(path.as_ref().expect("taken above")),
-    };
-    // Messages name the file as the user does, without the temporary folder.
-    let folder = dropped.as_ref().map(Dropped::hidden);
-    let sentence = |error: &Error| {
-        let sentence = scene.host.sentence(error);
-        folder.as_ref().map_or_else(|| sentence.clone(), |folder| sentence.replace(folder.as_str(), ""))
-    };
-    let (mut opening, host) = scene.host.open(&source).map_err(|error| sentence(&error))?;
-    opening.notes.extend(dropped.as_ref().and_then(Dropped::note));
-    let held = dropped.map(Dropped::into_folder);
-    let opened = SharedScene::new(opening, host).map_err(|error| sentence(&error))?;
-    Ok(Arc::new(opened.numbered(served.scenes.next_number(), held)))
 }
 
 /// Receives a dropped file; answers with its number.

@@ -154,7 +154,8 @@ impl Connection {
                     }
                 },
                 _ = pings.tick() => {
-                    if heard.elapsed() > LONGEST_SILENCE {
+                    // The page connects again, to threads that draw.
+                    if heard.elapsed() > LONGEST_SILENCE || !self.session.is_drawing() {
                         return None;
                     }
                     Message::Ping(Vec::new().into())

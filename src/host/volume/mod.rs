@@ -164,7 +164,7 @@ impl<'a> Volume<'a> {
         };
         let bytes = expected * voxel_type.bytes() as u64;
         tracing::info!("{name}: a first pass over {bytes} bytes, for the range of its values");
-        let (range, invalid) = voxels.valid_range(Task::new(format!("looking at {name}"), bytes));
+        let (range, invalid) = voxels.valid_range(&Task::new(format!("looking at {name}"), bytes));
         let description = Description::new(name, grid, voxel_type, range.unwrap_or((0.0, 0.0)))?;
         let description = if invalid > 0 { description.with_invalid_voxels() } else { description };
         Ok(Self { description, voxels, invalid, shared: None, contents: Contents::default(), statistics: Arc::default() })
@@ -311,7 +311,9 @@ impl<'a> Volume<'a> {
     pub fn sum_blocks<R: Send + Default>(&self, add: impl Fn(&mut R, Option<f64>, u64) + Sync) -> Vec<R> {
         let rescale = self.description.rescale;
         let Some(voxels) = self.own_voxels() else { return Vec::new() };
-        with_voxel_type!(self.voxel_type(), T => voxels.map_blocks::<T, _>(|numbers| {
+        let bytes = (voxels.len() * self.voxel_type().bytes()) as u64;
+        let task = Task::new(format!("looking at {}", self.name()), bytes);
+        with_voxel_type!(self.voxel_type(), T => voxels.map_blocks::<T, _>(&task, |numbers| {
             let mut sum = R::default();
             let mut add_all = |number: T, count: u64| {
                 let number: f64 = number.into();

@@ -5,7 +5,6 @@ use super::voxels::{Number, Voxel, VoxelType, is_valid, with_voxel_type};
 use crate::progress::Task;
 use rayon::prelude::*;
 use std::ops::Range;
-use std::sync::{Mutex, PoisonError};
 
 /// Voxels per block, the unit of parallel work and of copies.
 const BLOCK: usize = 1 << 18;
@@ -111,8 +110,9 @@ impl Placed<'_> {
         values
     }
 
-    /// Maps blocks of voxels in parallel. Returns the results in order.
-    pub fn map_blocks<T: Voxel, R: Send>(&self, visit: impl Fn(&[T]) -> R + Sync) -> Vec<R> {
+    /// Maps blocks of voxels in parallel. Returns the results in order. The task counts bytes.
+    pub fn map_blocks<T: Voxel, R: Send + Default>(&self, task: &Task, visit: impl Fn(&[T]) -> R + Sync) -> Vec<R> {
+        let visit = |values: &[T]| task.work(size_of_val(values) as u64, || visit(values));
         if let Some(values) = self.as_values::<T>() {
             return values.par_chunks(BLOCK).map(&visit).collect();
         }
@@ -121,7 +121,7 @@ impl Placed<'_> {
     }
 
     /// Range of the valid voxels, if any, and number of invalid ones. The task counts bytes.
-    pub fn valid_range(&self, task: Task) -> (Option<(f64, f64)>, usize) {
+    pub fn valid_range(&self, task: &Task) -> (Option<(f64, f64)>, usize) {
         fn block<T: Voxel>(values: &[T]) -> (Option<(f64, f64)>, usize) {
             let valid = |v: &T| T::TYPE != VoxelType::Float32 || is_valid(v.value());
             let all = || values.iter().copied().filter(valid);
@@ -130,12 +130,7 @@ impl Placed<'_> {
             let (lo, hi) = all().fold((first, first), within);
             (Some((lo.value(), hi.value())), values.len() - all().count())
         }
-        let task = Mutex::new(task);
-        let blocks = with_voxel_type!(self.storage.voxel_type(), T => self.map_blocks::<T, _>(|values| {
-            let found = block(values);
-            task.lock().unwrap_or_else(PoisonError::into_inner).add(size_of_val(values) as u64);
-            found
-        }));
+        let blocks = with_voxel_type!(self.storage.voxel_type(), T => self.map_blocks::<T, _>(task, block));
         blocks.into_iter().fold((None, 0), |(range, invalid), (more, also)| (union(range, more), invalid + also))
     }
 

@@ -74,8 +74,11 @@ impl Statistics {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::progress::{self, Observer};
     use crate::volume::{Grid, Rescale, Voxel};
     use glam::DVec3;
+    use std::sync::Arc;
+    use std::sync::atomic::{AtomicU64, Ordering};
 
     fn volume<T: Voxel>(values: Vec<T>) -> Volume<'static> {
         Volume::new("t", Grid::new([values.len(), 1, 1], DVec3::ONE).unwrap(), values).unwrap()
@@ -95,6 +98,26 @@ mod tests {
         assert_eq!((turned.min, turned.max), (-500.0, 10.0));
         assert_eq!(turned.histogram, expected.into_iter().rev().collect::<Vec<_>>());
         assert!((turned.mean - (10.0 - 2.0 * mean)).abs() < 1e-9);
+    }
+
+    /// Whoever waits for passes over large volumes can end them, and hears how far they are.
+    #[test]
+    fn a_pass_ends_when_its_observer_does() {
+        struct EndsAtOnce(AtomicU64);
+        impl Observer for EndsAtOnce {
+            fn step(&self, what: &str, done: u64, total: u64) {
+                assert!(what == "looking at t" && done < total, "{what}: {done} of {total}");
+                self.0.fetch_max(done, Ordering::SeqCst);
+            }
+            fn is_cancelled(&self) -> bool {
+                self.0.load(Ordering::SeqCst) > 0
+            }
+        }
+        let (volume, count) = (volume(vec![7u8; 16 << 20]), 16 << 20);
+        let observer = Arc::new(EndsAtOnce(AtomicU64::new(0)));
+        let counted = progress::observed(observer, || Statistics::new(&volume)).histogram.iter().sum::<u64>();
+        assert!(counted > 0 && counted < count / 2, "{counted} of {count}");
+        assert_eq!(volume.statistics().histogram.iter().sum::<u64>(), count);
     }
 
     #[test]

@@ -138,7 +138,7 @@ impl<'a> Unseen<'a> {
         let Found::Voxels(voxels) = voxels else { unreachable!("wide numbers are converted first") };
         let bytes = (own.count() * voxels.voxel_type().bytes()) as u64;
         let task = Task::new(format!("scanning {name}"), bytes);
-        let (range, invalid) = within(&voxels, &held, &own).map_or((None, 0), |own| own.valid_range(task));
+        let (range, invalid) = within(&voxels, &held, &own).map_or((None, 0), |own| own.valid_range(&task));
         let range = common_range(range, &*collective).unwrap_or((0.0, 0.0));
         let mut all = [invalid as u64];
         collective.count(&mut all);

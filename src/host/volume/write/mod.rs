@@ -220,7 +220,7 @@ impl Written<'_> {
 
     /// Writes all numbers little-endian; as values if `rescale` is given.
     fn write(&self, stored: ScalarType, rescale: Option<Rescale>, out: &mut dyn Write) -> io::Result<()> {
-        let mut task = Task::new(format!("writing {}", self.name), self.grid.voxel_count() as u64 * stored.bytes() as u64);
+        let task = Task::new(format!("writing {}", self.name), self.grid.voxel_count() as u64 * stored.bytes() as u64);
         let mut piece = |bytes: &[u8], endian: Endian| {
             match rescale {
                 Some(rescale) => {
