@@ -215,9 +215,13 @@ fn visible(volume: &Volume, opacities: Vec<(f64, f64)>) -> Framing {
 
 /// Names and colours of the visible labels with the tables of their layers.
 pub(crate) fn legend_of(labels: &Labels, tables: &[LabelTable]) -> Legend {
-    let present = labels.layers().iter().zip(tables).flat_map(|(layer, table)| layer.present_in(table));
+    legend_of_all(labels.layers().iter().zip(tables).flat_map(|(layer, table)| layer.present_in(table)))
+}
+
+/// Names and colours of those labels that are visible.
+pub(crate) fn legend_of_all<'a>(labels: impl Iterator<Item = &'a Label>) -> Legend {
     let entry = |label: &Label| LegendEntry { name: name_of(label), color: label.color };
-    Legend { entries: present.filter(|label| label.drawn_opacity() > 0.0).map(entry).collect() }
+    Legend { entries: labels.filter(|label| label.drawn_opacity() > 0.0).map(entry).collect() }
 }
 
 /// The name of a label, or its number.

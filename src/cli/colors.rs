@@ -7,6 +7,7 @@ use super::values::Component;
 use crate::error::Error;
 use crate::layers::Kernel;
 use crate::renderer::{ColorOpacity, vector_norms};
+use crate::settings::FieldKind;
 use crate::shown::{IndexedLabels, Shown};
 use crate::viewport::Viewport;
 use crate::volume::ColorChannels;
@@ -57,11 +58,10 @@ impl ColorOptions {
 
     /// Opens the components of the volume's file, or its labels; `None` if its values are shown.
     pub fn open(&self, scene: &SceneOptions) -> Result<Option<Shown>, Error> {
-        let (options, size) = (&scene.volume, scene.camera.size);
-        let chosen = self.chosen(scene);
-        match chosen {
-            Some(Colors::Direct) => return self.open_colors(options, size).map(Some),
-            Some(Colors::Direction) => return self.open_vectors(options, size).map(Some),
+        let (volume, size) = (&scene.volume, scene.camera.size);
+        match self.chosen(scene) {
+            Some(Colors::Direct) => return self.open_colors(volume, size).map(Some),
+            Some(Colors::Direction) => return self.open_vectors(volume, size).map(Some),
             // The command line parser accepts this beside options that exclude --colors.
             Some(Colors::None) | None if self.color_opacity.is_some() => {
                 let problem = "is the opacity of colours: add --colors direct, or omit it".into();
@@ -70,8 +70,28 @@ impl ColorOptions {
             Some(Colors::None) => return Ok(None),
             None => {}
         }
-        let labels = options.labels(&scene.labels, size)?;
+        let labels = volume.labels(&scene.labels, size)?;
         labels.map(|labels| IndexedLabels::new(labels).map(Shown::Labels)).transpose()
+    }
+
+    /// What the steps of a sequence show instead of values: colours or labels; `None` if they show values.
+    ///
+    /// # Errors
+    /// [`Error::Settings`] for the directions of vectors.
+    pub fn kind_in_time(&self, scene: &SceneOptions) -> Result<Option<FieldKind>, Error> {
+        match self.chosen(scene) {
+            Some(Colors::Direct) => Ok(Some(FieldKind::Colors)),
+            Some(Colors::Direction) => {
+                let problem = "plays values, colours and labels: directions of vectors are drawn at one moment, by --frame; omit one of both";
+                Err(Error::Settings { field: "time", problem: problem.into() })
+            }
+            Some(Colors::None) => Ok(None),
+            None if scene.labels.is_given() => Ok(Some(FieldKind::Labels)),
+            None => {
+                let are_declared = !scene.channels.are_given() && scene.volume.declares_labels(scene.camera.size);
+                Ok(are_declared.then_some(FieldKind::Labels))
+            }
+        }
     }
 
     fn open_vectors(&self, options: &VolumeOptions, size: Viewport) -> Result<Shown, Error> {
@@ -91,7 +111,8 @@ impl ColorOptions {
         Ok(Shown::Vectors { components, norms })
     }
 
-    fn open_colors(&self, options: &VolumeOptions, size: Viewport) -> Result<Shown, Error> {
+    /// Opens the colours of a file.
+    pub fn open_colors(&self, options: &VolumeOptions, size: Viewport) -> Result<Shown, Error> {
         let file = options.volume.display();
         let described = options.channel_descriptions(Some(size))?;
         let channels = ColorChannels::of(&described).ok_or_else(|| {

@@ -37,6 +37,7 @@ mod rotate;
 mod scene;
 mod scene_renderer;
 mod shell;
+mod shown_steps;
 #[cfg(unix)]
 mod signals;
 mod slice;

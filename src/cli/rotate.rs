@@ -108,8 +108,8 @@ pub(super) fn run(arguments: &Arguments, processes: &Processes) -> Result<ExitCo
     let mut film = if processes.leads() { Some(film()?) } else { None };
     let mut scene = match &moments {
         Some(moments) => {
-            let Timed { sequence, others } = moments.timed();
-            OpenedScene::open_sequence(&arguments.scene, processes, sequence, others)?
+            let Timed { sequence, others, shown } = moments.timed();
+            OpenedScene::open_sequence(&arguments.scene, processes, sequence, others, shown.as_ref())?
         }
         None => OpenedScene::open(&arguments.scene, processes)?,
     };

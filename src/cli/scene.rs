@@ -10,6 +10,7 @@ use super::options::{
 use super::orientation::describe;
 use super::processes::{Processes, TeamOptions};
 use super::remarks::{remark_on_components, remark_on_transfer, remark_on_volume};
+use super::shown_steps::ShownSteps;
 use super::values::Tent;
 use crate::annotation::{Legend, LegendEntry};
 use crate::camera::Camera;
@@ -91,27 +92,34 @@ pub(super) struct OpenedScene {
 impl OpenedScene {
     /// Checks the options, opens the device and reads the volume, or this process's part of it.
     pub fn open(options: &SceneOptions, processes: &Processes) -> Result<Self, Error> {
-        Self::open_first(options, processes, None, &[])
+        Self::open_first(options, processes, None, &[], None)
     }
 
-    /// As [`open`](Self::open), for a sequence, and the steps of the fields beside it. Values, transfer function and fit are those of its
+    /// As [`open`](Self::open), for a sequence, the steps of the fields beside it, and colours or labels that it shows. Values, transfer function and fit are those of its
     /// sampled steps.
     pub fn open_sequence(
         options: &SceneOptions,
         processes: &Processes,
         sequence: &Sequence,
         others: &[FieldSteps],
+        shown: Option<&ShownSteps>,
     ) -> Result<Self, Error> {
-        let mut scene = Self::open_first(options, processes, Some(sequence), others)?;
-        if options.camera.fit.is_none_or(|fit| fit == Fit::Visible) {
-            for step in sequence.play(sequence.sampled_steps()) {
-                let shown = scene.framing_of(&step?);
-                scene.shown_by_steps = Some(match scene.shown_by_steps.take() {
-                    Some(framing) => framing.joined(shown),
-                    None => shown,
-                });
+        let mut scene = Self::open_first(options, processes, Some(sequence), others, shown)?;
+        let mut framings: Vec<Framing> = Vec::new();
+        match shown {
+            _ if options.camera.fit.is_some_and(|fit| fit != Fit::Visible) => {}
+            Some(shown) => {
+                for step in shown.sampled() {
+                    framings.push(scene.framing_of_shown(&shown.step(step)?)?);
+                }
+            }
+            None => {
+                for step in sequence.play(sequence.sampled_steps()) {
+                    framings.push(scene.framing_of(&step?));
+                }
             }
         }
+        scene.shown_by_steps = framings.into_iter().reduce(Framing::joined);
         Ok(scene)
     }
 
@@ -120,6 +128,7 @@ impl OpenedScene {
         processes: &Processes,
         sequence: Option<&Sequence>,
         others: &[FieldSteps],
+        in_time: Option<&ShownSteps>,
     ) -> Result<Self, Error> {
         let settings = options.quality.settings(options.camera.background)?;
         // Conflicting options fail before the volume is read.
@@ -135,13 +144,13 @@ impl OpenedScene {
             eprintln!("volume: {}, which is built in; name a file to render your own", VolumeOptions::DEFAULT);
         }
         let opened_at = Instant::now();
-        let shown = match sequence {
-            None => options.colors.open(options)?,
-            Some(_) => None,
+        let shown = match (sequence, in_time) {
+            (None, _) => options.colors.open(options)?,
+            (Some(_), in_time) => in_time.map(|steps| steps.step(0)).transpose()?,
         };
         shown.as_ref().map_or(Ok(()), |shown| reject_value_options(shown, options))?;
         let volume = match sequence {
-            None if shown.is_some() => shown.as_ref().map(|shown| shown.volume().clone()).expect("colours or labels"),
+            _ if shown.is_some() => shown.as_ref().map(|shown| shown.volume().clone()).expect("colours or labels"),
             None => match options.channels.first_component() {
                 Some(first) => options.volume.open_component(&first, Some(options.camera.size))?,
                 None => processes.open(&options.volume, Some(options.camera.size), memory)?,
@@ -185,7 +194,8 @@ impl OpenedScene {
             .map(|labels| labels.over(volume.description()))
             .transpose()?;
         let entries = fields.entries(&volume, &transfer)?;
-        let legend = fields.legend(&entries).or_else(|| shown.as_ref().and_then(|shown| shown.legend(&labels)));
+        let of_shown = || in_time.map_or_else(|| shown.as_ref()?.legend(&labels), ShownSteps::legend);
+        let legend = fields.legend(&entries).or_else(of_shown);
         let legend = match &label_colors {
             Some(labels) if legend.is_none() => Some(legend_of(labels, &labels.changed_tables(&[])?)),
             _ => legend,
@@ -284,6 +294,17 @@ impl OpenedScene {
             Some(shown) => shown.framing(&self.transfer, &self.labels),
             None => self.visible_part(volume, &self.transfer, None),
         };
+        self.cropped(framing, volume)
+    }
+
+    /// Bounds of the visible part of another step of colours or labels.
+    fn framing_of_shown(&self, shown: &Shown) -> Result<Framing, Error> {
+        let framing = shown.framing(&self.transfer, &shown.tables(&[])?);
+        Ok(self.cropped(framing, shown.volume()))
+    }
+
+    /// What the crop box leaves of bounds, joined with those of other fields.
+    fn cropped(&self, framing: Framing, volume: &Volume) -> Framing {
         let framing = match self.settings.clipping.crop {
             Some(CropBox { lowest, highest }) => framing.cropped(volume.grid(), lowest, highest),
             None => framing,

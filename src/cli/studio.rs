@@ -8,13 +8,14 @@ use super::options::{CameraOptions, EncodingOptions, Fit};
 use super::parse;
 use super::scene::OpenedScene;
 use super::scene_renderer::SceneRenderer;
-use super::time::NextStep;
+use super::time::{FirstOfStep, NextStep};
 use crate::annotation::{AnnotatedView, Annotations, VectorFormat};
 use crate::camera::Camera;
 use crate::error::Error;
 use crate::image::{Background, Depths, Frame};
 use crate::renderer::{Channel, FrameReport, StreamPlan};
 use crate::settings::Settings;
+use crate::shown::Shown;
 use crate::viewport::Viewport;
 use crate::volume::Grid;
 use clap::{Args, ValueEnum};
@@ -102,9 +103,13 @@ impl<'a> Studio<'a> {
 
     /// Draws another step of a sequence in the following pictures.
     pub fn set_step(&mut self, step: NextStep) -> Result<(), Error> {
-        self.grid = step.first.grid().clone();
+        let first = match step.first {
+            FirstOfStep::Values(volume) => volume,
+            FirstOfStep::Shown(shown) => return self.set_shown(&shown),
+        };
+        self.grid = first.grid().clone();
         if !self.scene.has_channels() {
-            return self.scene_renderer.renderer().set_volume(&step.first);
+            return self.scene_renderer.renderer().set_volume(&first);
         }
         let OpenedScene { device, transfer, look, others, .. } = self.scene;
         for ((kept, volume), field) in self.others.iter_mut().zip(step.others).zip(others).filter(|(_, field)| field.is_visible())
@@ -114,9 +119,17 @@ impl<'a> Studio<'a> {
                 *kept = Some(field.look.channel(device, volume.as_ref().unwrap_or(&field.volume), &field.transfer)?);
             }
         }
-        let first = look.channel(device, &step.first, transfer)?;
+        let first = look.channel(device, &first, transfer)?;
         let channels: Vec<Channel> = std::iter::once(first).chain(self.others.iter().flatten().cloned()).collect();
         self.scene_renderer.renderer().require_whole("a sequence of several fields")?.set_channels(&channels)
+    }
+
+    /// Draws other colours or labels.
+    fn set_shown(&mut self, shown: &Shown) -> Result<(), Error> {
+        let OpenedScene { device, transfer, .. } = self.scene;
+        self.grid = shown.volume().grid().clone();
+        let colors = shown.colors(device, &shown.upload(device)?, transfer, &shown.tables(&[])?)?;
+        self.scene_renderer.renderer().require_whole("a sequence of colours or labels")?.set_colors(&colors)
     }
 
     /// Stream plan of a view, also printed to standard error. `None` if the view is not streamed.

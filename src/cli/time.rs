@@ -4,7 +4,11 @@ use super::channels::{FieldSteps, PlayedField};
 use super::keys::Keys;
 use super::processes::Processes;
 use super::scene::SceneOptions;
+use super::shown_steps::ShownSteps;
+use super::values::Component;
 use crate::error::Error;
+use crate::settings::FieldKind;
+use crate::shown::Shown;
 use crate::volume::{Playback, Sequence, Volume};
 use clap::Args;
 use std::path::PathBuf;
@@ -25,21 +29,25 @@ impl TimeOptions {
     ///
     /// # Errors
     /// [`Error::Settings`] for options that conflict, [`Error::Volume`] if there is a single step, and those of [`Sequence::open`].
-    pub fn sequence(&self, scene: &SceneOptions, keys: Option<&Keys>, processes: &Processes) -> Result<Option<Timed>, Error> {
+    pub fn sequence<'a>(
+        &self,
+        scene: &'a SceneOptions,
+        keys: Option<&Keys>,
+        processes: &Processes,
+    ) -> Result<Option<Timed<'a>>, Error> {
         let wrong = |problem: &str| Err(Error::Settings { field: "time", problem: problem.into() });
         match (self.time, keys.is_some_and(Keys::have_frames)) {
             (false, false) if self.more.is_empty() => return Ok(None),
             (false, false) => return wrong("is needed for several volumes, which are the steps of a sequence: add it"),
             (true, true) => return wrong("and the frames of key cameras conflict: omit one of them"),
-            _ if scene.colors.are_given() || scene.labels.is_given() => {
-                return wrong("plays values: colours and labels are drawn at one moment, by --frame; omit one of both");
-            }
             _ if processes.counts().is_some() => {
                 return wrong("plays a sequence in one process only: start layersplat without mpirun");
             }
             _ => {}
         }
-        let (size, component) = (scene.camera.size, scene.channels.first_component());
+        let kind = scene.colors.kind_in_time(scene)?;
+        let of_colors = || kind.map(|_| Component::Number(0)).filter(|_| kind == Some(FieldKind::Colors));
+        let (size, component) = (scene.camera.size, scene.channels.first_component().or_else(of_colors));
         let sequence = scene.volume.sequence(&self.more, component.as_ref(), Some(size), scene.bounds.memory)?;
         if sequence.len() == 1 {
             let problem = "it has one volume, and a sequence has several: name a file with a time axis, or several files";
@@ -47,25 +55,28 @@ impl TimeOptions {
         }
         let others = scene.channels.steps(&scene.volume, &self.more, size, sequence.len())?;
         let sequence = scene.labels.masked_steps(sequence, scene.volume.placement())?;
-        Ok(Some(Timed { sequence, others }))
+        let shown = kind.map(|kind| ShownSteps::new(scene, sequence.clone(), kind)).transpose()?;
+        Ok(Some(Timed { sequence, others, shown }))
     }
 }
 
 /// A sequence, and the fields that are drawn together with it.
-pub(super) struct Timed {
+pub(super) struct Timed<'a> {
     pub sequence: Sequence,
     pub others: Vec<FieldSteps>,
+    /// Colours or labels that its steps show instead of values.
+    pub shown: Option<ShownSteps<'a>>,
 }
 
 /// A sequence, and the step that each picture shows.
-pub(super) struct Moments {
-    timed: Timed,
+pub(super) struct Moments<'a> {
+    timed: Timed<'a>,
     steps: Vec<usize>,
 }
 
-impl Moments {
+impl<'a> Moments<'a> {
     /// Takes the steps from the frames of keys, or spreads them evenly over `count` pictures.
-    pub fn new(timed: Timed, keys: Option<&Keys>, count: u32) -> Result<Self, Error> {
+    pub fn new(timed: Timed<'a>, keys: Option<&Keys>, count: u32) -> Result<Self, Error> {
         let all = timed.sequence.len();
         let steps = match keys.filter(|keys| keys.have_frames()) {
             Some(keys) => keys.steps(count, all)?,
@@ -74,7 +85,7 @@ impl Moments {
         Ok(Self { timed, steps })
     }
 
-    pub fn timed(&self) -> &Timed {
+    pub fn timed(&self) -> &Timed<'a> {
         &self.timed
     }
 
@@ -84,8 +95,13 @@ impl Moments {
         order.dedup();
         let first = usize::from(order[0] == 0);
         let order = order.split_off(first);
-        let others = self.timed.others.iter().map(|field| field.play(&order)).collect();
-        Played { steps: &self.steps, shown: 0, others, playback: self.timed.sequence.play(order) }
+        let Timed { sequence, others, shown } = &self.timed;
+        let others = others.iter().map(|field| field.play(&order)).collect();
+        let first = match shown {
+            Some(shown) => PlayedFirst::Shown(shown),
+            None => PlayedFirst::Values(sequence.play(order)),
+        };
+        Played { steps: &self.steps, shown: 0, others, first }
     }
 }
 
@@ -93,13 +109,25 @@ impl Moments {
 pub(super) struct Played<'a> {
     steps: &'a [usize],
     shown: usize,
-    playback: Playback,
+    first: PlayedFirst<'a>,
     others: Vec<PlayedField<'a>>,
+}
+
+/// What is read for each step.
+enum PlayedFirst<'a> {
+    Values(Playback),
+    Shown(&'a ShownSteps<'a>),
+}
+
+/// What another step shows.
+pub(super) enum FirstOfStep {
+    Values(Volume<'static>),
+    Shown(Shown),
 }
 
 /// The volumes of another step.
 pub(super) struct NextStep {
-    pub first: Volume<'static>,
+    pub first: FirstOfStep,
     /// Of each field beside the first, unless it stays as it is.
     pub others: Vec<Option<Volume<'static>>>,
 }
@@ -110,7 +138,10 @@ impl Played<'_> {
         if std::mem::replace(&mut self.shown, self.steps[n]) == self.steps[n] {
             return Ok(None);
         }
-        let first = self.playback.next().expect("a step is read for every change")?;
+        let first = match &mut self.first {
+            PlayedFirst::Values(playback) => FirstOfStep::Values(playback.next().expect("a step is read for every change")?),
+            PlayedFirst::Shown(shown) => FirstOfStep::Shown(shown.step(self.steps[n])?),
+        };
         let others = self.others.iter_mut().map(|field| field.next().transpose()).collect::<Result<_, _>>()?;
         Ok(Some(NextStep { first, others }))
     }

@@ -86,7 +86,7 @@ impl Arguments {
     fn open(&self, processes: &Processes) -> Result<(OpenedScene, Option<Sequence>), Error> {
         let sequence = self.sequence(processes)?;
         let scene = match &sequence {
-            Some(sequence) => OpenedScene::open_sequence(&self.scene, processes, sequence, &[])?,
+            Some(sequence) => OpenedScene::open_sequence(&self.scene, processes, sequence, &[], None)?,
             None => OpenedScene::open(&self.scene, processes)?,
         };
         Ok((scene, sequence))

@@ -3,7 +3,7 @@
 use super::mask::Mask;
 use crate::Error;
 use crate::cli::{names, parse};
-use crate::volume::{LabelChange, LabelSurfaces, Labels, OpenOptions, Placement, Sequence, Volume};
+use crate::volume::{LabelChange, LabelSurfaces, LabelTable, Labels, OpenOptions, Placement, Sequence, Volume};
 use clap::Args;
 use std::path::{Path, PathBuf};
 
@@ -76,6 +76,24 @@ impl LabelOptions {
         Ok(labels.with_surfaces(self.label_surfaces.unwrap_or_default()))
     }
 
+    /// Opens labels of a step in time and applies all changes. `all`: the names and looks of the labels of all steps.
+    pub fn open_step(&self, path: &Path, options: &OpenOptions, all: Option<&LabelTable>) -> Result<Labels, Error> {
+        self.changed_step(self.open_unchanged(path, options)?, all)
+    }
+
+    /// Labels of a step in time with all changes.
+    pub fn changed_step(&self, labels: Labels, all: Option<&LabelTable>) -> Result<Labels, Error> {
+        self.changed(match all {
+            Some(table) => labels.with_table(table),
+            None => labels,
+        })
+    }
+
+    /// Opens the labels of a file, with the names and looks of their table.
+    pub fn open_unchanged(&self, path: &Path, options: &OpenOptions) -> Result<Labels, Error> {
+        Labels::open(path, options, self.table())
+    }
+
     /// Opens the labels of a file and applies all changes; `None` if neither the options nor the file say that its voxels are labels.
     pub fn open(&self, path: &Path, options: &OpenOptions) -> Result<Option<Labels>, Error> {
         let is_asked = self.is_given();
@@ -86,7 +104,7 @@ impl LabelOptions {
         if self.label_colors.is_some() || (!is_asked && !Labels::are_declared(path, options).unwrap_or(true)) {
             return Ok(None);
         }
-        match Labels::open(path, options, self.table()) {
+        match self.open_unchanged(path, options) {
             // A file that is refused as labels is still a volume of values.
             Err(e) if !is_asked => {
                 tracing::warn!("its labels cannot be listed: {e}");

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use tracing::subscriber::{NoSubscriber, with_default};
 
 /// Selection of the volume.
-#[derive(Args)]
+#[derive(Args, Clone)]
 pub(in crate::cli) struct VolumeOptions {
     /// Volume: a file, a folder or NAME%d.EXT of slices, builtin:NAME, or - for standard input; see below
     #[arg(default_value = Self::DEFAULT)]
@@ -27,7 +27,7 @@ pub(in crate::cli) struct VolumeOptions {
 }
 
 /// Properties that a file does not state, and selection of one of several volumes in a file.
-#[derive(Args)]
+#[derive(Args, Clone)]
 pub(in crate::cli) struct FileOptions {
     /// Dimensions in voxels, if the file does not state them
     #[arg(long, value_parser = parse::dims, value_name = "XxYxZ", help_heading = "Volume")]
@@ -122,13 +122,13 @@ impl VolumeOptions {
     /// Opens the volume. `size` is the picture size, if pictures are rendered. `memory` limits the bytes of the volume in host
     /// memory if it cannot be memory-mapped.
     pub fn open(&self, size: Option<Viewport>, memory: Option<u64>) -> Result<Volume<'static>, crate::Error> {
-        let options = OpenOptions { memory, confined: self.confined, ..self.file.raw(size)? };
+        let options = OpenOptions { memory, ..self.opening(size)? };
         self.with_background(standard::open_input(&self.volume, |path| Volume::open(path, &options))?)
     }
 
     /// What the volume's file states about its components.
     pub fn channel_descriptions(&self, size: Option<Viewport>) -> Result<Vec<ChannelDescription>, crate::Error> {
-        ChannelDescription::of_file(&self.volume, &OpenOptions { confined: self.confined, ..self.file.raw(size)? })
+        ChannelDescription::of_file(&self.volume, &self.opening(size)?)
     }
 
     /// Opens the labels of the volume's file, if the options or the file say that its voxels are some.
@@ -137,7 +137,7 @@ impl VolumeOptions {
         if standard::is_input(&self.volume) || (are_values && !labels.is_given()) {
             return Ok(None);
         }
-        labels.open(&self.volume, &OpenOptions { confined: self.confined, ..self.file.raw(Some(size))? })
+        labels.open(&self.volume, &self.opening(Some(size))?)
     }
 
     /// Whether the file says that its components are colours, and none of them is chosen.
@@ -150,16 +150,25 @@ impl VolumeOptions {
         if standard::is_input(&self.volume) || self.file.channel.is_some() {
             return None;
         }
-        let options = OpenOptions { confined: self.confined, ..self.file.raw(Some(size)).ok()? };
+        let options = self.opening(Some(size)).ok()?;
         // The reader says what is wrong with a file.
         Contents::of_file(&self.volume, &options).ok()
     }
 
     /// Whether the file says that its voxels are labels.
-    #[cfg(feature = "viewer")]
     pub fn declares_labels(&self, size: Viewport) -> bool {
-        let options = self.file.raw(Some(size)).map(|raw| OpenOptions { confined: self.confined, ..raw });
+        let options = self.opening(Some(size));
         options.and_then(|options| Labels::are_declared(&self.volume, &options)).unwrap_or(false)
+    }
+
+    /// Another file, or one of its frames, that is opened with the same options.
+    pub fn at(&self, file: &Path, frame: Option<usize>) -> Self {
+        Self { volume: file.into(), file: FileOptions { frame, ..self.file.clone() }, ..self.clone() }
+    }
+
+    /// The library's options for opening the file. `size` is the picture size, if pictures are rendered.
+    pub fn opening(&self, size: Option<Viewport>) -> Result<OpenOptions, crate::Error> {
+        Ok(OpenOptions { confined: self.confined, ..self.file.raw(size)? })
     }
 
     /// Opens another component of the volume's file.
@@ -168,13 +177,13 @@ impl VolumeOptions {
             let problem = "are read one after the other, and standard input can be read once: name a file".into();
             return Err(crate::Error::Settings { field: "channels", problem });
         }
-        let options = component.chosen(OpenOptions { confined: self.confined, ..self.file.raw(size)? });
+        let options = component.chosen(self.opening(size)?);
         self.with_background(Volume::open(&self.volume, &options)?)
     }
 
     /// Opens the volume with what its file states about it.
     pub fn open_described(&self, label_options: &LabelOptions) -> Result<Described, crate::Error> {
-        let options = OpenOptions { confined: self.confined, ..self.file.raw(None)? };
+        let options = self.opening(None)?;
         let (volume, labels, channels) = standard::open_input(&self.volume, |path| {
             let labels = label_options.open(path, &options)?;
             let open = || Volume::open(path, &options);
@@ -203,8 +212,7 @@ impl VolumeOptions {
             let problem = "reads steps more than once, and standard input can be read once: name a file".into();
             return Err(crate::Error::Settings { field: "time", problem });
         }
-        let raw = self.file.raw(size)?;
-        let options = OpenOptions { memory, confined: self.confined, ..raw };
+        let options = OpenOptions { memory, ..self.opening(size)? };
         let options = match component {
             Some(component) => component.chosen(options),
             None => options,
@@ -214,12 +222,6 @@ impl VolumeOptions {
             Some(value) => sequence.with_background(value),
             None => sequence,
         })
-    }
-
-    /// The library's options for opening the file.
-    #[cfg(feature = "mpi")]
-    pub fn options(&self, size: Option<Viewport>) -> Result<OpenOptions, crate::Error> {
-        self.file.raw(size)
     }
 
     /// Applies `--background-value`.

@@ -150,7 +150,7 @@ impl Processes {
     ) -> Result<(), Error> {
         let Some(World { group, .. }) = &self.world else { return Ok(()) };
         let per_process = memory::available() / group.on_this_machine() as u64;
-        let bytes = bytes_in_parts(&volume.volume, &volume.options(Some(size))?);
+        let bytes = bytes_in_parts(&volume.volume, &volume.opening(Some(size))?);
         let needed = bytes.map_or(1, |bytes| (MEMORY_FACTOR * bytes).div_ceil(per_process.max(1)));
         // Available memory may differ, but all processes must form the same teams.
         let needed = group.max(needed);
@@ -201,7 +201,7 @@ impl Processes {
                 "a volume that several processes share cannot be streamed: omit the limit, or use --ranks-per-picture 1";
             return Err(Error::Settings { field: "memory", problem: problem.into() });
         }
-        options.with_background(team.open(&options.volume, &options.options(size)?)?)
+        options.with_background(team.open(&options.volume, &options.opening(size)?)?)
     }
 
     /// Fails for views that the processes of a team cannot share.

@@ -236,6 +236,51 @@ fn several_fields_play_together() {
     assert!(of_channels[0] != of_channels[1]);
 }
 
+/// Labels and colours of each step are those of its frame. The names are those of all steps: a label that is there later has a place in the
+/// list from the first picture on, and can be changed.
+#[test]
+fn labels_and_colors_play() {
+    let folder = tempfile::tempdir().unwrap();
+    let f = folder.path();
+    let [x, y, z] = DIMS;
+    let count = x * y * z;
+    let ids = |step: usize| (0..count).map(move |n| if n % x < 5 { 3 } else { 7 * u8::from(step > 0 && n % x > 9) });
+    let header =
+        format!("NRRD0004\ntype: uint8\ndimension: 4\nsizes: {x} {y} {z} 3\nkinds: domain domain domain time\nencoding: raw\n\n");
+    write(f.join("ids.nrrd"), header.bytes().chain((0..3).flat_map(ids)).collect::<Vec<u8>>()).unwrap();
+    for step in 0..2 {
+        nrrd(&f.join(format!("ids{step}.nrrd")), DIMS, &ids(step).collect::<Vec<u8>>());
+    }
+    let look = "--azimuth 30 --labels --label 7:#00ff00";
+    // The first step has no such label.
+    refused(f, &format!("render ids.nrrd --frame 0 {look} -o no.png").split(' ').collect::<Vec<_>>(), 2, &["7"]);
+    let frames = film(f, &format!("ids.nrrd --time --turn 0 {look}"));
+    let of_files = film(f, &format!("ids0.nrrd ids1.nrrd --time --turn 0 {look}"));
+    assert!(frames[0] == still(f, "ids.nrrd --frame 0 --azimuth 30 --labels") && frames[0] == of_files[0]);
+    for n in [1, 2] {
+        assert!(frames[n] == still(f, &format!("ids.nrrd --frame {n} {look}")), "{n}");
+    }
+    assert!(frames[1] == of_files[1] && frames[1] != frames[0]);
+    let listed = film(f, &format!("ids.nrrd --time --turn 0 {look} --legend"));
+    let green = |frame: &Frame| (0..30 * 24).filter(|n| frame.pixel(n % 30, n / 30)[1] > 0.9).count();
+    assert!(green(&listed[0]) > 0 && green(&frames[0]) == 0, "the list has the label that comes later");
+
+    let header = format!(
+        "NRRD0004\ntype: uint8\ndimension: 5\nsizes: 3 {x} {y} {z} 2\nkinds: RGB-color domain domain domain time\nencoding: raw\n\n"
+    );
+    let colors = |step: usize| voxels(step + 2).into_iter().flat_map(move |v| [v, v / 2 * step as u8, 20]);
+    write(f.join("rgb.nrrd"), header.bytes().chain(colors(0)).chain(colors(1)).collect::<Vec<u8>>()).unwrap();
+    let [key, other] = [(0.0, 0), (1.0, 1)].map(|(time, n)| format!(r#"{{"time": {time}, "azimuth": 30, "frame": {n}}}"#));
+    write(f.join("keys.json"), format!("[{key}, {other}]")).unwrap();
+    let frames = film(f, "rgb.nrrd --time --turn 0 --azimuth 30");
+    let of_keys = film(f, "rgb.nrrd --keys keys.json --rate 1");
+    assert_eq!((frames.len(), of_keys.len()), (2, 2));
+    for n in 0..2 {
+        assert!(frames[n] == still(f, &format!("rgb.nrrd --frame {n} --azimuth 30")) && frames[n] == of_keys[n], "{n}");
+    }
+    assert!(frames[0] != frames[1]);
+}
+
 #[test]
 fn sequences_that_cannot_be_played_are_refused() {
     let folder = folder();
@@ -260,8 +305,10 @@ fn sequences_that_cannot_be_played_are_refused() {
         ("beat.nii --time --with beat.nii,frame=4", 2, vec!["frame is 4"]),
         ("beat.nii --time --channels 0,1", 2, vec!["channel", "beat.nii"]),
         ("beat.nii --time --scene scene.json", 2, vec!["--time", "--with"]),
-        ("beat.nii --time --labels", 2, vec!["--time", "labels"]),
-        ("beat.nii --time --colors direct", 2, vec!["--time", "colours"]),
+        ("beat.nii --time --labels", 1, vec!["beat.nii", "whole numbers"]),
+        ("beat.nii --time --colors direct", 2, vec!["3 or 4 components"]),
+        ("beat.nii --time --colors direction", 2, vec!["--time", "directions of vectors", "--frame"]),
+        ("s0.nrrd s1.nrrd --time --labels --label 999:hide", 2, vec!["999"]),
         ("beat.nii --time --mask s9.nrrd", 1, vec!["s9.nrrd"]),
         ("beat.nii --time --mask s0.nrrd:999", 2, vec!["no label has the id 999"]),
         ("beat.nii --turn x", 2, vec!["--turn"]),
