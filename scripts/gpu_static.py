@@ -30,7 +30,7 @@ from gpu_static_instructions import counted
 # Limits of --check: no kernel may have a stack, except one that lists the visible voxels for sheets, and those of several fields, of colours
 # and of labels, in which a work-item draws a tile. Kernels of the default render path (the warp also to 8 bits) have a register limit.
 CHECKED = ["sm_90", "gfx1100"]
-WITH_STACK = ["splats", "channel_lattice", "channel_raycast", "color_lattice", "color_raycast", "label_voxels"]
+WITH_STACK = ["splats", "channel_lattice", "channel_raycast", "color_lattice", "color_raycast", "label_moments"]
 DEFAULT_PATH = ["point_samples", "warp"]
 MOST_REGISTERS = {"standard": 96, "high": 128}
 # Subdivided segments read the field between samples. They need more registers, and scalars that AMD's compiler keeps in lanes.

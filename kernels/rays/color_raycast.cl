@@ -1,4 +1,4 @@
-// Ray casting of a volume of colours: raycast.cl with the four fields of color_lattice.cl, whose ratio is the colour.
+// Ray casting of a volume of colours: raycast.cl with the fields of color_lattice.cl, whose ratio is the colour.
 
 #include "rays/steps.cl"
 #include "shared/field.cl"
@@ -9,13 +9,14 @@
 #error "BLEND: volumes of colours are composited"
 #endif
 
-// The fields: extinction last.
+// The fields.
 struct Marched {
-    __global const VOXEL *voxels[4];
+    __global const VOXEL *voxels[FIELDS];
     __global const uchar *visible;
     VolumeView view;
     ShadingSource shading;
     SampleParams sample;
+    LabelParams labels;
 };
 
 ALWAYS_INLINE bool box_shows(struct Marched *m, const MarchParams *p, const realv *one, const realv *other) {
@@ -29,22 +30,38 @@ ALWAYS_INLINE intv points_show(const struct Marched *m, const MarchParams *p, co
 ALWAYS_INLINE void accumulate_step(const struct Marched *m, const MarchParams *p, const realv *point, intv needed, realv share, realv step,
                                    Accumulator *gathered, intv *active) {
     const SampleParams *sample = &m->sample;
-    const realv extinction = value_at(m->voxels[3], &m->view, point[0], point[1], point[2], needed);
-    needed &= extinction > 0.0f;
+    const realv shaded = value_at(m->voxels[SHADED], &m->view, point[0], point[1], point[2], needed);
+    needed &= shaded > 0.0f;
     if (!ANY(needed))
         return;
-    const realv per_extinction = reciprocal(needed ? extinction : (realv)(1.0f));
+    const realv per_shaded = reciprocal(needed ? shaded : (realv)(1.0f));
     realv color[3];
     for (int i = 0; i < 3; i++)
-        color[i] = value_at(m->voxels[i], &m->view, point[0], point[1], point[2], needed) * per_extinction;
-    const realv depth = needed ? color_absorption(sample, extinction) * p->length : (realv)(0.0f);
+        color[i] = value_at(m->voxels[i], &m->view, point[0], point[1], point[2], needed) * per_shaded;
+#ifdef LABELS
+#ifdef VARIED_OPACITIES
+    const realv second = value_at(m->voxels[SECOND], &m->view, point[0], point[1], point[2], needed);
+    const realv third = value_at(m->voxels[THIRD], &m->view, point[0], point[1], point[2], needed);
+#else
+    const realv second = m->labels.most * shaded, third = m->labels.most * second;
+#endif
+    const LabelOpacity of_unit = label_opacity(&m->labels, shaded, second, third);
+    const realv unit_opacity = needed ? of_unit.at_point : (realv)(0.0f);
+    const realv opacity = sample->classification.linear ? MIN(unit_opacity * p->length, (realv)(1.0f)) * share
+                                                        : 1.0f - general_power(1.0f - unit_opacity, p->length * share);
+#else
+    const realv depth = needed ? color_absorption(sample, shaded) * p->length : (realv)(0.0f);
     const realv opacity = sample->classification.linear ? MIN(depth, (realv)(1.0f)) * share : absorbed(depth * share);
+#endif
     *active += COUNT_IF(opacity > 0.0f);
     Lighting lighting;
     if (sample->light.shading) {
         const Point at = {point[0], point[1], point[2]};
         const Gradient gradient = gradient_at(&m->shading, &sample->field, point[0], point[1], point[2], needed);
-        lighting = shade(sample, m->shading.light, at, extinction, gradient);
+        lighting = shade(sample, m->shading.light, at, shaded, gradient);
+#ifdef LABELS
+        light_label(of_unit, value_at(m->voxels[SMOOTHED_OPACITY], m->shading.view, point[0], point[1], point[2], needed), &lighting);
+#endif
     }
     accumulate_lit(sample, color[0], color[1], color[2], opacity, &lighting, gathered);
 }
@@ -55,7 +72,7 @@ __kernel void color_raycast(COLOR_FIELDS, ScreenParams s, MarchParams p, ulong f
         return;
     voxels += view.first;
     const ShadingSource shading = SHADING_SOURCE;
-    struct Marched fields = {{red + view.first, green + view.first, blue + view.first, voxels}, visible, view, shading, sample};
+    struct Marched fields = {FIELD_VOXELS, visible, view, shading, sample, labels};
     const int column = id % s.tiles_u * VW, row = id / s.tiles_u * TILE_ROWS;
     intv active = 0;
     for (int r = row; r < min(row + TILE_ROWS, s.height); r++) {

@@ -28,9 +28,12 @@ static inline intv table_index(const SampleParams *p, realv value) {
 #define FOR_LIT_COMPONENTS(i) _Pragma("unroll") for (int i = 0; i < LIT_COMPONENTS; i++)
 
 // Factors of a colour, added highlights, and weight in interpolation with other lighting. THINNED: also the factor of the extinction.
-// DEPTH_CUED: also the share of the background that the lit colour fades to, before it is clamped.
+// DEPTH_CUED: also the share of the background that the lit colour fades to, before it is clamped. LABELS: also the factors without a surface.
 typedef struct {
     realv factor[LIT_COMPONENTS], highlight[LIT_COMPONENTS], weight;
+#ifdef LABELS
+    realv unlit[LIT_COMPONENTS];
+#endif
 #ifdef THINNED
     realv extinction_scale;
 #endif
@@ -135,6 +138,9 @@ static inline Lighting shade(const SampleParams *p, LightVolume volume, Point po
         const float base = 1.0f;
 #endif
         lighting.factor[i] = base + lit * (lighting.factor[i] - base);
+#ifdef LABELS
+        lighting.unlit[i] = base;
+#endif
     }
 #ifdef THINNED
     lighting.extinction_scale = p->light.thinned ? gradient_extinction_scale(p, squared * inverse) : (realv)(1.0f);

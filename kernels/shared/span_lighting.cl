@@ -69,6 +69,9 @@ static inline Lighting interpolate_lighting(const SampleParams *p, const LitSamp
     FOR_LIT_COMPONENTS(i) {
         lighting.factor[i] = one->factor[i] + mixed * (other->factor[i] - one->factor[i]);
         lighting.highlight[i] = one->highlight[i] + mixed * (other->highlight[i] - one->highlight[i]);
+#ifdef LABELS
+        lighting.unlit[i] = one->unlit[i] + place * (other->unlit[i] - one->unlit[i]);
+#endif
     }
 #ifdef THINNED
     lighting.extinction_scale = extinction_scale_on_span(front, back, t);

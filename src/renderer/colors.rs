@@ -1,16 +1,17 @@
 //! Volumes of colours and of labels: extinction times colour, and extinction, are interpolated.
 
 use super::check_whole;
-use super::field::{Field, Placement, UploadedVolume, value_range};
-use crate::device::launch::colors::{ColorVoxels, ColorVoxelsArguments, LabelVoxels, LabelVoxelsArguments};
-use crate::device::launch::structs::{ColorVoxelParams, Float4, LabelVoxelParams};
+use super::field::{Field, Layout, Placement, UploadedVolume, value_range};
+use super::label_surfaces::LabelSurface;
+use crate::device::launch::colors::{ColorFieldsOf, ColorVoxels, ColorVoxelsArguments, OtherColors};
+use crate::device::launch::structs::{ColorVoxelParams, LabelParams};
 use crate::device::launch::{Floats, Launcher, VoxelBuffer};
 use crate::device::{Buffer, Device};
 use crate::error::Error;
 use crate::layers::{GradientEstimator, Kernel};
 use crate::settings::{Algorithm, Classification, Layered, Settings};
 use crate::transfer::TransferFunction;
-use crate::volume::{Description, Grid, LabelSurfaces, Volume, VoxelBox, VoxelType};
+use crate::volume::{Description, Grid, Volume, VoxelBox, VoxelType};
 
 /// Largest opacity of a voxel that keeps its exact extinction; LARGEST_OPACITY in kernels/volume/color_voxels.cl.
 const LARGEST_OPACITY: f64 = 0.99999;
@@ -41,15 +42,55 @@ pub enum ColorOpacity {
     FromBackground([f64; 3]),
 }
 
-/// A volume of colours or labels on a device. Four floats per voxel.
+/// A volume of colours or labels on a device. Four floats per voxel; six of labels of several opacities.
 #[derive(Clone)]
 pub struct UploadedColors {
     pub(super) device: Device,
-    /// Extinction times red, green and blue.
-    pub(super) colors: [Field; 3],
-    pub(super) extinction: Field,
-    /// Whether gradients are smoothed unless the settings state them.
-    pub(super) are_smooth: bool,
+    /// Extinction; of labels with smooth surfaces, opacity.
+    pub(super) shaded: Field,
+    pub(super) fields: ColorFields,
+}
+
+/// The fields beside the one that makes the surfaces.
+#[derive(Clone)]
+pub(super) struct ColorFields {
+    /// That field times red, green and blue.
+    pub colors: [Field; 3],
+    /// What makes the surfaces of labels smooth.
+    pub labels: Option<LabelFields>,
+}
+
+/// Fields of labels with smooth surfaces.
+#[derive(Clone)]
+pub(super) struct LabelFields {
+    /// Squared and cubed opacity, if opacities differ.
+    pub powers: Option<[Field; 2]>,
+    pub surface: LabelSurface,
+}
+
+impl ColorFields {
+    /// What the fields are of.
+    pub fn of(&self) -> ColorFieldsOf {
+        match &self.labels {
+            None => ColorFieldsOf::Colors,
+            Some(LabelFields { powers: None, .. }) => ColorFieldsOf::Labels,
+            Some(LabelFields { powers: Some(_), .. }) => ColorFieldsOf::VariedLabels,
+        }
+    }
+
+    /// Red, green and blue, and the squared and the cubed opacity if opacities differ.
+    pub fn all(&self) -> impl Iterator<Item = &Field> {
+        self.colors.iter().chain(self.labels.iter().flat_map(|labels| labels.powers.iter().flatten()))
+    }
+
+    /// Arguments of a kernel. `layouts`: those of [`all`](Self::all).
+    pub fn arguments<'a>(&self, layouts: &'a [Layout]) -> OtherColors<'a> {
+        // Buffers and parameters that are not read are any.
+        let voxels = |n: usize| &layouts.get(n).unwrap_or(&layouts[0]).voxels;
+        let none = LabelParams { least: 0.0, most: 0.0, per_share: 0.0 };
+        let labels = self.labels.as_ref().map_or(none, |labels| labels.surface.params());
+        OtherColors { red: voxels(0), green: voxels(1), blue: voxels(2), second: voxels(3), third: voxels(4), labels }
+    }
 }
 
 impl UploadedColors {
@@ -114,57 +155,21 @@ impl UploadedColors {
             out_extinction: Floats(&out.extinction),
         };
         Launcher::<ColorVoxels>::default().launch(device, components[0].field.voxel_kind(), &arguments)?;
-        out.into_colors(device, descriptions[0], false)
+        out.into_colors(device, descriptions[0])
     }
 
-    /// Makes colours of labels, in layers that may overlap, on one grid: of each layer, voxel n has entry n, a colour and an opacity per
-    /// smallest spacing. Extinctions of layers add. `surfaces`: those of all.
-    ///
-    /// # Errors
-    /// Without layers, for other grids or devices, for parts of volumes, for voxels that are not unsigned integers or have no entry, and for
-    /// too little memory.
-    pub fn from_labels(layers: &[(&UploadedVolume, &[[f64; 4]])], surfaces: LabelSurfaces) -> Result<Self, Error> {
-        let Some((UploadedVolume { device, field }, _)) = layers.first().copied() else {
-            return Err(Error::Settings { field: "labels", problem: "there are no layers: give at least one".into() });
-        };
-        let grid = field.description().grid();
-        for (labels, entries) in layers {
-            check_whole(labels)?;
-            check_labels(labels.description(), entries, grid)?;
-        }
-        device.begin(&[])?;
-        let are_smooth = surfaces == LabelSurfaces::Smooth;
-        let out = Out::new(device, grid.voxel_count())?;
-        for (n, (labels, entries)) in layers.iter().enumerate() {
-            let entries: Vec<Float4> = entries.iter().map(|&entry| Float4(emission(entry))).collect();
-            let arguments = LabelVoxelsArguments {
-                labels: labels.field.voxels(),
-                entries: &Buffer::from_slice(device, &entries, "the colours of labels")?,
-                p: LabelVoxelParams {
-                    dims: grid.dims().map(|n| n as i32),
-                    entry_count: entries.len() as i32,
-                    smooth: i32::from(are_smooth),
-                    adds: i32::from(n > 0),
-                },
-                out_red: Floats(&out.red),
-                out_green: Floats(&out.green),
-                out_blue: Floats(&out.blue),
-                out_extinction: Floats(&out.extinction),
-            };
-            Launcher::<LabelVoxels>::default().launch(device, labels.field.voxel_kind(), &arguments)?;
-        }
-        out.into_colors(device, field.description(), are_smooth)
-    }
-
-    /// Description of the extinction.
+    /// Description of the extinction; of labels with smooth surfaces, of the opacity.
     pub fn description(&self) -> &Description {
-        self.extinction.description()
+        self.shaded.description()
     }
 
-    /// The extinction as a field, and the transfer function of which it is the extinction: 1 − e^(−τ). It shows where there is any, and
-    /// what dims the light; colours are drawn without it.
+    /// The extinction as a field, and the transfer function of which it is the extinction: 1 − e^(−τ); or the opacity of labels, and the one
+    /// that has their surfaces. It shows where there is any, and what dims the light; colours are drawn without it.
     pub(super) fn visibility(&self) -> (UploadedVolume, TransferFunction) {
-        let volume = UploadedVolume { device: self.device.clone(), field: self.extinction.clone() };
+        let volume = UploadedVolume { device: self.device.clone(), field: self.shaded.clone() };
+        if let Some(labels) = &self.fields.labels {
+            return (volume, labels.surface.visibility());
+        }
         let largest = self.description().range().1.max(f64::from(f32::MIN_POSITIVE));
         let opacity = |n: usize| {
             let extinction = largest * n as f64 / EXTINCTIONS as f64;
@@ -176,7 +181,7 @@ impl UploadedColors {
 }
 
 /// Extinction times colour, and extinction, of a colour and an opacity.
-fn emission([r, g, b, opacity]: [f64; 4]) -> [f32; 4] {
+pub(super) fn emission([r, g, b, opacity]: [f64; 4]) -> [f32; 4] {
     let extinction = -(-opacity.clamp(0.0, LARGEST_OPACITY)).ln_1p();
     [extinction * r, extinction * g, extinction * b, extinction].map(|c| c as f32)
 }
@@ -227,34 +232,48 @@ fn check_components(components: &[&Description], opacity: ColorOpacity) -> Resul
 }
 
 /// Buffers of the four fields.
-struct Out {
-    red: VoxelBuffer,
-    green: VoxelBuffer,
-    blue: VoxelBuffer,
-    extinction: VoxelBuffer,
+pub(super) struct Out {
+    pub red: VoxelBuffer,
+    pub green: VoxelBuffer,
+    pub blue: VoxelBuffer,
+    pub extinction: VoxelBuffer,
 }
 
 impl Out {
-    fn new(device: &Device, count: usize) -> Result<Self, Error> {
-        let buffer = || VoxelBuffer::new(device, count, VoxelType::Float32, "the colours of voxels");
+    pub fn new(device: &Device, count: usize) -> Result<Self, Error> {
+        let buffer = || color_buffer(device, count);
         Ok(Self { red: buffer()?, green: buffer()?, blue: buffer()?, extinction: buffer()? })
     }
 
-    fn into_colors(self, device: &Device, source: &Description, are_smooth: bool) -> Result<UploadedColors, Error> {
+    pub fn into_colors(self, device: &Device, source: &Description) -> Result<UploadedColors, Error> {
         let Self { red, green, blue, extinction } = self;
-        let grid = source.grid();
-        let placed = Placement::dense(grid.dims());
-        device.begin(&[])?;
-        let ((_, largest), _) = value_range(device, &extinction, placed, grid.dims(), &[])?;
-        let description = Description::new(source.name(), grid.clone(), VoxelType::Float32, (0.0, largest))?;
-        let field = |voxels| Field::new(&description, VoxelBox::whole(grid.dims()), voxels, placed, false);
-        let colors = [field(red), field(green), field(blue)];
-        Ok(UploadedColors { device: device.clone(), colors, extinction: field(extinction), are_smooth })
+        let [shaded, red, green, blue] = into_fields(device, source, [extinction, red, green, blue])?;
+        let fields = ColorFields { colors: [red, green, blue], labels: None };
+        Ok(UploadedColors { device: device.clone(), shaded, fields })
     }
 }
 
+/// A buffer of a number per voxel.
+pub(super) fn color_buffer(device: &Device, count: usize) -> Result<VoxelBuffer, Error> {
+    VoxelBuffer::new(device, count, VoxelType::Float32, "the colours of voxels")
+}
+
+/// Fields on the grid of `source`, whose voxels have numbers from 0 to the largest of the first.
+pub(super) fn into_fields<const N: usize>(
+    device: &Device,
+    source: &Description,
+    buffers: [VoxelBuffer; N],
+) -> Result<[Field; N], Error> {
+    let grid = source.grid();
+    let placed = Placement::dense(grid.dims());
+    device.begin(&[])?;
+    let ((_, largest), _) = value_range(device, &buffers[0], placed, grid.dims(), &[])?;
+    let description = Description::new(source.name(), grid.clone(), VoxelType::Float32, (0.0, largest))?;
+    Ok(buffers.map(|voxels| Field::new(&description, VoxelBox::whole(grid.dims()), voxels, placed, false)))
+}
+
 /// The settings of a frame of colours. Kernels with negative weights would make negative extinctions: the paper's cubic replaces them.
-pub(super) fn color_settings(settings: Settings, are_smooth: bool) -> Settings {
+pub(super) fn color_settings(settings: Settings, fields: &ColorFields) -> Settings {
     let positive = |kernel| if matches!(kernel, Kernel::CatmullRom | Kernel::BSpline) { Kernel::Cubic } else { kernel };
     let algorithm = match settings.algorithm {
         Algorithm::Layered(layered @ Layered { classification: Classification::Preintegrated { kernel, .. }, .. }) => {
@@ -263,6 +282,6 @@ pub(super) fn color_settings(settings: Settings, are_smooth: bool) -> Settings {
         Algorithm::Raycast { kernel, step } => Algorithm::Raycast { kernel: positive(kernel), step },
         other => other,
     };
-    let smoothed = are_smooth.then_some(GradientEstimator::Gaussian(LABEL_SMOOTHING));
+    let smoothed = fields.labels.is_some().then_some(GradientEstimator::Gaussian(LABEL_SMOOTHING));
     Settings { algorithm, gradient: settings.gradient.or(smoothed), ..settings }
 }

@@ -15,6 +15,7 @@ mod faults;
 mod field;
 mod frame;
 mod label_colors;
+mod label_surfaces;
 mod lattice_picture;
 mod layered;
 mod light;

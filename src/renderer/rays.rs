@@ -9,7 +9,7 @@ use super::region::Region;
 use super::scene::Scene;
 use super::screen::screen_params;
 use super::tiles::{Drawn, Target, Tiles, declare_target};
-use crate::device::launch::colors::{ColorFields, ColorRaycast, ColorRaycastArguments};
+use crate::device::launch::colors::{ColorArguments, ColorRaycast, ColorRaycastArguments};
 use crate::device::launch::rays::{
     CastSegments, CastSegmentsArguments, CastValues, ChannelRaycast, ChannelRaycastArguments, MarchedField, Raycast,
     TableMarchArguments,
@@ -144,15 +144,13 @@ impl MarchedRays {
         let rendering = Rendering { depths, ..field.rendering() };
         let variant = (field.layout.voxels.kind(), kernel, rendering);
         let illumination = scene.illumination()?;
-        if scene.has_colors() {
-            let colors = scene.color_layouts(AXIS, kernel)?;
+        if let Some(fields) = scene.colors() {
+            let layouts = scene.color_layouts(AXIS, kernel)?;
             let march = marched(scene, &field, &illumination, params(field.visible.blocks), &drawn);
             let arguments = ColorRaycastArguments {
-                colors: ColorFields {
-                    red: &colors[0].voxels,
-                    green: &colors[1].voxels,
-                    blue: &colors[2].voxels,
-                    extinction: march.field,
+                colors: ColorArguments {
+                    others: fields.arguments(&layouts),
+                    shaded: march.field,
                     visible: march.visible,
                     sample: march.sample,
                     ray_ends: march.ray_ends,
@@ -161,7 +159,8 @@ impl MarchedRays {
                 s: march.s,
                 p: march.p,
             };
-            return self.colors.launch(device, variant, &arguments);
+            let (voxels, kernel, rendering) = variant;
+            return self.colors.launch(device, (voxels, kernel, rendering, fields.of()), &arguments);
         }
         // Depths have no colours.
         let tint = if depths { None } else { scene.tint(AXIS.frame())? };

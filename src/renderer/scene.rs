@@ -1,6 +1,7 @@
 //! Inputs shared by all passes: a view of a field through a transfer function.
 
 use super::classification::{Classification, Integrals, PreparationKernels, Table, VisibleBlocks};
+use super::colors::ColorFields;
 use super::field::{Field, Layout};
 use super::label_colors::LabelColors;
 use super::light::{LightSources, LightVolumes};
@@ -44,8 +45,8 @@ pub(super) struct Scene<'a> {
     pub settings: &'a Settings,
     /// Fields that are drawn together with this one.
     others: Vec<OtherField<'a>>,
-    /// Extinction times red, green and blue, if the scene's field is the extinction of colours.
-    colors: Option<&'a [Field; 3]>,
+    /// The other fields of colours, if the scene's field is one.
+    colors: Option<&'a ColorFields>,
     /// Colours of labels over the scene's field.
     label_colors: Option<&'a LabelColors>,
 }
@@ -75,8 +76,8 @@ impl<'a> Scene<'a> {
         Self { others, ..self }
     }
 
-    /// Makes the scene's field the extinction of colours.
-    pub fn with_colors(self, colors: Option<&'a [Field; 3]>) -> Self {
+    /// Makes the scene's field one of colours.
+    pub fn with_colors(self, colors: Option<&'a ColorFields>) -> Self {
         Self { colors, ..self }
     }
 
@@ -92,17 +93,17 @@ impl<'a> Scene<'a> {
 
     /// Whether layers are drawn by kernels that have a work-item per tile on every device.
     pub fn is_tiled(&self) -> bool {
-        self.has_colors() || self.channels() > 1
+        self.colors.is_some() || self.channels() > 1
     }
 
-    /// Whether the scene shows colours.
-    pub fn has_colors(&self) -> bool {
-        self.colors.is_some()
+    /// The fields of colours beside the scene's, if it shows colours.
+    pub fn colors(&self) -> Option<&'a ColorFields> {
+        self.colors
     }
 
-    /// Extinction times red, green and blue, as input of a kernel.
+    /// The fields of colours beside the scene's, as input of a kernel.
     pub fn color_layouts(&mut self, axis: Axis, kernel: Kernel) -> Result<Vec<Layout>, Error> {
-        let fields = self.colors.iter().copied().flatten();
+        let fields = self.colors.iter().flat_map(|colors| colors.all());
         fields.map(|field| field.weighted(&mut self.kernels.field, self.device, axis, kernel)).collect()
     }
 

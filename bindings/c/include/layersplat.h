@@ -301,7 +301,7 @@ typedef enum layersplat_color_opacity {
  */
 typedef enum layersplat_label_surfaces {
   /**
-   * Opacities and colours change over two voxels between labels, and gradients are smoothed unless the settings state them.
+   * Surfaces lie where the interpolated share of a label is one half, and gradients are smoothed unless the settings state them.
    */
   LAYERSPLAT_LABEL_SURFACES_SMOOTH = 0,
   /**

@@ -128,7 +128,7 @@ pub enum ColorOpacityChoice {
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub enum LabelSurfacesChoice {
-    /// Opacities and colours change over two voxels between labels, and gradients are smoothed unless the settings state them.
+    /// Surfaces lie where the interpolated share of a label is one half, and gradients are smoothed unless the settings state them.
     Smooth = 0,
     /// Each voxel has the extinction and colour of its label.
     Voxels = 1,

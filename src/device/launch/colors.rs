@@ -3,7 +3,7 @@
 use super::layered::{PointLattice, Segments};
 use super::rays::march_defines;
 use super::structs::{
-    ColorVoxelParams, Float4, LabelVoxelParams, MarchParams, RayEnds, RayLatticeParams, SampleParams, ScreenParams,
+    ColorVoxelParams, Float4, LabelParams, LabelVoxelParams, MarchParams, RayEnds, RayLatticeParams, SampleParams, ScreenParams,
 };
 use super::{
     Defines, Floats, Items, Output, Rendering, ShadedField, VoxelBuffer, VoxelKind, arguments, kernel, large_grid, tiles,
@@ -12,14 +12,12 @@ use crate::device::Buffer;
 use crate::layers::Kernel;
 
 arguments! {
-    /// Extinction times colour and extinction, four fields of floats.
-    ColorFields<'a> {
-        red: &'a VoxelBuffer,
-        green: &'a VoxelBuffer,
-        blue: &'a VoxelBuffer,
-        /// With the view of all four.
-        extinction: ShadedField<'a>,
-        /// Of the extinction.
+    /// Extinction times colour and extinction, four fields of floats; of labels with smooth surfaces, opacity instead of extinction.
+    ColorArguments<'a> {
+        others: OtherColors<'a>,
+        /// The extinction, with the view of all fields.
+        shaded: ShadedField<'a>,
+        /// Of that field.
         visible: &'a Buffer<u8>,
         sample: SampleParams,
         ray_ends: RayEnds,
@@ -27,13 +25,46 @@ arguments! {
     }
 }
 
+arguments! {
+    /// The fields beside the extinction.
+    OtherColors<'a> {
+        red: &'a VoxelBuffer,
+        green: &'a VoxelBuffer,
+        blue: &'a VoxelBuffer,
+        /// Squared and cubed opacity. Read of [`ColorFieldsOf::VariedLabels`] alone.
+        second: &'a VoxelBuffer,
+        third: &'a VoxelBuffer,
+        /// Read of labels alone.
+        labels: LabelParams,
+    }
+}
+
+/// What the fields of colours are of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) enum ColorFieldsOf {
+    Colors,
+    /// Labels with smooth surfaces, all of one opacity.
+    Labels,
+    /// Labels with smooth surfaces.
+    VariedLabels,
+}
+
+impl Defines {
+    fn with_fields_of(self, fields: ColorFieldsOf) -> Self {
+        let labels = self.with_if(fields != ColorFieldsOf::Colors, "LABELS");
+        labels.with_if(fields == ColorFieldsOf::VariedLabels, "VARIED_OPACITIES")
+    }
+}
+
 kernel! {
     /// [`PointLattice`] for colours.
     ColorLattice = "layered/color_lattice.cl", color_lattice, "lattice", Items::Tiles;
-    defines |tuning, variant: (VoxelKind, Kernel, Segments, Rendering)| PointLattice::defines(tuning, variant);
+    defines |tuning, (variant, fields): ((VoxelKind, Kernel, Segments, Rendering), ColorFieldsOf)| {
+        PointLattice::defines(tuning, variant).with_fields_of(fields)
+    };
     items |a, _| tiles(a.p.tiles);
     arguments ColorLatticeArguments<'a> {
-        colors: ColorFields<'a>,
+        colors: ColorArguments<'a>,
         shown_slabs: &'a Buffer<i32>,
         p: RayLatticeParams,
     }
@@ -42,12 +73,12 @@ kernel! {
 kernel! {
     /// [`Raycast`](super::rays::Raycast) for colours.
     ColorRaycast = "rays/color_raycast.cl", color_raycast, "raycast", Items::Tiles;
-    defines |tuning, (voxels, kernel, rendering): (VoxelKind, Kernel, Rendering)| {
-        march_defines(tuning, voxels, rendering).with_kernel(kernel)
+    defines |tuning, (voxels, kernel, rendering, fields): (VoxelKind, Kernel, Rendering, ColorFieldsOf)| {
+        march_defines(tuning, voxels, rendering).with_kernel(kernel).with_fields_of(fields)
     };
     items |a, _| tiles(a.s.tiles);
     arguments ColorRaycastArguments<'a> {
-        colors: ColorFields<'a>,
+        colors: ColorArguments<'a>,
         s: ScreenParams,
         p: MarchParams,
     }
@@ -75,7 +106,7 @@ kernel! {
 }
 
 kernel! {
-    /// Makes the four fields of labels.
+    /// Makes the four fields of labels whose voxels are drawn as they are.
     LabelVoxels = "volume/label_voxels.cl", label_voxels, "colors", Items::Tiles;
     defines |tuning, voxels: VoxelKind| Defines::new(tuning.vector_width).with_values(voxels);
     items |a, _| a.p.dims[1..].iter().map(|&n| n as usize).product();
@@ -88,5 +119,32 @@ kernel! {
         out_green: Floats<'a>,
         out_blue: Floats<'a>,
         out_extinction: Floats<'a>,
+    }
+}
+
+kernel! {
+    /// Makes the fields of labels with smooth surfaces.
+    LabelMoments = "volume/label_moments.cl", label_moments, "colors", Items::Tiles;
+    defines |tuning, (voxels, is_layered): (VoxelKind, bool)| {
+        Defines::new(tuning.vector_width).with_values(voxels).with_if(is_layered, "LAYERED")
+    };
+    items |a, _| a.p.dims[1..].iter().map(|&n| n as usize).product();
+    arguments LabelMomentsArguments<'a> {
+        labels: &'a VoxelBuffer,
+        /// As of [`LabelVoxelsArguments`].
+        entries: &'a Buffer<Float4>,
+        /// Read of several layers, instead of both: the fields of [`LabelVoxels`].
+        red: Floats<'a>,
+        green: Floats<'a>,
+        blue: Floats<'a>,
+        extinction: Floats<'a>,
+        p: LabelVoxelParams,
+        out_red: Floats<'a>,
+        out_green: Floats<'a>,
+        out_blue: Floats<'a>,
+        out_first: Floats<'a>,
+        /// Written if opacities differ.
+        out_second: Floats<'a>,
+        out_third: Floats<'a>,
     }
 }

@@ -106,10 +106,24 @@ kernel_struct! {
     LabelVoxelParams {
         dims as [dims_x, dims_y, dims_z]: i32,
         entry_count: i32,
-        /// 1: opacities and colours change over two voxels between labels.
-        smooth: i32,
         /// 1: to what the fields hold, the labels of other layers.
         adds: i32,
+        /// 1: opacities differ.
+        varied: i32,
+        /// Weights of the neighbours of a voxel along each axis, against its own.
+        beside as [beside_x, beside_y, beside_z]: f32,
+    }
+}
+
+kernel_struct! {
+    /// The surfaces of labels (label_surface.cl).
+    LabelParams {
+        /// Means of opacities up to this show nothing.
+        least: f32,
+        /// Largest opacity.
+        most: f32,
+        /// One over the change of a share within which the opacity changes.
+        per_share: f32,
     }
 }
 
@@ -514,6 +528,7 @@ pub(in crate::device) fn typedefs() -> String {
         ClassificationParams::typedef(),
         LightVolumeParams::typedef(),
         LabelVoxelParams::typedef(),
+        LabelParams::typedef(),
         TintParams::typedef(),
         LightSweepParams::typedef(),
         LightParams::typedef(),

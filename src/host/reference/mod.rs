@@ -3,8 +3,8 @@
 //! [`Layered`] evaluates layered splatting ray by ray from its definition, with exact footprints and without lattice, table, culling and
 //! early ray termination. [`Marched`] and [`Sheets`] do the same for the other algorithms, and [`Slices`] for planes. All of them clip rays to a single interval.
 //! [`Integral`] is the converged volume rendering integral of the reconstructed field, which layered splatting approximates, or of the
-//! analytic function that the voxels sample; [`Sum`] is that of several fields, and [`Colors`] that of
-//! volumes of colours.
+//! analytic function that the voxels sample; [`Sum`] is that of several fields, [`Colors`] that of
+//! volumes of colours, and [`Labels`] that of labels.
 
 mod blending;
 mod channels;
@@ -17,6 +17,7 @@ mod integral;
 mod interval;
 mod known;
 mod label_colors;
+mod labels;
 mod layered;
 mod march;
 mod points;
@@ -31,6 +32,7 @@ mod taps;
 pub use channels::Sum;
 pub use colors::Colors;
 pub use integral::Integral;
+pub use labels::Labels;
 pub use layered::Layered;
 pub use march::Marched;
 #[cfg(feature = "paper")]

@@ -116,6 +116,12 @@ impl Lighting {
         Self { weight: even + lighting.weight, ..lighting }
     }
 
+    /// Lit in part by the gradient, otherwise as without a normal.
+    pub fn in_part(self, lit: f64, look: ShadingInputs) -> Self {
+        let unlit = look.shading.map_or(DVec3::ONE, |shading| Self::unshaded(shading, look.reached));
+        Self { factor: unlit + lit * (self.factor - unlit), highlight: lit * self.highlight, ..self }
+    }
+
     /// Weighted interpolation with another sample.
     pub fn mix(self, other: Self, t: f64) -> Self {
         let even = t;

@@ -1,7 +1,7 @@
 //! The fields of a renderer, each with its classification.
 
 use super::super::classification::{Classification, PreparationKernels, TableSizes};
-use super::super::colors::{UploadedColors, color_settings};
+use super::super::colors::{ColorFields, UploadedColors, color_settings};
 use super::super::field::{Field, FieldShape, UploadedVolume};
 use super::super::label_colors::LabelColors;
 use super::super::light::LightVolumes;
@@ -27,20 +27,13 @@ pub(in crate::renderer) struct ClassifiedField {
 pub(in crate::renderer) struct Fields {
     pub first: ClassifiedField,
     others: Vec<ClassifiedField>,
-    /// Extinction times colour, if the first field is the extinction of colours.
-    colors: Option<Colors>,
+    /// The other fields of colours, if the first field is one.
+    colors: Option<ColorFields>,
     /// Colours of labels over the first field.
     label_colors: Option<LabelColors>,
     /// Grid of the first field's own voxels.
     first_grid: Grid,
     resampled: Vec<Resampled>,
-}
-
-/// Extinction times red, green and blue.
-#[derive(Clone)]
-struct Colors {
-    fields: [Field; 3],
-    are_smooth: bool,
 }
 
 /// A field at the voxels of a common grid.
@@ -202,7 +195,7 @@ impl Fields {
         self.resampled.clear();
         self.first_grid = volume.description().grid().clone();
         self.first.set(&Channel::new(&volume, &transfer), volume.field.for_renderer());
-        self.colors = Some(Colors { fields: colors.colors.clone(), are_smooth: colors.are_smooth });
+        self.colors = Some(colors.fields.clone());
     }
 
     /// Draws the first field in the colours of labels, or in its own.
@@ -343,7 +336,7 @@ impl Fields {
             self.check_label_colors(labels)?;
         }
         self.kind(settings.blend).check(&settings)?;
-        Ok(self.colors.as_ref().map_or(settings, |colors| color_settings(settings, colors.are_smooth)))
+        Ok(self.colors.as_ref().map_or(settings, |colors| color_settings(settings, colors)))
     }
 
     fn check_label_colors(&self, labels: &LabelColors) -> Result<(), Error> {
@@ -401,7 +394,7 @@ impl Fields {
             .collect();
         let view = View { settings: &settings, ..view };
         let scene = Scene::new(view, &base.field, &mut base.classification, kernels, light).with_others(others);
-        let scene = scene.with_colors(colors.as_ref().map(|colors| &colors.fields));
+        let scene = scene.with_colors(colors.as_ref());
         work(&mut scene.with_label_colors(label_colors.as_ref()))
     }
 

@@ -1,8 +1,9 @@
 //! Point-sampled layers of colours.
 
+use super::super::colors::ColorFields;
 use super::super::scene::Scene;
 use super::point_inputs::{LatticeView, PointInputs};
-use crate::device::launch::colors::{ColorFields, ColorLattice, ColorLatticeArguments};
+use crate::device::launch::colors::{ColorArguments, ColorLattice, ColorLatticeArguments};
 use crate::device::launch::layered::Segments;
 use crate::device::launch::{Launcher, Output};
 use crate::error::Error;
@@ -14,16 +15,14 @@ pub(super) struct ColorLayers {
 }
 
 impl ColorLayers {
-    pub fn draw(&mut self, scene: &mut Scene, view: &LatticeView, output: Output) -> Result<(), Error> {
-        let colors = scene.color_layouts(view.axis, view.kernel)?;
+    pub fn draw(&mut self, scene: &mut Scene, fields: &ColorFields, view: &LatticeView, output: Output) -> Result<(), Error> {
+        let layouts = scene.color_layouts(view.axis, view.kernel)?;
         let PointInputs { field, segments, .. } = PointInputs::new(scene, view)?;
         let illumination = scene.illumination()?;
         let arguments = ColorLatticeArguments {
-            colors: ColorFields {
-                red: &colors[0].voxels,
-                green: &colors[1].voxels,
-                blue: &colors[2].voxels,
-                extinction: field.shaded(illumination.arguments(&field.visible.flags)),
+            colors: ColorArguments {
+                others: fields.arguments(&layouts),
+                shaded: field.shaded(illumination.arguments(&field.visible.flags)),
                 visible: &field.visible.flags,
                 sample: field.sample,
                 ray_ends: field.region.for_layers(view.frame()),
@@ -35,6 +34,6 @@ impl ColorLayers {
         // Deep segments are always composited in parts: their colours may differ.
         let segments = Segments { dimmed: true, ..segments };
         let variant = (field.layout.voxels.kind(), view.kernel, segments, view.rendering(field.rendering()));
-        self.lattice.launch(scene.device, variant, &arguments)
+        self.lattice.launch(scene.device, (variant, fields.of()), &arguments)
     }
 }

@@ -108,8 +108,8 @@ impl PointLayers {
             return Ok(());
         }
         let view = LatticeView { lattice, range, tiles, axis, kernel, per_layer };
-        if scene.has_colors() {
-            return self.colors.draw(scene, &view, output);
+        if let Some(colors) = scene.colors() {
+            return self.colors.draw(scene, colors, &view, output);
         }
         if scene.channels() > 1 {
             return self.channels.draw(scene, &view, output);

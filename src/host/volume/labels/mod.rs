@@ -54,8 +54,8 @@ impl Label {
 /// Surfaces of labels that are drawn.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum LabelSurfaces {
-    /// Opacities and colours change over two voxels between labels: by the weights of these among the 27 voxels around each (1, 2, 1 along
-    /// each axis), sharpened. Visible labels of single voxels stay. Gradients are smoothed unless the settings state them.
+    /// Surfaces lie where the interpolated share of a label is one half, whatever its opacity. Shares of voxels are those among the 27 voxels
+    /// around them. Labels that are one voxel thin stay. Gradients are smoothed unless the settings state them.
     #[default]
     Smooth,
     /// Each voxel has the extinction and colour of its label.

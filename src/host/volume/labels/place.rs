@@ -44,7 +44,7 @@ impl Labels {
     }
 
     /// The visible label of the nearest voxel that has one, within two voxels of a world position along each axis. Smooth surfaces of labels
-    /// reach that far beyond their voxels.
+    /// lie beside their voxels, and depths between samples.
     pub fn visible_label_near(&self, position: DVec3) -> Option<&Label> {
         let near = self.layers().iter().filter_map(|layer| layer.visible_label_near(position));
         near.min_by(|(one, _), (other, _)| one.total_cmp(other)).map(|(_, label)| label)
