@@ -3,6 +3,7 @@
 use super::options::{LabelOptions, TransferOptions, VolumeOptions};
 use super::parse;
 use super::scene::SceneOptions;
+use super::shown_steps::{ShownSteps, open_colors};
 use super::values::Component;
 use crate::error::Error;
 use crate::layers::Kernel;
@@ -10,7 +11,7 @@ use crate::renderer::{ColorOpacity, vector_norms};
 use crate::settings::FieldKind;
 use crate::shown::{IndexedLabels, Shown};
 use crate::viewport::Viewport;
-use crate::volume::ColorChannels;
+use crate::volume::Sequence;
 use clap::{Args, ValueEnum};
 
 /// Components as colours.
@@ -45,6 +46,7 @@ fn color_opacity(text: &str) -> Result<ColorOpacity, String> {
 
 impl ColorOptions {
     /// Whether options say how components are drawn as colours.
+    #[cfg(feature = "viewer")]
     pub fn are_given(&self) -> bool {
         self.colors.is_some()
     }
@@ -60,7 +62,7 @@ impl ColorOptions {
     pub fn open(&self, scene: &SceneOptions) -> Result<Option<Shown>, Error> {
         let (volume, size) = (&scene.volume, scene.camera.size);
         match self.chosen(scene) {
-            Some(Colors::Direct) => return self.open_colors(volume, size).map(Some),
+            Some(Colors::Direct) => return open_colors(volume, size, self.color_opacity).map(Some),
             Some(Colors::Direction) => return self.open_vectors(volume, size).map(Some),
             // The command line parser accepts this beside options that exclude --colors.
             Some(Colors::None) | None if self.color_opacity.is_some() => {
@@ -79,19 +81,26 @@ impl ColorOptions {
     /// # Errors
     /// [`Error::Settings`] for the directions of vectors.
     pub fn kind_in_time(&self, scene: &SceneOptions) -> Result<Option<FieldKind>, Error> {
+        let are_labels =
+            || scene.labels.is_given() || !scene.channels.are_given() && scene.volume.declares_labels(scene.camera.size);
         match self.chosen(scene) {
             Some(Colors::Direct) => Ok(Some(FieldKind::Colors)),
             Some(Colors::Direction) => {
                 let problem = "plays values, colours and labels: directions of vectors are drawn at one moment, by --frame; omit one of both";
                 Err(Error::Settings { field: "time", problem: problem.into() })
             }
-            Some(Colors::None) => Ok(None),
-            None if scene.labels.is_given() => Ok(Some(FieldKind::Labels)),
-            None => {
-                let are_declared = !scene.channels.are_given() && scene.volume.declares_labels(scene.camera.size);
-                Ok(are_declared.then_some(FieldKind::Labels))
-            }
+            None if are_labels() => Ok(Some(FieldKind::Labels)),
+            Some(Colors::None) | None => Ok(None),
         }
+    }
+
+    /// The steps of a sequence of colours or labels.
+    ///
+    /// # Errors
+    /// As [`ShownSteps::new`].
+    pub fn steps<'a>(&self, scene: &'a SceneOptions, sequence: &Sequence, kind: FieldKind) -> Result<ShownSteps<'a>, Error> {
+        let SceneOptions { volume, labels, camera, .. } = scene;
+        ShownSteps::new(volume, labels, camera.size, self.color_opacity, sequence.clone(), kind)
     }
 
     fn open_vectors(&self, options: &VolumeOptions, size: Viewport) -> Result<Shown, Error> {
@@ -109,24 +118,6 @@ impl ColorOptions {
         let components = std::iter::once(Ok(first)).chain(others).collect::<Result<Vec<_>, _>>()?;
         let norms = Box::new(vector_norms(&components)?);
         Ok(Shown::Vectors { components, norms })
-    }
-
-    /// Opens the colours of a file.
-    pub fn open_colors(&self, options: &VolumeOptions, size: Viewport) -> Result<Shown, Error> {
-        let file = options.volume.display();
-        let described = options.channel_descriptions(Some(size))?;
-        let channels = ColorChannels::of(&described).ok_or_else(|| {
-            let problem = format!("direct needs 3 or 4 components, and {file} has {}: omit it", described.len());
-            Error::Settings { field: "colors", problem }
-        })?;
-        if self.color_opacity == Some(ColorOpacity::Alpha) && !channels.has_alpha() {
-            let problem = format!("alpha is a fourth component, and {file} has none: choose another");
-            return Err(Error::Settings { field: "color_opacity", problem });
-        }
-        let component = |&number: &usize| options.open_component(&Component::Number(number), Some(size));
-        let components = channels.numbers().iter().map(component).collect::<Result<Vec<_>, _>>()?;
-        let default = if channels.has_alpha() { ColorOpacity::Alpha } else { ColorOpacity::Luminance };
-        Ok(Shown::Components(channels.straight(components)?, self.color_opacity.unwrap_or(default)))
     }
 }
 

@@ -1,20 +1,47 @@
 //! Colours and labels in time.
 
-use super::scene::SceneOptions;
+use super::options::{LabelOptions, VolumeOptions};
+use super::values::Component;
 use crate::annotation::Legend;
 use crate::error::Error;
+use crate::renderer::ColorOpacity;
 use crate::settings::FieldKind;
 use crate::shown::{IndexedLabels, Shown, legend_of_all};
-use crate::volume::{Label, LabelTable, Labels, OpenOptions, Sequence};
+use crate::viewport::Viewport;
+use crate::volume::{ColorChannels, Label, LabelTable, Labels, Sequence};
 use std::collections::BTreeMap;
 use tracing::subscriber::{NoSubscriber, with_default};
 
+/// Opens the colours of a file. `opacity`: as the options choose it.
+///
+/// # Errors
+/// [`Error::Settings`] for a file with fewer than three components, or without the alpha that is chosen; those of reading it.
+pub(super) fn open_colors(volume: &VolumeOptions, size: Viewport, opacity: Option<ColorOpacity>) -> Result<Shown, Error> {
+    let file = volume.volume.display();
+    let described = volume.channel_descriptions(Some(size))?;
+    let channels = ColorChannels::of(&described).ok_or_else(|| {
+        let problem = format!("direct needs 3 or 4 components, and {file} has {}: omit it", described.len());
+        Error::Settings { field: "colors", problem }
+    })?;
+    if opacity == Some(ColorOpacity::Alpha) && !channels.has_alpha() {
+        let problem = format!("alpha is a fourth component, and {file} has none: choose another");
+        return Err(Error::Settings { field: "color_opacity", problem });
+    }
+    let component = |&number: &usize| volume.open_component(&Component::Number(number), Some(size));
+    let components = channels.numbers().iter().map(component).collect::<Result<Vec<_>, _>>()?;
+    let default = if channels.has_alpha() { ColorOpacity::Alpha } else { ColorOpacity::Luminance };
+    Ok(Shown::Components(channels.straight(components)?, opacity.unwrap_or(default)))
+}
+
 /// The steps of a sequence as colours or labels, which are read one by one.
 pub(super) struct ShownSteps<'a> {
-    scene: &'a SceneOptions,
+    volume: &'a VolumeOptions,
+    labels: &'a LabelOptions,
+    size: Viewport,
+    color_opacity: Option<ColorOpacity>,
     sequence: Sequence,
     /// The labels of all steps; `None` for colours.
-    labels: Option<LabelsInTime>,
+    of_all: Option<LabelsInTime>,
 }
 
 struct LabelsInTime {
@@ -29,10 +56,17 @@ impl<'a> ShownSteps<'a> {
     ///
     /// # Errors
     /// Those of reading the steps, and of changes of labels that no step has.
-    pub fn new(scene: &'a SceneOptions, sequence: Sequence, kind: FieldKind) -> Result<Self, Error> {
-        let mut steps = Self { scene, sequence, labels: None };
+    pub fn new(
+        volume: &'a VolumeOptions,
+        labels: &'a LabelOptions,
+        size: Viewport,
+        color_opacity: Option<ColorOpacity>,
+        sequence: Sequence,
+        kind: FieldKind,
+    ) -> Result<Self, Error> {
+        let mut steps = Self { volume, labels, size, color_opacity, sequence, of_all: None };
         if kind == FieldKind::Labels {
-            steps.labels = Some(steps.labels_of_all()?);
+            steps.of_all = Some(steps.labels_of_all()?);
         }
         Ok(steps)
     }
@@ -42,12 +76,12 @@ impl<'a> ShownSteps<'a> {
     /// # Errors
     /// Those of reading it.
     pub fn step(&self, n: usize) -> Result<Shown, Error> {
-        let (file, frame) = self.sequence.source(n).expect("a step of the sequence");
-        let volume = self.scene.volume.at(file, frame);
-        let open = || match &self.labels {
-            None => self.scene.colors.open_colors(&volume, self.scene.camera.size),
+        let volume = self.at(n);
+        let open = || match &self.of_all {
+            None => open_colors(&volume, self.size, self.color_opacity),
             Some(all) => {
-                let labels = self.scene.labels.open_step(file, &self.options(n)?, all.table.as_ref())?;
+                let options = volume.opening(Some(self.size))?;
+                let labels = self.labels.open_step(&volume.volume, &options, all.table.as_ref())?;
                 IndexedLabels::new(labels).map(Shown::Labels)
             }
         };
@@ -62,19 +96,20 @@ impl<'a> ShownSteps<'a> {
 
     /// Names and colours of the visible labels of all steps; `None` for colours.
     pub fn legend(&self) -> Option<Legend> {
-        self.labels.as_ref().map(|all| legend_of_all(all.present.iter()))
+        self.of_all.as_ref().map(|all| legend_of_all(all.present.iter()))
     }
 
-    fn options(&self, n: usize) -> Result<OpenOptions, Error> {
+    /// The file and the frame of step `n`.
+    fn at(&self, n: usize) -> VolumeOptions {
         let (file, frame) = self.sequence.source(n).expect("a step of the sequence");
-        self.scene.volume.at(file, frame).opening(Some(self.scene.camera.size))
+        self.volume.at(file, frame)
     }
 
     fn labels_of_all(&self) -> Result<LabelsInTime, Error> {
         let (mut all, mut ids, mut last) = (BTreeMap::new(), Vec::new(), None);
         for n in 0..self.sequence.len() {
-            let (file, _) = self.sequence.source(n).expect("a step of the sequence");
-            let open = || self.scene.labels.open_unchanged(file, &self.options(n)?);
+            let volume = self.at(n);
+            let open = || self.labels.open_unchanged(&volume.volume, &volume.opening(Some(self.size))?);
             let labels = if n == 0 { open() } else { with_default(NoSubscriber::default(), open) }?;
             for layer in labels.layers() {
                 all.extend(layer.table().labels().iter().map(|label| (label.id, label.clone())));
@@ -86,7 +121,7 @@ impl<'a> ShownSteps<'a> {
         ids.sort_unstable();
         ids.dedup();
         let table = if last.layers().len() == 1 { Some(LabelTable::new(all.into_values())?) } else { None };
-        let changed = self.scene.labels.changed_step(last, table.as_ref())?;
+        let changed = self.labels.changed_step(last, table.as_ref())?;
         let known = |id: &u32| changed.layers().iter().find_map(|layer| layer.table().get(*id)).cloned();
         let present = ids.iter().filter_map(known).collect();
         Ok(LabelsInTime { table, present })

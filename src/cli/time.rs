@@ -55,7 +55,7 @@ impl TimeOptions {
         }
         let others = scene.channels.steps(&scene.volume, &self.more, size, sequence.len())?;
         let sequence = scene.labels.masked_steps(sequence, scene.volume.placement())?;
-        let shown = kind.map(|kind| ShownSteps::new(scene, sequence.clone(), kind)).transpose()?;
+        let shown = kind.map(|kind| scene.colors.steps(scene, &sequence, kind)).transpose()?;
         Ok(Some(Timed { sequence, others, shown }))
     }
 }

@@ -111,6 +111,7 @@ impl VolumeOptions {
     }
 
     /// Whether one of several frames is chosen.
+    #[cfg(feature = "viewer")]
     pub fn has_frame(&self) -> bool {
         self.file.frame.is_some()
     }
