@@ -52,6 +52,7 @@ mod slices;
 mod socket;
 mod survey;
 mod time;
+mod turns;
 mod warming;
 
 pub use crate::shown::{IndexedLabels, Shown};

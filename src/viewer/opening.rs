@@ -104,7 +104,7 @@ impl Progress {
         }
         let held = dropped.map(Dropped::into_folder);
         let opened = SharedScene::new(opening, host).map_err(|error| sentence(&error))?;
-        Ok(Arc::new(opened.numbered(served.scenes.next_number(), held)))
+        Ok(Arc::new(opened.after(scene, served.scenes.next_number(), held)))
     }
 }
 

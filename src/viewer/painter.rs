@@ -14,6 +14,7 @@ use super::scene::SharedScene;
 use super::sharpening::Sharpening;
 use super::survey::Question;
 use super::time::Moment;
+use super::turns::{Taken, Turn, Turns};
 use super::warming;
 use crate::camera::Camera;
 use crate::device::Bands;
@@ -29,8 +30,10 @@ use std::sync::Arc;
 use std::sync::mpsc::SyncSender;
 use std::time::{Duration, Instant};
 
-/// Bytes on the device besides the voxels that pages at rest keep together. Above, a page that comes to rest frees its own.
+/// Bytes on the device besides the voxels that pages at rest keep together. Above, a page that comes to rest, or waits for its turn, frees its own.
 const MOST_AT_REST: u64 = 1 << 30;
+/// Time after which a page asks again whether it is its turn.
+const TURN: Duration = Duration::from_millis(20);
 
 /// Draws for one page.
 pub(super) struct Painter {
@@ -62,6 +65,8 @@ struct Current {
     camera: Camera,
     page: Viewport,
     since: Instant,
+    /// When it asks for its turn again, if another page has it.
+    asks_again: Option<Instant>,
     progress: Progress,
 }
 
@@ -69,15 +74,19 @@ struct Current {
 enum Progress {
     Nothing,
     Standard,
-    High,
-    Sharpening(Sharpening),
+    /// Pictures with several samples per pixel, as many as there are.
+    High(usize),
+    Sharpening {
+        picture: Sharpening,
+        _turn: Taken,
+    },
     All,
 }
 
 impl Current {
     /// When the next picture of the view is drawn. `None` if there is none.
     fn goes_on(&self) -> Option<Instant> {
-        (!matches!(self.progress, Progress::All)).then_some(self.since)
+        (!matches!(self.progress, Progress::All)).then_some(self.asks_again.unwrap_or(self.since))
     }
 }
 
@@ -123,7 +132,8 @@ impl Painter {
         if let Some(view) = view {
             let page = shown_size(view.width, view.height)?;
             let camera = self.scene.camera(&view.camera)?;
-            self.current = Some(Current { view, camera, page, since: Instant::now(), progress: Progress::Nothing });
+            let (since, asks_again, progress) = (Instant::now(), None, Progress::Nothing);
+            self.current = Some(Current { view, camera, page, since, asks_again, progress });
         }
         if let Some(slices) = slices {
             // Before the view: they take milliseconds.
@@ -195,10 +205,14 @@ impl Painter {
         drawn
     }
 
+    /// Bytes that pages keep on the device besides the voxels.
+    fn kept_by_all(&self) -> u64 {
+        self.scene.opening.device.allocated_bytes().saturating_sub(self.scene.voxel_bytes())
+    }
+
     /// Frees what frames of this page keep on the device, if all pages keep too much. The next frame makes it again.
     fn rest_lightly(&mut self) {
-        let device = &self.scene.opening.device;
-        let kept = device.allocated_bytes().saturating_sub(self.scene.voxel_bytes());
+        let kept = self.kept_by_all();
         // A volume that is streamed would be read again.
         if kept > MOST_AT_REST && self.renderer.whole().is_some() {
             match self.scene.page_renderer(self.moment.volume(), self.now()) {
@@ -223,7 +237,10 @@ impl Painter {
         self.renderer.set_bands(None);
         self.require_checked(&current.camera, size, &settings)?;
         self.build_programs(Inbox::has_look, |renderer| renderer.rehearse(&current.camera, size, &settings))?;
-        self.show(current, Step::Moving, size, &settings)?;
+        let background = self.look.background()?;
+        if let Some(rgba) = self.drawn(&current.camera, size, &settings, background)? {
+            self.send(current, Step::Moving, size, background, &rgba)?;
+        }
         self.pace.record(current.page, started.elapsed());
         current.progress = Progress::All;
         Ok(())
@@ -236,6 +253,20 @@ impl Painter {
         // A hand waits for two bands at most.
         self.renderer.set_bands(Some(Bands::new()));
         inbox.giving_way(|| self.refine_once(current)).unwrap_or(Ok(()))
+    }
+
+    /// The turn of this page, to be dropped before anything is sent: a page that takes nothing holds up no other. Fails if another page has it,
+    /// and asks again then.
+    fn turn(&mut self, current: &mut Current, of: fn(&Turns) -> &Turn) -> Result<Taken, Error> {
+        if let Some(turn) = of(&self.scene.turns).take() {
+            current.asks_again = None;
+            return Ok(turn);
+        }
+        if current.asks_again.is_none() {
+            self.rest_lightly();
+        }
+        current.asks_again = Some(Instant::now() + TURN);
+        Err(Error::Cancelled { stage: "turn" })
     }
 
     /// Frames that follow the hand do not wait for a program while a more general one is there. Others have the bits of the command.
@@ -280,6 +311,10 @@ impl Painter {
     fn refine_once(&mut self, current: &mut Current) -> Result<(), Error> {
         let page = current.page;
         let is_fixed = self.look.quality.is_some() || self.scene.host.settings(&self.look, None)?.layered().is_none();
+        let turn = match current.progress {
+            Progress::Sharpening { .. } => Some(self.turn(current, |turns| &turns.step)?),
+            _ => None,
+        };
         match &mut current.progress {
             Progress::Nothing if is_fixed => {
                 let settings = self.scene.host.settings(&self.look, None)?;
@@ -294,28 +329,32 @@ impl Painter {
             Progress::Standard => {
                 let settings = self.scene.host.settings(&self.look, Some(Quality::High))?;
                 self.show_refined(current, Step::High, &settings)?;
-                current.progress = Progress::High;
+                current.progress = Progress::High(0);
             }
             // A volume that is streamed would be read again for every block.
-            Progress::High if self.renderer.whole().is_none() => self.rest(current),
-            Progress::High => match Sharpening::new(page) {
-                Ok(sharpening) => {
-                    let settings = self.scene.host.settings(&self.look, Some(Quality::High))?;
-                    let (camera, large) = (current.camera, sharpening.large());
-                    self.build_programs(Inbox::is_changed, |renderer| renderer.rehearse(&camera, large, &settings))?;
-                    current.progress = Progress::Sharpening(sharpening);
-                }
-                Err(_) => self.rest(current),
-            },
-            Progress::Sharpening(sharpening) => {
+            Progress::High(_) if self.renderer.whole().is_none() => self.rest(current),
+            &mut Progress::High(round) => {
+                let turn = self.turn(current, |turns| &turns.sharpening)?;
+                let Ok(picture) = Sharpening::new(page, round) else {
+                    self.rest(current);
+                    return Ok(());
+                };
+                let settings = self.scene.host.settings(&self.look, Some(Quality::High))?;
+                let (camera, large) = (current.camera, picture.large());
+                self.build_programs(Inbox::is_changed, |renderer| renderer.rehearse(&camera, large, &settings))?;
+                current.progress = Progress::Sharpening { picture, _turn: turn };
+            }
+            Progress::Sharpening { picture, .. } => {
                 let settings = self.scene.host.settings(&self.look, Some(Quality::High))?;
                 let renderer = self.renderer.require_whole("refinement")?;
-                if sharpening.draw_block(renderer, &current.camera, &settings)? {
-                    let (frame, next) = (sharpening.frame(), sharpening.next().ok().flatten());
+                if picture.draw_block(renderer, &current.camera, &settings)? {
+                    let (frame, next) = (picture.frame(), picture.next());
                     let background = self.look.background()?;
                     let rgba = self.annotated(frame, &current.camera, settings.blend)?.to_rgba8(background);
                     let step = if next.is_some() { Step::Half } else { Step::Last };
-                    current.progress = next.map_or(Progress::All, Progress::Sharpening);
+                    // Gives the turn to the next page.
+                    current.progress = next.map_or(Progress::All, Progress::High);
+                    drop(turn);
                     self.send(current, step, page, background, &rgba)?;
                 }
             }
@@ -325,11 +364,17 @@ impl Painter {
     }
 
     /// A step of the refinement at rest, with its programs.
-    fn show_refined(&mut self, current: &Current, step: Step, settings: &Settings) -> Result<(), Error> {
+    fn show_refined(&mut self, current: &mut Current, step: Step, settings: &Settings) -> Result<(), Error> {
         let (camera, page) = (current.camera, current.page);
         self.require_checked(&camera, page, settings)?;
         self.build_programs(Inbox::is_changed, |renderer| renderer.rehearse(&camera, page, settings))?;
-        self.show(current, step, page, settings)
+        // The first picture waits for no other page, if memory allows.
+        let needs_turn = !matches!(current.progress, Progress::Nothing) || self.kept_by_all() > MOST_AT_REST;
+        let turn = if needs_turn { Some(self.turn(current, |turns| &turns.step)?) } else { None };
+        let background = self.look.background()?;
+        let drawn = self.drawn(&camera, page, settings, background)?;
+        drop(turn);
+        drawn.map_or(Ok(()), |rgba| self.send(current, step, page, background, &rgba))
     }
 
     /// No better picture of the view follows.
@@ -338,17 +383,20 @@ impl Painter {
         self.outgoing.reply(&Reply::Refined { id: current.view.id });
     }
 
-    /// Renders a frame and sends it.
-    fn show(&mut self, current: &Current, step: Step, size: Viewport, settings: &Settings) -> Result<(), Error> {
-        let background = self.look.background()?;
-        let rgba = if self.has_annotations() {
-            let (frame, _) = self.renderer.render(&current.camera, size, settings)?;
-            let drawn = frame.map(|frame| self.annotated(frame, &current.camera, settings.blend));
-            drawn.transpose()?.map(|frame| frame.to_rgba8(background))
-        } else {
-            self.renderer.render_rgba8(&current.camera, size, settings, background)?.0
-        };
-        rgba.map_or(Ok(()), |rgba| self.send(current, step, size, background, &rgba))
+    /// Renders a frame.
+    fn drawn(
+        &mut self,
+        camera: &Camera,
+        size: Viewport,
+        settings: &Settings,
+        background: Background,
+    ) -> Result<Option<Vec<u8>>, Error> {
+        if !self.has_annotations() {
+            return Ok(self.renderer.render_rgba8(camera, size, settings, background)?.0);
+        }
+        let (frame, _) = self.renderer.render(camera, size, settings)?;
+        let drawn = frame.map(|frame| self.annotated(frame, camera, settings.blend));
+        Ok(drawn.transpose()?.map(|frame| frame.to_rgba8(background)))
     }
 
     fn send(&self, current: &Current, step: Step, size: Viewport, background: Background, rgba: &[u8]) -> Result<(), Error> {

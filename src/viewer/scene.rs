@@ -6,6 +6,7 @@ use super::host::Host;
 use super::page_camera::{PageCamera, PageProjection};
 use super::readiness::Readiness;
 use super::requests::Kind;
+use super::turns::Turns;
 use crate::camera::OrbitFrame;
 use crate::error::Error;
 #[cfg(feature = "viewer")]
@@ -16,8 +17,8 @@ use crate::settings::{FieldKind, Settings};
 use crate::transfer::TransferFunction;
 use crate::viewport::Viewport;
 use crate::volume::{Statistics, Volume};
-use std::sync::OnceLock;
 use std::sync::atomic::AtomicBool;
+use std::sync::{Arc, OnceLock};
 
 /// What all pages of a run share.
 pub struct SharedScene {
@@ -37,6 +38,8 @@ pub struct SharedScene {
     pub(super) warming: [AtomicBool; 2],
     /// Whether these programs are ready.
     pub(super) ready: Readiness,
+    /// Those of all pages of a run.
+    pub(super) turns: Arc<Turns>,
 }
 
 impl SharedScene {
@@ -71,6 +74,7 @@ impl SharedScene {
             _held: None,
             warming,
             ready,
+            turns: Arc::default(),
         };
         if needs_all {
             // Labels that do not fit the volume fail now, not with the first page.
@@ -79,10 +83,10 @@ impl SharedScene {
         Ok(scene)
     }
 
-    /// A later scene of a run, which keeps the folder of its dropped file.
+    /// A scene of a run after an earlier one. It keeps the folder of its dropped file.
     #[cfg(feature = "viewer")]
-    pub(super) fn numbered(self, number: u32, folder: Option<Scratch>) -> Self {
-        Self { number, _held: folder, ..self }
+    pub(super) fn after(self, earlier: &Self, number: u32, folder: Option<Scratch>) -> Self {
+        Self { number, _held: folder, turns: earlier.turns.clone(), ..self }
     }
 
     /// A renderer of its own for a page, or for the program. All share the voxels, unless these are a step of a sequence: the first one.

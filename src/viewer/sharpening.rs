@@ -33,15 +33,11 @@ pub(super) struct Sharpening {
 }
 
 impl Sharpening {
-    /// The first of the pictures.
+    /// The picture of a round, from 0.
     ///
     /// # Errors
     /// If the picture is too large.
-    pub fn new(page: Viewport) -> Result<Self, Error> {
-        Self::round(page, 0)
-    }
-
-    fn round(page: Viewport, round: usize) -> Result<Self, Error> {
+    pub fn new(page: Viewport, round: usize) -> Result<Self, Error> {
         let large = Viewport::new(page.width * SIDES[round], page.height * SIDES[round])?;
         let pixels = memory::zeroed("the refined picture", page.pixels())?;
         Ok(Self { page, round, large, pixels, block: BLOCK / SIDES[round], drawn: 0 })
@@ -52,13 +48,10 @@ impl Sharpening {
         self.large
     }
 
-    /// The next picture; `None` after the last.
-    ///
-    /// # Errors
-    /// If it is too large.
-    pub fn next(&self) -> Result<Option<Self>, Error> {
+    /// The next round; `None` after the last.
+    pub fn next(&self) -> Option<usize> {
         let rounds = if self.page.pixels() > MOST_FINEST { 1 } else { SIDES.len() };
-        (self.round + 1 < rounds).then(|| Self::round(self.page, self.round + 1)).transpose()
+        (self.round + 1 < rounds).then_some(self.round + 1)
     }
 
     /// Draws the next block. Returns whether the picture is whole.

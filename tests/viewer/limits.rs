@@ -47,6 +47,26 @@ fn a_page_that_never_acknowledges_gets_two_pictures() {
     assert_eq!(page.picture().id, 100);
 }
 
+/// Pages refine one after another. Those that take no pictures, or go away, hold up no other.
+#[test]
+fn pages_that_take_nothing_hold_up_no_refinement() {
+    let viewer = Viewer::start(&HYDROGEN);
+    let mut pages: Vec<_> = (0..4).map(|_| viewer.page()).collect();
+    for (page, id) in pages.iter_mut().zip(1..) {
+        page.send(&page.view(id, 0.0, false));
+    }
+    let mut silent = pages.remove(0);
+    assert_eq!([silent.picture(), silent.picture()].map(|picture| picture.step), [1, 2]);
+    // Goes away while it is refined.
+    drop(pages.remove(0));
+    for (page, id) in pages.iter_mut().zip(3..) {
+        assert_eq!(page.refined().id, id);
+    }
+    silent.shown();
+    silent.shown();
+    assert_eq!(silent.refined().id, 1);
+}
+
 #[test]
 fn a_page_that_closes_in_a_frame_does_not_disturb_others() {
     let viewer = Viewer::start(&HYDROGEN);
