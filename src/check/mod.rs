@@ -166,17 +166,23 @@ mod tests {
 
     /// These kernels render nothing for a frame of one field at full resolution; tests/shadows, tests/slices and tests/embedding check their
     /// results, and tests/channels and tests/colors those of several fields and of colours.
-    const NOT_CHECKED: [&str; 13] = [
+    const NOT_CHECKED: [&str; 19] = [
         "layered/channel_lattice.cl",
         "layered/channels.cl",
         "layered/color_lattice.cl",
+        "layered/color_segment.cl",
+        "layered/label_segment.cl",
         "light/coarse_transmittance.cl",
         "light/light_table.cl",
         "rays/channel_raycast.cl",
         "rays/color_raycast.cl",
         "shared/color_absorption.cl",
+        "shared/label_surface.cl",
         "slice/slice.cl",
         "volume/color_voxels.cl",
+        "volume/label_at.cl",
+        "volume/label_moments.cl",
+        "volume/label_runs.cl",
         "volume/label_voxels.cl",
         "volume/resample.cl",
         "volume/value_range.cl",

@@ -84,11 +84,13 @@ fn draw_colors(device: &Device) {
     let volume = UploadedVolume::new(device, &pictures::volume()).unwrap();
     let entries: Vec<[f64; 4]> = (0..256).map(|n| [1.0, f64::from(n) / 255.0, 0.0, f64::from(n) / 512.0]).collect();
     let channels = |count| vec![Channel::new(&volume, &pictures::transfer()); count];
-    let labels = UploadedColors::from_labels(&[(&volume, &entries)], LabelSurfaces::Smooth).unwrap();
+    let labels =
+        |surfaces| Renderer::from_colors(&UploadedColors::from_labels(&[(&volume, &entries)], surfaces).unwrap()).unwrap();
     let mut scan = Renderer::from_uploaded(&volume, &pictures::transfer()).unwrap();
     scan.set_label_colors(Some(&LabelColors::new(device, &[(&pictures::volume(), &entries)]).unwrap())).unwrap();
     let two = Renderer::from_channels(&channels(2)).unwrap();
-    let renderers = [two, Renderer::from_channels(&channels(3)).unwrap(), Renderer::from_colors(&labels).unwrap(), scan];
+    let three = Renderer::from_channels(&channels(3)).unwrap();
+    let renderers = [two, three, labels(LabelSurfaces::Smooth), labels(LabelSurfaces::Voxels), scan];
     let standard = Quality::Standard.settings();
     let cast = Algorithm::Raycast { kernel: Kernel::Linear, step: 0.5 };
     let shadows = Settings { shadows: Some(Shadows::default()), ..standard };

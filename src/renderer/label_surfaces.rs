@@ -3,7 +3,9 @@
 use super::check_whole;
 use super::colors::{ColorFields, LabelFields, Out, UploadedColors, check_labels, color_buffer, emission, into_fields};
 use super::field::UploadedVolume;
-use crate::device::launch::colors::{LabelMoments, LabelMomentsArguments, LabelVoxels, LabelVoxelsArguments};
+use crate::device::launch::colors::{
+    LabelFields as Layers, LabelMoments, LabelMomentsArguments, LabelRuns, LabelRunsArguments, LabelVoxels, LabelVoxelsArguments,
+};
 use crate::device::launch::structs::{Float4, LabelParams, LabelVoxelParams};
 use crate::device::launch::{Floats, Launcher};
 use crate::device::{Buffer, Device};
@@ -12,8 +14,13 @@ use crate::transfer::TransferFunction;
 use crate::volume::{Grid, LabelSurfaces};
 
 /// Change of a share within which the opacity changes from that of one label to that of the other: a third of a voxel. Narrower surfaces
-/// would be rough between samples; in wider ones the radius depends on the opacity.
+/// would be rough between samples; in wider ones the radius depends on the opacity. Shares of thick slices change more slowly.
 const WIDTH: f64 = 0.2;
+/// Slices are thick from this multiple of the larger spacing within them.
+const THICK: f64 = 1.5;
+/// Distances within thick slices that change shares: edges move by up to twice as much from one slice to the next. In multiples of the
+/// thickness.
+const REACH: f64 = 2.0;
 /// Most opacities that shadows and depths tell apart. Of more, they mix them.
 const MOST_LEVELS: usize = 64;
 /// Opacities of labels that differ by less are one.
@@ -26,26 +33,28 @@ pub(super) struct LabelSurface {
     levels: Vec<f64>,
     /// The largest, also where labels overlap.
     most: f64,
+    /// Change of a share within which the opacity changes.
+    width: f64,
 }
 
 impl LabelSurface {
-    fn new(layers: &[(&UploadedVolume, &[[f64; 4]])]) -> Self {
+    fn new(layers: &[(&UploadedVolume, &[[f64; 4]])], slices: Option<ThickSlices>) -> Self {
         let visible = |entry: &[f64; 4]| Some(opacity(entry)).filter(|&opacity| opacity > 0.0);
         let mut levels: Vec<f64> = layers.iter().flat_map(|(_, entries)| entries.iter().filter_map(visible)).collect();
         levels.sort_by(f64::total_cmp);
         levels.dedup_by(|b, a| *b - *a < SAME);
         let most_of = |entries: &[[f64; 4]]| entries.iter().map(opacity).fold(0.0, f64::max);
         let left: f64 = layers.iter().map(|(_, entries)| 1.0 - most_of(entries)).product();
-        Self { levels, most: 1.0 - left }
+        Self { levels, most: 1.0 - left, width: WIDTH / slices.map_or(1.0, |slices| slices.farthest) }
     }
 
     /// Means of opacities up to this show nothing: no label has more than half of the share, less half the width.
     fn least(&self) -> f64 {
-        (0.5 - 0.5 * WIDTH) * self.levels.first().unwrap_or(&0.0)
+        (0.5 - 0.5 * self.width) * self.levels.first().unwrap_or(&0.0)
     }
 
     pub fn params(&self) -> LabelParams {
-        LabelParams { least: self.least() as f32, most: self.most as f32, per_share: (1.0 / WIDTH) as f32 }
+        LabelParams { least: self.least() as f32, most: self.most as f32, per_share: (1.0 / self.width) as f32 }
     }
 
     /// The transfer function of mean opacities: between the opacities of two labels it changes as at their surface.
@@ -56,8 +65,8 @@ impl LabelSurface {
             let mut below = 0.0;
             for &level in &self.levels {
                 let place = |share: f64| below + share * (level - below);
-                points.push((place(0.5 - 0.5 * WIDTH), below));
-                points.push((place(0.5 + 0.5 * WIDTH), level));
+                points.push((place(0.5 - 0.5 * self.width), below));
+                points.push((place(0.5 + 0.5 * self.width), level));
                 below = level;
             }
         } else {
@@ -72,12 +81,23 @@ fn opacity(entry: &[f64; 4]) -> f64 {
     -(-f64::from(emission(*entry)[3])).exp_m1()
 }
 
-/// Weights of the neighbours of a voxel along each axis, against its own: those of a Gaussian, one half at the smallest spacing. Thick slices
-/// are not mixed with each other.
-fn beside(grid: &Grid) -> [f32; 3] {
-    let spacing = grid.spacing();
-    let relative = spacing / spacing.min_element();
-    (relative * relative).to_array().map(|squared| (-squared).exp2() as f32)
+/// Slices whose thickness is not that of their voxels.
+#[derive(Clone, Copy)]
+struct ThickSlices {
+    /// Axis across them.
+    axis: usize,
+    /// Distance within a slice that changes shares, in smallest spacings.
+    farthest: f64,
+}
+
+impl ThickSlices {
+    fn of(grid: &Grid) -> Option<Self> {
+        let spacing = grid.spacing().to_array();
+        let axis = (0..3).max_by(|&a, &b| spacing[a].total_cmp(&spacing[b])).expect("three axes");
+        let within = [spacing[(axis + 1) % 3], spacing[(axis + 2) % 3]];
+        let farthest = REACH * spacing[axis] / within[0].min(within[1]);
+        (spacing[axis] >= THICK * within[0].max(within[1])).then_some(Self { axis, farthest })
+    }
 }
 
 impl UploadedColors {
@@ -117,7 +137,7 @@ fn as_they_are(device: &Device, layers: &[(&UploadedVolume, &[[f64; 4]])]) -> Re
         let arguments = LabelVoxelsArguments {
             labels: labels.field.voxels(),
             entries: &uploaded_entries(device, entries)?,
-            p: voxel_params(grid, entries.len(), n > 0, false),
+            p: LabelVoxelParams { adds: i32::from(n > 0), ..voxel_params(grid, None, entries.len()) },
             out_red: Floats(&out.red),
             out_green: Floats(&out.green),
             out_blue: Floats(&out.blue),
@@ -128,20 +148,33 @@ fn as_they_are(device: &Device, layers: &[(&UploadedVolume, &[[f64; 4]])]) -> Re
     Ok(out)
 }
 
-fn voxel_params(grid: &Grid, entry_count: usize, adds: bool, varied: bool) -> LabelVoxelParams {
+fn voxel_params(grid: &Grid, slices: Option<ThickSlices>, entry_count: usize) -> LabelVoxelParams {
+    let across = grid.spacing() / grid.spacing().min_element();
+    // A Gaussian, one half at the smallest spacing. Thick slices are not mixed with each other.
+    let mut beside = (across * across).to_array().map(|squared| (-squared).exp2() as f32);
+    if let Some(ThickSlices { axis, .. }) = slices {
+        beside[axis] = 0.0;
+    }
+    let farthest = slices.map_or(0.0, |slices| slices.farthest);
+    let dims = grid.dims().map(|n| n as i32);
     LabelVoxelParams {
-        dims: grid.dims().map(|n| n as i32),
+        dims,
         entry_count: entry_count as i32,
-        adds: i32::from(adds),
-        varied: i32::from(varied),
-        beside: beside(grid),
+        adds: 0,
+        varied: 0,
+        beside,
+        thick: slices.map_or(2, |slices| slices.axis as i32),
+        across: across.as_vec3().to_array(),
+        farthest: farthest as f32,
+        reach: std::array::from_fn(|axis| ((farthest + 0.5) / across[axis]).ceil().min(f64::from(dims[axis])) as i32),
     }
 }
 
 /// Moments of the opacities around each voxel, and opacity times colour.
 fn smooth(device: &Device, layers: &[(&UploadedVolume, &[[f64; 4]])]) -> Result<UploadedColors, Error> {
     let (labels, entries) = layers[0];
-    let surface = LabelSurface::new(layers);
+    let slices = ThickSlices::of(labels.description().grid());
+    let surface = LabelSurface::new(layers, slices);
     let is_layered = layers.len() > 1;
     // Overlapping labels have opacities of their own.
     let is_varied = is_layered || surface.levels.len() > 1;
@@ -153,14 +186,24 @@ fn smooth(device: &Device, layers: &[(&UploadedVolume, &[[f64; 4]])]) -> Result<
     // Buffers that are not read or written are any.
     let (second, third) = powers.as_ref().map_or((&first, &first), |[second, third]| (second, third));
     let of_layers = layered.as_ref().map_or([&first; 4], |out| [&out.red, &out.green, &out.blue, &out.extinction]);
-    let arguments = LabelMomentsArguments {
+    let fields = Layers {
         labels: labels.field.voxels(),
         entries: &uploaded_entries(device, entries)?,
         red: Floats(of_layers[0]),
         green: Floats(of_layers[1]),
         blue: Floats(of_layers[2]),
         extinction: Floats(of_layers[3]),
-        p: voxel_params(description.grid(), entries.len(), false, is_varied),
+        p: LabelVoxelParams { varied: i32::from(is_varied), ..voxel_params(description.grid(), slices, entries.len()) },
+    };
+    let kind = labels.field.voxel_kind();
+    let runs = if slices.is_some() { Some(buffer()?) } else { None };
+    if let Some(runs) = &runs {
+        let arguments = LabelRunsArguments { labels: fields, out: Floats(runs) };
+        Launcher::<LabelRuns>::default().launch(device, (kind, is_layered), &arguments)?;
+    }
+    let arguments = LabelMomentsArguments {
+        labels: fields,
+        runs: Floats(runs.as_ref().unwrap_or(&first)),
         out_red: Floats(&red),
         out_green: Floats(&green),
         out_blue: Floats(&blue),
@@ -168,7 +211,7 @@ fn smooth(device: &Device, layers: &[(&UploadedVolume, &[[f64; 4]])]) -> Result<
         out_second: Floats(second),
         out_third: Floats(third),
     };
-    Launcher::<LabelMoments>::default().launch(device, (labels.field.voxel_kind(), is_layered), &arguments)?;
+    Launcher::<LabelMoments>::default().launch(device, (kind, is_layered, runs.is_some()), &arguments)?;
     let [shaded, red, green, blue] = into_fields(device, description, [first, red, green, blue])?;
     let powers = powers.map(|powers| into_fields(device, description, powers)).transpose()?;
     let fields = ColorFields { colors: [red, green, blue], labels: Some(LabelFields { powers, surface }) };

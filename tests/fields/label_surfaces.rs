@@ -62,18 +62,21 @@ fn smooth_surfaces_have_their_definition() {
             .collect();
         labels[0] = 0;
         let volume = Volume::new("labels", Grid::new(dims, spacing).unwrap(), labels).unwrap();
-        let camera = camera(volume.grid(), (64, 56), 25.0, 20.0);
+        let camera = camera(volume.grid(), (32, 28), 25.0, 20.0);
         for settings in [casting, Settings { shading: None, ..casting }] {
             let truth = Labels::new(&volume, &ENTRIES, Kernel::Cubic, 1.5).unwrap().with_shading(settings.shading);
-            let truth = truth.render(&camera, viewport(64, 56)).unwrap();
-            let smooth = drawn(&of_labels(&volume, &ENTRIES, LabelSurfaces::Smooth), &settings, 25.0, 20.0);
+            let truth = truth.render(&camera, viewport(32, 28)).unwrap();
+            let picture = |surfaces| {
+                let mut renderer = Renderer::from_colors(&of_labels(&volume, &ENTRIES, surfaces)).unwrap();
+                renderer.render(&camera, viewport(32, 28), &settings).unwrap().0
+            };
+            let smooth = picture(LabelSurfaces::Smooth);
             let fidelity = psnr(&smooth, &truth);
             println!("{dims:?}, lit {}: {fidelity:.1} dB", settings.shading.is_some());
             assert!(largest_opacity(&smooth) > 0.2, "{dims:?}: something is seen");
             assert!(fidelity >= LEAST, "{dims:?}: {fidelity}");
             // Voxels as they are would be noticed.
-            let voxels = drawn(&of_labels(&volume, &ENTRIES, LabelSurfaces::Voxels), &settings, 25.0, 20.0);
-            assert!(psnr(&voxels, &truth) < LEAST - 15.0, "{dims:?}");
+            assert!(psnr(&picture(LabelSurfaces::Voxels), &truth) < LEAST - 15.0, "{dims:?}");
         }
     }
 }

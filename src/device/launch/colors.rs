@@ -122,14 +122,9 @@ kernel! {
     }
 }
 
-kernel! {
-    /// Makes the fields of labels with smooth surfaces.
-    LabelMoments = "volume/label_moments.cl", label_moments, "colors", Items::Tiles;
-    defines |tuning, (voxels, is_layered): (VoxelKind, bool)| {
-        Defines::new(tuning.vector_width).with_values(voxels).with_if(is_layered, "LAYERED")
-    };
-    items |a, _| a.p.dims[1..].iter().map(|&n| n as usize).product();
-    arguments LabelMomentsArguments<'a> {
+arguments! {
+    /// Labels of one layer, or of several that overlap.
+    LabelFields<'a> {
         labels: &'a VoxelBuffer,
         /// As of [`LabelVoxelsArguments`].
         entries: &'a Buffer<Float4>,
@@ -139,6 +134,36 @@ kernel! {
         blue: Floats<'a>,
         extinction: Floats<'a>,
         p: LabelVoxelParams,
+    }
+}
+
+kernel! {
+    /// Distances within rows of thick slices.
+    LabelRuns = "volume/label_runs.cl", label_runs, "colors", Items::Tiles;
+    defines |tuning, (voxels, is_layered): (VoxelKind, bool)| {
+        Defines::new(tuning.vector_width).with_values(voxels).with_if(is_layered, "LAYERED")
+    };
+    items |a, _| {
+        let [x, y, z] = a.labels.p.dims.map(|n| n as usize);
+        [y * z, x * z, x * y][if a.labels.p.thick == 0 { 1 } else { 0 }]
+    };
+    arguments LabelRunsArguments<'a> {
+        labels: LabelFields<'a>,
+        out: Floats<'a>,
+    }
+}
+
+kernel! {
+    /// Makes the fields of labels with smooth surfaces.
+    LabelMoments = "volume/label_moments.cl", label_moments, "colors", Items::Tiles;
+    defines |tuning, (voxels, is_layered, is_thick): (VoxelKind, bool, bool)| {
+        LabelRuns::defines(tuning, (voxels, is_layered)).with_if(is_thick, "THICK")
+    };
+    items |a, _| a.labels.p.dims[1..].iter().map(|&n| n as usize).product();
+    arguments LabelMomentsArguments<'a> {
+        labels: LabelFields<'a>,
+        /// Of [`LabelRuns`], read of thick slices.
+        runs: Floats<'a>,
         out_red: Floats<'a>,
         out_green: Floats<'a>,
         out_blue: Floats<'a>,

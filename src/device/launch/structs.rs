@@ -112,6 +112,13 @@ kernel_struct! {
         varied: i32,
         /// Weights of the neighbours of a voxel along each axis, against its own.
         beside as [beside_x, beside_y, beside_z]: f32,
+        /// Axis across thick slices.
+        thick: i32,
+        /// Spacing in smallest spacings.
+        across as [across_x, across_y, across_z]: f32,
+        /// Farthest distance in a slice that changes shares, in smallest spacings, and in voxels along each axis.
+        farthest: f32,
+        reach as [reach_x, reach_y, reach_z]: i32,
     }
 }
 

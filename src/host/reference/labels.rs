@@ -12,13 +12,16 @@ use crate::layers::{GradientEstimator, Kernel, Ray, Rays};
 use crate::settings::{Blend, Shading};
 use crate::transfer::{Extinction, TransferFunction};
 use crate::viewport::Viewport;
-use crate::volume::Volume;
+use crate::volume::{Grid, Volume};
 use glam::DVec3;
 
 /// Steps per smallest spacing.
 const STEPS: f64 = 32.0;
-/// Change of a share within which the opacity changes from one label's to another's.
+/// Change of a share within which the opacity changes from one label's to another's; over the reach in thick slices.
 const WIDTH: f64 = 0.2;
+/// Slices are thick from this multiple of the larger spacing within them, and distances reach twice their thickness.
+const THICK: f64 = 1.5;
+const REACH: f64 = 2.0;
 /// Variance of opacities, relative to the squared mean, below which they are one.
 const LEAST_VARIANCE: f64 = 1e-5;
 /// Largest opacity.
@@ -36,6 +39,7 @@ pub struct Labels {
     opacity: Volume<'static>,
     /// The smallest opacity of a label that is visible.
     smallest: f64,
+    width: f64,
     shading: Option<Shading>,
 }
 
@@ -64,7 +68,8 @@ impl Labels {
         fields[0] = fields[0].clone().with_gradient(GradientEstimator::Gaussian(sigma));
         let smallest = entries.iter().map(|entry| entry[3]).filter(|&opacity| opacity > 0.0).fold(1.0, f64::min);
         let [opacity, ..] = volumes;
-        Ok(Self { means: fields, smoothed, opacity, smallest, shading: None })
+        let width = WIDTH / thick_slices(grid).map_or(1.0, |(_, farthest)| farthest);
+        Ok(Self { means: fields, smoothed, opacity, smallest, width, shading: None })
     }
 
     /// Shades colours, or not.
@@ -91,10 +96,10 @@ impl Labels {
         for n in 0..steps as usize {
             let p = ray.origin + ray.direction * (extent.from + (n as f64 + 0.5) * step);
             let [first, second, third, r, g, b] = self.means.each_ref().map(|field| field.reconstructed(p));
-            if first <= (0.5 - 0.5 * WIDTH) * self.smallest {
+            if first <= (0.5 - 0.5 * self.width) * self.smallest {
                 continue;
             }
-            let (at_point, of_label) = opacity([first, second, third]);
+            let (at_point, of_label) = opacity([first, second, third], self.width);
             let color = [r, g, b].map(|c| c / first);
             let color = self.shading.map_or(color, |shading| {
                 let lack = (of_label - self.smoothed.reconstructed(p)) / (LIT_LACK * of_label);
@@ -118,7 +123,7 @@ fn smooth_step(t: f64) -> f64 {
 }
 
 /// The opacity at a point with these means, and that of the label that it is part of.
-fn opacity([first, second, third]: [f64; 3]) -> (f64, f64) {
+fn opacity([first, second, third]: [f64; 3], width: f64) -> (f64, f64) {
     let variance = second - first * first;
     if variance <= LEAST_VARIANCE * first * first {
         return (first.clamp(0.0, LARGEST), first);
@@ -129,17 +134,22 @@ fn opacity([first, second, third]: [f64; 3]) -> (f64, f64) {
     let half = (a * a / 4.0 + b).max(0.0).sqrt();
     let [smaller, larger] = [a / 2.0 - half, a / 2.0 + half];
     let share = (first - smaller) / (larger - smaller);
-    let past = (share - 0.5) / WIDTH + 0.5;
+    let past = (share - 0.5) / width + 0.5;
     let at_point = smaller + smooth_step(past) * (larger - smaller);
     (at_point.clamp(0.0, LARGEST), if past > 0.0 { larger } else { smaller })
 }
 
 /// The means of each voxel: over the 27 voxels around it, with the weights of a Gaussian, one half at the smallest spacing. Beyond the ends,
-/// the nearest voxels count. Where a label is one voxel thin, its share is such that its cut lies in the middle.
+/// the nearest voxels count. Where a label is one voxel thin, its share is such that its cut lies in the middle. In thick slices, the share is
+/// that of the distance to the nearest voxel of another label in the slice.
 fn means(labels: &Volume, entries: &[[f64; 4]]) -> Vec<[f64; 6]> {
     let grid = labels.grid();
     let (dims, spacing) = (grid.dims(), grid.spacing());
-    let beside = (-(spacing / spacing.min_element()).powf(2.0)).to_array().map(f64::exp2);
+    let slices = thick_slices(grid);
+    let mut beside = (-(spacing / spacing.min_element()).powf(2.0)).to_array().map(f64::exp2);
+    if let Some((axis, _)) = slices {
+        beside[axis] = 0.0;
+    }
     let id = |p: [i64; 3]| {
         let [x, y, z]: [usize; 3] = std::array::from_fn(|a| p[a].clamp(0, dims[a] as i64 - 1) as usize);
         labels.value((z * dims[1] + y) * dims[0] + x) as usize
@@ -166,10 +176,39 @@ fn means(labels: &Volume, entries: &[[f64; 4]]) -> Vec<[f64; 6]> {
             [-1, 1].iter().all(|step| id(std::array::from_fn(|a| centre[a] + if a == axis { *step } else { 0 })) != own)
         };
         let smooth = 1.0 - of_others;
-        let share = (0..3).filter(|&axis| is_thin(axis)).map(|axis| 1.0 - smooth * beside[axis]).fold(smooth, f64::max);
+        let thin = (0..3).filter(|&axis| beside[axis] > 0.0 && of_others > 0.0 && is_thin(axis));
+        let mut share = thin.map(|axis| 1.0 - smooth * beside[axis]).fold(smooth, f64::max);
+        if let Some((axis, farthest)) = slices {
+            let mut distance = 2.0 * share - 1.0;
+            if of_others == 0.0 {
+                let voxels = (0..grid.voxel_count())
+                    .map(|n| [n % dims[0], n / dims[0] % dims[1], n / dims[0] / dims[1]].map(|c| c as i64));
+                let away = |p: [i64; 3]| {
+                    let step = DVec3::from_array(std::array::from_fn(|a| (p[a] - centre[a]) as f64));
+                    (step * spacing / spacing.min_element()).length()
+                };
+                let apart = voxels.filter(|p| p[axis] == centre[axis] && id(*p) != own);
+                let nearest = apart.min_by(|p, q| away(*p).total_cmp(&away(*q)));
+                distance = nearest.map_or(farthest, |p| (away(p) - 0.5).min(farthest));
+                if let Some(p) = nearest {
+                    (others, of_others) = (numbers(id(p)), 1.0);
+                }
+            }
+            share = 0.5 + 0.5 * distance / farthest;
+        }
         let scale = if of_others > 0.0 { (1.0 - share) / of_others } else { 0.0 };
         let own = numbers(own);
         std::array::from_fn(|n| share * own[n] + scale * others[n])
     };
     (0..grid.voxel_count()).map(of_voxel).collect()
+}
+
+/// The axis across thick slices, and the farthest distance in one that changes shares, in smallest spacings.
+fn thick_slices(grid: &Grid) -> Option<(usize, f64)> {
+    let spacing = grid.spacing();
+    let axis = (0..3).find(|&axis| {
+        let within = [spacing[(axis + 1) % 3], spacing[(axis + 2) % 3]];
+        spacing[axis] >= THICK * within[0].max(within[1])
+    })?;
+    Some((axis, REACH * spacing[axis] / spacing.min_element()))
 }
