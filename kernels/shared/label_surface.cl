@@ -38,14 +38,14 @@ static inline LabelOpacity label_opacity(const LabelParams *labels, realv first,
 // Part of the opacity that the smoothed opacity lacks where a label is lit fully.
 #define LIT_LACK 0.2f
 
-// Lights a label near its surface, where smoothing has lowered its opacity. Within a label, and beside one of larger opacity, there is no
-// surface: its gradient is not the label's. `smoothed`: what gradients are estimated from.
+// Lights a label near its surface, where smoothing has lowered its opacity. Beside a label of larger opacity the gradient is not that of
+// its own surface, if it has one there. `smoothed`: what gradients are estimated from.
 static inline void light_label(LabelOpacity opacity, realv smoothed, Lighting *lighting) {
     const realv least = opacity.of_label > 0.0f ? LIT_LACK * opacity.of_label : (realv)(1.0f);
     const realv lack = CLAMP((opacity.of_label - smoothed) * reciprocal(least), (realv)(0.0f), (realv)(1.0f));
     const realv lit = SMOOTHSTEP(lack);
     FOR_LIT_COMPONENTS(i) {
-        lighting->factor[i] = lighting->unlit[i] + lit * (lighting->factor[i] - lighting->unlit[i]);
+        lighting->factor[i] = lighting->beside[i] + lit * (lighting->factor[i] - lighting->beside[i]);
         lighting->highlight[i] *= lit;
     }
 }

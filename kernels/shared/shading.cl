@@ -28,11 +28,12 @@ static inline intv table_index(const SampleParams *p, realv value) {
 #define FOR_LIT_COMPONENTS(i) _Pragma("unroll") for (int i = 0; i < LIT_COMPONENTS; i++)
 
 // Factors of a colour, added highlights, and weight in interpolation with other lighting. THINNED: also the factor of the extinction.
-// DEPTH_CUED: also the share of the background that the lit colour fades to, before it is clamped. LABELS: also the factors without a surface.
+// DEPTH_CUED: also the share of the background that the lit colour fades to, before it is clamped. LABELS: also the factors
+// beside a surface of another label, whose normal is unknown.
 typedef struct {
     realv factor[LIT_COMPONENTS], highlight[LIT_COMPONENTS], weight;
 #ifdef LABELS
-    realv unlit[LIT_COMPONENTS];
+    realv beside[LIT_COMPONENTS];
 #endif
 #ifdef THINNED
     realv extinction_scale;
@@ -41,6 +42,11 @@ typedef struct {
     realv cue;
 #endif
 } Lighting;
+
+#ifdef LABELS
+// The mean of |n.l| over the normals of a surface that is seen and lit from one side is 2/3; nearer to its middle it is larger.
+#define MEAN_FACING 0.75f
+#endif
 
 #ifdef THINNED
 // Factor of the extinction by gradient magnitude: src/host/settings/gradient_opacity.rs.
@@ -95,11 +101,17 @@ static inline Lighting shade(const SampleParams *p, LightVolume volume, Point po
                       OF_LIGHT(p, 0, i, p->light.light_volume.unshaded_lights[0]) * reaching;
         lighting.factor[i] = OF_AMBIENT(p, i, p->light.ambient) * sky + OF_LIGHT(p, 0, i, p->light.diffuse) * reaching * facing;
         lighting.highlight[i] = lit * OF_LIGHT(p, 0, i, p->light.specular) * reaching * power(mirror, p->light.power);
+#ifdef LABELS
+        lighting.beside[i] = OF_AMBIENT(p, i, p->light.ambient) * sky + OF_LIGHT(p, 0, i, p->light.diffuse) * reaching * MEAN_FACING;
+#endif
     }
 #else
     FOR_LIT_COMPONENTS(i) {
         lighting.factor[i] = OF_AMBIENT(p, i, p->light.ambient) + OF_LIGHT(p, 0, i, p->light.diffuse) * facing;
         lighting.highlight[i] = lit * OF_LIGHT(p, 0, i, p->light.specular) * power(mirror, p->light.power);
+#ifdef LABELS
+        lighting.beside[i] = OF_AMBIENT(p, i, p->light.ambient) + OF_LIGHT(p, 0, i, p->light.diffuse) * MEAN_FACING;
+#endif
     }
 #endif
 #ifdef SEVERAL_LIGHTS
@@ -119,12 +131,18 @@ static inline Lighting shade(const SampleParams *p, LightVolume volume, Point po
             lighting.factor[n] += OF_LIGHT(p, i + 1, n, light[6]) * other * fabs(u * light[0] + v * light[1] + a * light[2]) * inverse;
             lighting.highlight[n] += lit * OF_LIGHT(p, i + 1, n, light[7]) * other *
                                      power(fabs(u * half_way[0] + v * half_way[1] + a * half_way[2]) * inverse, p->light.power);
+#ifdef LABELS
+            lighting.beside[n] += OF_LIGHT(p, i + 1, n, light[6]) * other * MEAN_FACING;
+#endif
         }
 #else
         FOR_LIT_COMPONENTS(n) {
             lighting.factor[n] += OF_LIGHT(p, i + 1, n, light[6]) * fabs(u * light[0] + v * light[1] + a * light[2]) * inverse;
             lighting.highlight[n] += lit * OF_LIGHT(p, i + 1, n, light[7]) *
                                      power(fabs(u * half_way[0] + v * half_way[1] + a * half_way[2]) * inverse, p->light.power);
+#ifdef LABELS
+            lighting.beside[n] += OF_LIGHT(p, i + 1, n, light[6]) * MEAN_FACING;
+#endif
         }
 #endif
     }
@@ -139,7 +157,7 @@ static inline Lighting shade(const SampleParams *p, LightVolume volume, Point po
 #endif
         lighting.factor[i] = base + lit * (lighting.factor[i] - base);
 #ifdef LABELS
-        lighting.unlit[i] = base;
+        lighting.beside[i] = base + lit * (lighting.beside[i] - base);
 #endif
     }
 #ifdef THINNED

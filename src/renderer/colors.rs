@@ -9,7 +9,7 @@ use crate::device::launch::{Floats, Launcher, VoxelBuffer};
 use crate::device::{Buffer, Device};
 use crate::error::Error;
 use crate::layers::{GradientEstimator, Kernel};
-use crate::settings::{Algorithm, Classification, Layered, Settings};
+use crate::settings::{Algorithm, Classification, FieldKind, Layered, Settings};
 use crate::transfer::TransferFunction;
 use crate::volume::{Description, Grid, Volume, VoxelBox, VoxelType};
 
@@ -54,6 +54,8 @@ pub struct UploadedColors {
 /// The fields beside the one that makes the surfaces.
 #[derive(Clone)]
 pub(super) struct ColorFields {
+    /// Colours or labels.
+    pub kind: FieldKind,
     /// That field times red, green and blue.
     pub colors: [Field; 3],
     /// What makes the surfaces of labels smooth.
@@ -155,7 +157,7 @@ impl UploadedColors {
             out_extinction: Floats(&out.extinction),
         };
         Launcher::<ColorVoxels>::default().launch(device, components[0].field.voxel_kind(), &arguments)?;
-        out.into_colors(device, descriptions[0])
+        out.into_colors(device, descriptions[0], FieldKind::Colors)
     }
 
     /// Description of the extinction; of labels with smooth surfaces, of the opacity.
@@ -245,10 +247,10 @@ impl Out {
         Ok(Self { red: buffer()?, green: buffer()?, blue: buffer()?, extinction: buffer()? })
     }
 
-    pub fn into_colors(self, device: &Device, source: &Description) -> Result<UploadedColors, Error> {
+    pub fn into_colors(self, device: &Device, source: &Description, kind: FieldKind) -> Result<UploadedColors, Error> {
         let Self { red, green, blue, extinction } = self;
         let [shaded, red, green, blue] = into_fields(device, source, [extinction, red, green, blue])?;
-        let fields = ColorFields { colors: [red, green, blue], labels: None };
+        let fields = ColorFields { kind, colors: [red, green, blue], labels: None };
         Ok(UploadedColors { device: device.clone(), shaded, fields })
     }
 }

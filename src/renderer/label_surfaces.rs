@@ -10,6 +10,7 @@ use crate::device::launch::structs::{Float4, LabelParams, LabelVoxelParams};
 use crate::device::launch::{Floats, Launcher};
 use crate::device::{Buffer, Device};
 use crate::error::Error;
+use crate::settings::FieldKind;
 use crate::transfer::TransferFunction;
 use crate::volume::{Grid, LabelSurfaces};
 
@@ -119,7 +120,7 @@ impl UploadedColors {
         device.begin(&[])?;
         match surfaces {
             LabelSurfaces::Smooth => smooth(device, layers),
-            LabelSurfaces::Voxels => as_they_are(device, layers)?.into_colors(device, field.description()),
+            LabelSurfaces::Voxels => as_they_are(device, layers)?.into_colors(device, field.description(), FieldKind::Labels),
         }
     }
 }
@@ -214,6 +215,7 @@ fn smooth(device: &Device, layers: &[(&UploadedVolume, &[[f64; 4]])]) -> Result<
     Launcher::<LabelMoments>::default().launch(device, (kind, is_layered, runs.is_some()), &arguments)?;
     let [shaded, red, green, blue] = into_fields(device, description, [first, red, green, blue])?;
     let powers = powers.map(|powers| into_fields(device, description, powers)).transpose()?;
-    let fields = ColorFields { colors: [red, green, blue], labels: Some(LabelFields { powers, surface }) };
+    let fields =
+        ColorFields { kind: FieldKind::Labels, colors: [red, green, blue], labels: Some(LabelFields { powers, surface }) };
     Ok(UploadedColors { device: device.clone(), shaded, fields })
 }

@@ -4,7 +4,7 @@
 use crate::common::*;
 use glam::DVec3;
 use layersplat::layers::{Correction, Density, Kernel};
-use layersplat::renderer::{Channel, LabelColors, UploadedColors, UploadedVolume};
+use layersplat::renderer::{Channel, ColorOpacity, LabelColors, UploadedColors, UploadedVolume};
 use layersplat::settings::{Algorithm, Blend, Evaluation, FieldKind, LayerAxis, Layered, Method};
 use layersplat::settings::{AmbientOcclusion, Classification, Shadows};
 use layersplat::slice::{Slice, SliceAxis, SliceColors};
@@ -109,10 +109,11 @@ fn colors_of_labels() {
 fn colors_and_labels() {
     let labels = UploadedVolume::new(&device(), &ids()).unwrap();
     let colors = UploadedColors::from_labels(&[(&labels, &ENTRIES)], LabelSurfaces::Smooth).unwrap();
-    let mut renderer = Renderer::from_colors(&colors).unwrap();
-    for kind in [FieldKind::Colors, FieldKind::Labels] {
-        assert_drawn(&mut renderer, &block().1, kind);
-    }
+    assert_drawn(&mut Renderer::from_colors(&colors).unwrap(), &block().1, FieldKind::Labels);
+    let component = || UploadedVolume::new(&device(), &block().1).unwrap();
+    let components = [component(), component(), component(), component()];
+    let colors = UploadedColors::from_components(&components, ColorOpacity::Alpha, &block().2).unwrap();
+    assert_drawn(&mut Renderer::from_colors(&colors).unwrap(), &block().1, FieldKind::Colors);
 }
 
 /// The blend modes with which a method draws a field, as a cell of a table.

@@ -2,7 +2,7 @@
 
 use super::compositing::{Gathered, picture};
 use super::field::Field;
-use super::shading::{Lighting, ShadingInputs};
+use super::shading::{Lighting, ShadingInputs, range_of_values};
 use super::shadow_rays::Reached;
 use super::smoothing::smoothed;
 use crate::camera::Camera;
@@ -109,7 +109,9 @@ impl Labels {
                     extinction: Extinction::Exponential,
                     reached: Reached::ALL,
                 };
-                Lighting::new(&self.opacity, look, self.means[0].gradient(p), to_eye).in_part(smooth_step(lack), look).on(color)
+                let gradient = self.means[0].gradient(p);
+                let length = (gradient * spacing.min_element() / spacing).length() / range_of_values(&self.opacity);
+                Lighting::new(&self.opacity, look, gradient, to_eye).in_part(smooth_step(lack), length, look).on(color)
             });
             gathered.add(color, 1.0 - (1.0 - at_point).powf(step * per_t));
         }

@@ -60,6 +60,15 @@ pub(super) fn range_of_values(volume: &Volume) -> f64 {
 /// Constant term of the interpolation weight of lighting, for kernels with analytic gradients: kernels/shared/span_lighting.cl.
 const EVEN: f64 = 0.2;
 
+/// Mean of |n.l| where the normal is unknown: kernels/shared/shading.cl.
+const MEAN_FACING: f64 = 0.75;
+
+/// Share of lighting by a gradient of this length in value ranges per smallest spacing.
+fn fade(length: f64) -> f64 {
+    let fade = ((length - 1e-3) * 1e3).clamp(0.0, 1.0);
+    fade * fade * (3.0 - 2.0 * fade)
+}
+
 /// Lighting of a sample: factors of its red, green and blue, added highlights, interpolation weight (the root of the gradient's magnitude), and factor of its
 /// extinction.
 #[derive(Clone, Copy)]
@@ -95,8 +104,7 @@ impl Lighting {
         let Some(normal) = gradient.try_normalize() else {
             return Self { factor: unshaded, left, ..Self::NONE };
         };
-        let fade = ((gradient.length() - 1e-3) * 1e3).clamp(0.0, 1.0);
-        let fade = fade * fade * (3.0 - 2.0 * fade);
+        let fade = fade(gradient.length());
         let (mut factor, mut highlight) =
             (shading.ambient * look.reached.ambient * DVec3::from(shading.ambient_color), DVec3::ZERO);
         for (light, reached) in shading.lights.as_slice().iter().zip(look.reached.lights) {
@@ -116,10 +124,16 @@ impl Lighting {
         Self { weight: even + lighting.weight, ..lighting }
     }
 
-    /// Lit in part by the gradient, otherwise as without a normal.
-    pub fn in_part(self, lit: f64, look: ShadingInputs) -> Self {
-        let unlit = look.shading.map_or(DVec3::ONE, |shading| Self::unshaded(shading, look.reached));
-        Self { factor: unlit + lit * (self.factor - unlit), highlight: lit * self.highlight, ..self }
+    /// Lit in part by the gradient of this length in value ranges per smallest spacing, otherwise as beside the surface of another label.
+    pub fn in_part(self, lit: f64, length: f64, look: ShadingInputs) -> Self {
+        let Some(shading) = look.shading else { return self };
+        let unlit = Self::unshaded(shading, look.reached);
+        let mut beside = shading.ambient * look.reached.ambient * DVec3::from(shading.ambient_color);
+        for (light, reached) in shading.lights.as_slice().iter().zip(look.reached.lights) {
+            beside += shading.diffuse * light.strength * reached * DVec3::from(light.color) * MEAN_FACING;
+        }
+        let beside = unlit + fade(length) * (beside - unlit);
+        Self { factor: beside + lit * (self.factor - beside), highlight: lit * self.highlight, ..self }
     }
 
     /// Weighted interpolation with another sample.

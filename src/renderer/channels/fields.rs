@@ -351,7 +351,7 @@ impl Fields {
     /// What frames of a blend mode draw.
     pub fn kind(&self, blend: Blend) -> FieldKind {
         match (&self.colors, &self.label_colors) {
-            (Some(_), _) => FieldKind::Colors,
+            (Some(colors), _) => colors.kind,
             _ if self.all().filter(|field| field.shows(blend)).count() > 1 => FieldKind::Several,
             (_, Some(_)) => FieldKind::LabelColors,
             _ => FieldKind::One,
@@ -360,7 +360,7 @@ impl Fields {
 
     /// Whether frames are of several fields or of colours.
     pub fn are_tiled(&self, blend: Blend) -> bool {
-        matches!(self.kind(blend), FieldKind::Colors | FieldKind::Several)
+        matches!(self.kind(blend), FieldKind::Colors | FieldKind::Labels | FieldKind::Several)
     }
 
     /// The shapes and the tables of the visible fields, beginning with the one that scenes begin with.
