@@ -39,13 +39,16 @@ static inline LabelOpacity label_opacity(const LabelParams *labels, realv first,
 #define LIT_LACK 0.2f
 
 // Lights a label near its surface, where smoothing has lowered its opacity. Beside a label of larger opacity the gradient is not that of
-// its own surface, if it has one there. `smoothed`: what gradients are estimated from.
+// its own surface. It is lit there as by a mean normal in so far as it is seen by its surface: by the light of four unit distances.
+// `smoothed`: what gradients are estimated from.
 static inline void light_label(LabelOpacity opacity, realv smoothed, Lighting *lighting) {
     const realv least = opacity.of_label > 0.0f ? LIT_LACK * opacity.of_label : (realv)(1.0f);
     const realv lack = CLAMP((opacity.of_label - smoothed) * reciprocal(least), (realv)(0.0f), (realv)(1.0f));
-    const realv lit = SMOOTHSTEP(lack);
+    const realv lit = SMOOTHSTEP(lack), left = 1.0f - CLAMP(opacity.of_label, (realv)(0.0f), (realv)(1.0f));
+    const realv by_surface = 1.0f - left * left * left * left;
     FOR_LIT_COMPONENTS(i) {
-        lighting->factor[i] = lighting->beside[i] + lit * (lighting->factor[i] - lighting->beside[i]);
+        const realv otherwise = lighting->unlit[i] + by_surface * (lighting->beside[i] - lighting->unlit[i]);
+        lighting->factor[i] = otherwise + lit * (lighting->factor[i] - otherwise);
         lighting->highlight[i] *= lit;
     }
 }

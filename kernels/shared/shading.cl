@@ -29,11 +29,11 @@ static inline intv table_index(const SampleParams *p, realv value) {
 
 // Factors of a colour, added highlights, and weight in interpolation with other lighting. THINNED: also the factor of the extinction.
 // DEPTH_CUED: also the share of the background that the lit colour fades to, before it is clamped. LABELS: also the factors
-// beside a surface of another label, whose normal is unknown.
+// without a normal, and beside a surface whose normal is unknown.
 typedef struct {
     realv factor[LIT_COMPONENTS], highlight[LIT_COMPONENTS], weight;
 #ifdef LABELS
-    realv beside[LIT_COMPONENTS];
+    realv unlit[LIT_COMPONENTS], beside[LIT_COMPONENTS];
 #endif
 #ifdef THINNED
     realv extinction_scale;
@@ -157,6 +157,7 @@ static inline Lighting shade(const SampleParams *p, LightVolume volume, Point po
 #endif
         lighting.factor[i] = base + lit * (lighting.factor[i] - base);
 #ifdef LABELS
+        lighting.unlit[i] = base;
         lighting.beside[i] = base + lit * (lighting.beside[i] - base);
 #endif
     }

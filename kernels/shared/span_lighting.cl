@@ -70,6 +70,7 @@ static inline Lighting interpolate_lighting(const SampleParams *p, const LitSamp
         lighting.factor[i] = one->factor[i] + mixed * (other->factor[i] - one->factor[i]);
         lighting.highlight[i] = one->highlight[i] + mixed * (other->highlight[i] - one->highlight[i]);
 #ifdef LABELS
+        lighting.unlit[i] = one->unlit[i] + place * (other->unlit[i] - one->unlit[i]);
         lighting.beside[i] = one->beside[i] + place * (other->beside[i] - one->beside[i]);
 #endif
     }

@@ -64,7 +64,7 @@ impl Labels {
         let voxels =
             smoothed(&first, grid.dims().map(|n| n as i64), 0.0, sigmas).into_iter().map(|v| v as f32).collect::<Vec<_>>();
         let smoothed = field(&Volume::new("labels", grid.clone(), voxels)?.with_background(0.0)?);
-        let mut fields = volumes.each_ref().map(|volume| field(volume));
+        let mut fields = volumes.each_ref().map(field);
         fields[0] = fields[0].clone().with_gradient(GradientEstimator::Gaussian(sigma));
         let smallest = entries.iter().map(|entry| entry[3]).filter(|&opacity| opacity > 0.0).fold(1.0, f64::min);
         let [opacity, ..] = volumes;
@@ -111,7 +111,9 @@ impl Labels {
                 };
                 let gradient = self.means[0].gradient(p);
                 let length = (gradient * spacing.min_element() / spacing).length() / range_of_values(&self.opacity);
-                Lighting::new(&self.opacity, look, gradient, to_eye).in_part(smooth_step(lack), length, look).on(color)
+                let by_surface = 1.0 - (1.0 - of_label.clamp(0.0, 1.0)).powi(4);
+                let lighting = Lighting::new(&self.opacity, look, gradient, to_eye);
+                lighting.in_part(smooth_step(lack), length, by_surface, look).on(color)
             });
             gathered.add(color, 1.0 - (1.0 - at_point).powf(step * per_t));
         }

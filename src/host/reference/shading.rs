@@ -124,15 +124,16 @@ impl Lighting {
         Self { weight: even + lighting.weight, ..lighting }
     }
 
-    /// Lit in part by the gradient of this length in value ranges per smallest spacing, otherwise as beside the surface of another label.
-    pub fn in_part(self, lit: f64, length: f64, look: ShadingInputs) -> Self {
+    /// Lit in part by the gradient of this length in value ranges per smallest spacing, otherwise as beside the surface of another label: in so
+    /// far as this label is seen `by_surface`, as by a mean normal.
+    pub fn in_part(self, lit: f64, length: f64, by_surface: f64, look: ShadingInputs) -> Self {
         let Some(shading) = look.shading else { return self };
         let unlit = Self::unshaded(shading, look.reached);
         let mut beside = shading.ambient * look.reached.ambient * DVec3::from(shading.ambient_color);
         for (light, reached) in shading.lights.as_slice().iter().zip(look.reached.lights) {
             beside += shading.diffuse * light.strength * reached * DVec3::from(light.color) * MEAN_FACING;
         }
-        let beside = unlit + fade(length) * (beside - unlit);
+        let beside = unlit + by_surface * fade(length) * (beside - unlit);
         Self { factor: beside + lit * (self.factor - beside), highlight: lit * self.highlight, ..self }
     }
 
