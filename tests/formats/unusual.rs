@@ -216,6 +216,28 @@ fn binary_tables_are_the_colours_of_ids() {
     assert_eq!((table.labels().len(), table.get(3).unwrap().color), (255, [1.0, 0.2, 0.0]));
 }
 
+/// MRIcron's atlases have names and colours in files beside them.
+#[test]
+fn tables_beside_a_file_are_its_own() {
+    let (folder, path) = written(&nifti(None, true, 1), "aal.nii");
+    let beside = |name: &str, bytes: &[u8]| std::fs::write(folder.path().join(name), bytes).unwrap();
+    let label = || Labels::open(&path, &OpenOptions::default(), None).unwrap().layers()[0].table().get(1).cloned().unwrap();
+    assert_eq!((label().name, label().color), (None, LabelTable::default_color(1)));
+    beside("aal.csv", b"this is no table");
+    beside("aal.txt", b"1 Precentral_L 2001\n2 Precentral_R 2002\n");
+    assert_eq!(label().name.as_deref(), Some("Precentral_L"));
+    let mut colors = vec![0u8; 768];
+    (colors[1], colors[256 + 1]) = (255, 51);
+    beside("aal.nii.lut", &colors);
+    assert_eq!((label().name.as_deref(), label().color), (Some("Precentral_L"), [1.0, 0.2, 0.0]));
+    // A table with colours is whole.
+    beside("aal.nii.txt", b"1 Other 0 0 255 0\n");
+    assert_eq!((label().name.as_deref(), label().color), (Some("Other"), [0.0, 0.0, 1.0]));
+    beside("named.txt", b"1 Given 0 0 255 0\n");
+    let given = Labels::open(&path, &OpenOptions::default(), Some(&folder.path().join("named.txt"))).unwrap();
+    assert_eq!(given.layers()[0].table().get(1).unwrap().name.as_deref(), Some("Given"));
+}
+
 #[test]
 fn negative_ids_are_background() {
     let mut bytes = nifti(None, true, 1);

@@ -3,6 +3,7 @@
 use super::Declared;
 use super::change::change_all;
 use super::ids::Ids;
+use super::table;
 use super::{Label, LabelChange, LabelSurfaces, LabelTable};
 use crate::error::Error;
 use crate::volume::missing_data::MissingData;
@@ -70,7 +71,8 @@ impl Labels {
     /// others take the memory of their stored numbers, or a temporary file if these exceed [`OpenOptions::memory`].
     ///
     /// Names and colours come from the file `table` ([`LabelTable::open`]) if it is given, else from the volume's own metadata: of
-    /// `.seg.nrrd` files, of OME-Zarr's `image-label`, or from the file that a NIfTI file with the label intent names. Ids without an entry
+    /// `.seg.nrrd` files, of OME-Zarr's `image-label`, or from the file that a NIfTI file with the label intent names; else from a table
+    /// beside the file that is called like it (`aal.txt`, `aal.nii.txt`, `aal.nii.lut` beside `aal.nii.gz`). Ids without an entry
     /// get the colour of the file's palette ([`Contents::palette`]), else a [default colour](LabelTable::default_color).
     ///
     /// # Errors
@@ -87,7 +89,12 @@ impl Labels {
             Some(_) => format::labels(path, options).ok().flatten(),
             None => format::labels(path, options)?,
         };
-        let tables = declared.map_or(vec![LabelTable::default()], |Declared { layers }| layers);
+        let mut tables = declared.map_or(vec![LabelTable::default()], |Declared { layers }| layers);
+        if let ([only], None) = (&mut tables[..], &given)
+            && only.labels().is_empty()
+        {
+            *only = table::beside(path).unwrap_or_default();
+        }
         let is_named = given.is_some() || tables.iter().any(|table| !table.labels().is_empty());
         let wanted = if tables.len() > 1 { (0..tables.len()).map(Some).collect() } else { vec![None] };
         let wanted = options.channel.map_or(wanted, |channel| vec![Some(channel)]);

@@ -52,6 +52,54 @@ pub(super) fn read(path: &Path) -> Result<LabelTable, Error> {
     })
 }
 
+/// Endings of tables that lie beside a volume. Programs for atlases write names and colours into files of their own (MRIcron).
+const BESIDE: [&str; 4] = ["txt", "ctbl", "csv", "lut"];
+
+/// The table beside a volume that is called like it; `None` if there is none.
+pub(super) fn beside(volume: &Path) -> Option<LabelTable> {
+    let unpacked = volume.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("gz")).then(|| volume.with_extension(""));
+    let whole = unpacked.unwrap_or_else(|| volume.into());
+    let candidates = BESIDE.iter().flat_map(|ending| {
+        let behind = whole.with_file_name(format!("{}.{ending}", whole.file_name().unwrap_or_default().to_string_lossy()));
+        [behind, whole.with_extension(ending)]
+    });
+    let mut found: Option<LabelTable> = None;
+    for file in candidates.filter(|file| file.is_file()) {
+        let table = match read(&file) {
+            Ok(table) => table,
+            Err(e) => {
+                tracing::warn!("{}: {e}: it is left out", volume.display());
+                continue;
+            }
+        };
+        let (of_names, is_used) = match found.take() {
+            None => (table, true),
+            Some(named) if named.has_default_colors() => (named.colored_as(&table), true),
+            Some(named) => (named, false),
+        };
+        found = Some(of_names);
+        if is_used {
+            tracing::warn!("{}: its labels are those of {}, which lies beside it", volume.display(), file.display());
+        }
+    }
+    found
+}
+
+impl LabelTable {
+    /// Whether no label has a colour of its own.
+    fn has_default_colors(&self) -> bool {
+        self.labels.iter().all(|label| label.color == Self::default_color(label.id))
+    }
+
+    /// The labels with the colours of those that another table has.
+    fn colored_as(mut self, other: &Self) -> Self {
+        for label in &mut self.labels {
+            label.color = other.get(label.id).map_or(label.color, |other| other.color);
+        }
+        self
+    }
+}
+
 /// Bytes of a binary table.
 const BINARY: usize = 3 * 256;
 
