@@ -6,7 +6,7 @@ macro_rules! volumes {
         "
 
 Volumes:
-  NRRD, NIfTI, MetaImage, VTK image data, NumPy, BOV, TIFF, DICOM and HDF5 files.
+  NRRD, NIfTI, MetaImage, VTK image data, NumPy, BOV, TIFF, DICOM, HDF5 and NetCDF files.
   Raw files (.raw, .raw.gz); dimensions and type come from a name NAME_XxYxZ_TYPE.raw, or from --dims and --type.
   Folders of Zarr, of DICOM images or of numbered slices; NAME%d.EXT for slices.
   Steps in time: frames of a file, the files of ParaView's .pvd, or NAME%d.EXT of files that hold volumes; --frame N chooses one.

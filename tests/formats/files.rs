@@ -135,7 +135,7 @@ formats!(zarr);
 #[cfg(any(feature = "hdf5", feature = "zarr"))]
 formats!(conventions);
 #[cfg(feature = "hdf5")]
-formats!(minc);
+formats!(minc, netcdf);
 
 /// A frame, channel, array, series or level that a file does not have is refused, in every format.
 #[test]

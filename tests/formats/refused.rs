@@ -302,6 +302,11 @@ fn data_in_other_files_are_read_or_these_are_named() {
     ] {
         refused(&at.join("refused").join(name), name, expected);
     }
+    refused(
+        &folder().join("netcdf/refused/minc1.mnc"),
+        "minc1.mnc",
+        "it is MINC 1, whose slices are scaled each by its own range",
+    );
 }
 
 #[test]

@@ -18,9 +18,9 @@ use std::path::Path;
 /// Most files of the folder that are offered.
 const MOST_FILES: usize = 500;
 /// Ends of the names of volumes. Other files may be volumes, too, but a list of all files would hide them.
-const ENDINGS: [&str; 25] = [
+const ENDINGS: [&str; 26] = [
     ".raw", ".raw.gz", ".bov", ".dcm", ".h5", ".hdf5", ".mha", ".mhd", ".nhdr", ".nii", ".nii.gz", ".npy", ".npz", ".nrrd",
-    ".tif", ".tiff", ".vti", ".vtk", ".zarr", ".nc", ".hdr", ".pvd", ".series", ".mgh", ".mgz",
+    ".tif", ".tiff", ".vti", ".vtk", ".zarr", ".nc", ".hdr", ".pvd", ".series", ".mgh", ".mgz", ".mnc",
 ];
 
 /// Built-in volumes, and those of the folder in which the command runs.

@@ -14,7 +14,7 @@ from common import HERE, expected
 # The folders that each script writes.
 SCRIPTS = dict(nrrds=["nrrd"], niftis=["nifti"], metaimages=["metaimage"], vtks=["vtk"], numpys=["numpy", "bov"], tiffs=["tiff", "png"],
                dicoms=["dicom"], zarrs=["zarr"], hdf5s=["hdf5"], labels=["labels"], channels=["channels"], conventions=["conventions"],
-               mincs=["minc"])
+               mincs=["minc"], netcdfs=["netcdf"])
 
 if __name__ == "__main__":
     wanted = {script: folders for script, folders in SCRIPTS.items() if not sys.argv[1:] or set(folders) & set(sys.argv[1:])}

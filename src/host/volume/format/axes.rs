@@ -37,6 +37,16 @@ impl Axis {
         Self { name: name.into(), ..Self::default() }
     }
 
+    /// The axis with the role that the CF conventions state (`axis`).
+    #[cfg(feature = "hdf5")]
+    pub fn with_role(self, role: Option<&str>) -> Self {
+        match role {
+            Some("T") => Self { kind: "time".into(), ..self },
+            Some(role @ ("X" | "Y" | "Z")) => Self { kind: "space".into(), name: role.into(), ..self },
+            _ => self,
+        }
+    }
+
     /// The axis at these coordinates, if they are evenly spaced.
     pub fn at(self, coordinates: &[f64], unit: String) -> Self {
         let Some((first, step)) = evenly_spaced(coordinates) else { return Self { unit, ..self } };

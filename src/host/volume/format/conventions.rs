@@ -52,6 +52,21 @@ pub(super) fn packed(stored: ScalarType, attributes: &dyn Attributes, default_fi
     })
 }
 
+/// The number that NetCDF stores where nothing was written. Bytes have none.
+#[cfg(feature = "hdf5")]
+pub(super) fn netcdf_fill(scalar: ScalarType) -> Option<f64> {
+    match scalar {
+        ScalarType::Int16 => Some(-32_767.0),
+        ScalarType::Uint16 => Some(65_535.0),
+        ScalarType::Int32 => Some(-2_147_483_647.0),
+        ScalarType::Uint32 => Some(4_294_967_295.0),
+        ScalarType::Int64 => Some(-9_223_372_036_854_775_806.0),
+        ScalarType::Uint64 => Some(18_446_744_073_709_551_614.0),
+        ScalarType::Float32 | ScalarType::Float64 => Some(9.969_209_968_386_869e36),
+        ScalarType::Uint8 | ScalarType::Int8 | ScalarType::Float16 => None,
+    }
+}
+
 /// The range of stored numbers that are not missing. Of packed whole numbers, bounds that are floats are in units of values.
 fn valid(scalar: ScalarType, attributes: &dyn Attributes, rescale: Option<Rescale>) -> (f64, f64) {
     let range = attributes.numbers("valid_range").filter(|(numbers, _)| numbers.len() == 2);

@@ -21,6 +21,8 @@ mod mgh;
 #[cfg(not(all(feature = "dicom", feature = "hdf5", feature = "zarr")))]
 mod missing;
 mod names;
+#[cfg(feature = "hdf5")]
+mod netcdf;
 mod nifti;
 mod nrrd;
 mod numbered;
@@ -87,11 +89,13 @@ const FORMATS: &[&dyn Format] = &[
     &png::Png,
     #[cfg(feature = "hdf5")]
     &hdf5::Hdf5,
+    #[cfg(feature = "hdf5")]
+    &netcdf::NetCdf,
     #[cfg(not(feature = "hdf5"))]
     &missing::Missing {
-        name: "HDF5 or NetCDF-4",
+        name: "HDF5 or NetCDF",
         feature: "hdf5",
-        recognises: |file| file.start.starts_with(b"\x89HDF\r\n\x1a\n"),
+        recognises: |file| file.start.starts_with(b"\x89HDF\r\n\x1a\n") || file.start.starts_with(b"CDF"),
     },
     #[cfg(feature = "zarr")]
     &zarr::Zarr,
@@ -107,7 +111,7 @@ const FORMATS: &[&dyn Format] = &[
 const START: usize = 512;
 /// What is wrong with complex numbers.
 const COMPLEX: &str = "complex numbers, and a voxel has one number: save their magnitude, phase or real part";
-const UNKNOWN: &str = "unknown format: volumes are NRRD, NIfTI, MGH, MetaImage, VTK image data, NumPy, BOV, TIFF, DICOM or HDF5 files, \
+const UNKNOWN: &str = "unknown format: volumes are NRRD, NIfTI, MGH, MetaImage, VTK image data, NumPy, BOV, TIFF, DICOM, HDF5 or NetCDF files, \
                        folders of Zarr, PNG slices, .raw or .raw.gz files, or builtin:NAME";
 
 /// A file format.

@@ -232,16 +232,7 @@ fn number_list(dataset: &Dataset) -> Option<Vec<f64>> {
 
 /// The number that NetCDF stores where nothing was written, in its files. Bytes have none.
 fn default_fill(file: &Hdf5File, dataset: &Dataset, scalar: ScalarType) -> Option<f64> {
-    let default = match scalar {
-        ScalarType::Int16 => -32_767.0,
-        ScalarType::Uint16 => 65_535.0,
-        ScalarType::Int32 => -2_147_483_647.0,
-        ScalarType::Uint32 => 4_294_967_295.0,
-        ScalarType::Int64 => -9_223_372_036_854_775_806.0,
-        ScalarType::Uint64 => 18_446_744_073_709_551_614.0,
-        ScalarType::Float32 | ScalarType::Float64 => 9.969_209_968_386_869e36,
-        ScalarType::Uint8 | ScalarType::Int8 | ScalarType::Float16 => return None,
-    };
+    let default = conventions::netcdf_fill(scalar)?;
     let stored = dataset.fill_value()?.value.as_ref()?;
     let Value(stored) = Value::from_bytes(stored, dataset.dtype()).ok()?;
     // It does so unless the writer turned that off.

@@ -75,12 +75,7 @@ fn labelled(file: Option<&Hdf5File>, dataset: &Dataset) -> Vec<Axis> {
             let has_coordinates = !own.as_ref().is_some_and(|name| name.starts_with(WITHOUT_COORDINATES));
             let own = own.filter(|_| has_coordinates).unwrap_or_else(|| scale_name.clone());
             let axis = Axis::named(label.unwrap_or(own));
-            let axis = match scale.text("axis").as_deref() {
-                // The role that the CF conventions state.
-                Some("T") => Axis { kind: "time".into(), ..axis },
-                Some(role @ ("X" | "Y" | "Z")) => Axis { kind: "space".into(), name: role.into(), ..axis },
-                _ => axis,
-            };
+            let axis = axis.with_role(scale.text("axis").as_deref());
             match coordinates(scale).filter(|_| has_coordinates) {
                 Some(coordinates) => axis.at(&coordinates, scale.text("units").unwrap_or_default()),
                 None => axis,
