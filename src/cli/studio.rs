@@ -104,7 +104,7 @@ impl<'a> Studio<'a> {
     /// Draws another step of a sequence in the following pictures.
     pub fn set_step(&mut self, step: NextStep) -> Result<(), Error> {
         let first = match step.first {
-            FirstOfStep::Values(volume) => volume,
+            FirstOfStep::Values(volume) => *volume,
             FirstOfStep::Shown(shown) => return self.set_shown(&shown),
         };
         self.grid = first.grid().clone();

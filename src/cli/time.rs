@@ -121,7 +121,7 @@ enum PlayedFirst<'a> {
 
 /// What another step shows.
 pub(super) enum FirstOfStep {
-    Values(Volume<'static>),
+    Values(Box<Volume<'static>>),
     Shown(Shown),
 }
 
@@ -139,7 +139,9 @@ impl Played<'_> {
             return Ok(None);
         }
         let first = match &mut self.first {
-            PlayedFirst::Values(playback) => FirstOfStep::Values(playback.next().expect("a step is read for every change")?),
+            PlayedFirst::Values(playback) => {
+                FirstOfStep::Values(Box::new(playback.next().expect("a step is read for every change")?))
+            }
             PlayedFirst::Shown(shown) => FirstOfStep::Shown(shown.step(self.steps[n])?),
         };
         let others = self.others.iter_mut().map(|field| field.next().transpose()).collect::<Result<_, _>>()?;
