@@ -77,6 +77,10 @@ impl Progress {
             Err(_) => Opened::Problem("The server failed while it opened this. Its messages say more.".into()),
         };
         // The page may be gone.
+        if matches!(opened, Opened::Problem(_)) {
+            // Other problems of a page say nothing of the volume that is on its way.
+            let _ = self.tell.blocking_send(Opened::Progress(text(&Reply::Opening { stage: Stage::Failed, done: None })));
+        }
         let _ = self.tell.blocking_send(opened);
     }
 

@@ -71,6 +71,8 @@ pub(super) enum Stage {
     /// A pass over its voxels.
     Looking,
     Cancelled,
+    /// The problem follows.
+    Failed,
 }
 
 /// What has become of a film.

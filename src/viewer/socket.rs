@@ -206,7 +206,10 @@ impl Connection {
             Some(Received { open: Some(volume), .. }) => self.open(volume),
             Some(Received { cancels_open: true, .. }) => {
                 self.cancel_opening();
-                Heard::Nothing
+                match self.opening {
+                    Some(_) => Heard::Nothing,
+                    None => Heard::Answer(text(&Reply::Opening { stage: Stage::Cancelled, done: None }).into()),
+                }
             }
             Some(Received { answer, .. }) => answer.map_or(Heard::Nothing, |answer| Heard::Answer(answer.into())),
             None => Heard::Close(close_code::INVALID, "This page belongs to another version of layersplat. Reload it."),

@@ -37,7 +37,7 @@ export class Files {
     this.opens = false;
     field("offered").addEventListener("change", () => {
       const name = field("offered").value;
-      if (name) this.open({ offered: name }, name);
+      if (name && !this.isBusy()) this.open({ offered: name }, name);
     });
     element("open-file").addEventListener("click", () => field("volume-file").click());
     field("volume-file").addEventListener("change", () => {
@@ -95,7 +95,7 @@ export class Files {
 
   /** How far the volume is that is being opened. @param {{ stage: string, done: number | null }} progress */
   progress({ stage, done }) {
-    if (stage === "cancelled") this.end();
+    if (stage === "cancelled" || stage === "failed") this.end();
     else if (this.opening) this.say(`opening ${this.opening}: ${STAGES[stage]}${done === null ? "" : `, ${Math.floor(100 * done)} %`} …`, done, true);
   }
 
@@ -107,6 +107,13 @@ export class Files {
     this.page.coming("");
     field("offered").value = this.shown ?? "";
     if (field("offered").value !== this.shown) field("offered").value = "";
+  }
+
+  /** Whether a volume is on its way; says so. */
+  isBusy() {
+    if (!this.upload && !this.opening) return false;
+    this.page.problem("Another volume is still on its way. Try again when it is there, or cancel it.");
+    return true;
   }
 
   /** Gives up the volume that is on its way. @returns whether there was one */
@@ -130,10 +137,7 @@ export class Files {
       this.page.problem("Only files of transfer functions can be dropped here.");
       return;
     }
-    if (this.upload || this.opening) {
-      this.page.problem("Another volume is still on its way. Drop this file again when it is there, or cancel the other.");
-      return;
-    }
+    if (this.isBusy()) return;
     const isOne = files.length === 1;
     const name = isOne ? await this.raw.named(file) : folder || file.name.replace(/\.[^.]*$/, "");
     if (name === null) return;

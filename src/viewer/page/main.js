@@ -35,12 +35,13 @@ const element = (id) => /** @type {HTMLElement} */ (document.getElementById(id))
 const picture = new Picture(/** @type {HTMLCanvasElement} */ (element("picture")));
 const status = new Status();
 const note = (/** @type {string} */ sentence) => status.problem(sentence, "note");
-const session = new Session(picture, { say: note, show, showCamera, showHistory, showTime: () => time.show(), requested }, {
+const session = new Session(picture, { say: note, show, showCamera, showHistory, showTime: () => time.show(), asked: (what) => status.ask(what), requested }, {
   message, picture: receive,
   lost: (reason, isBad) => {
     if (isBad) session.forget();
     film.giveUp();
     files.end();
+    status.ask("");
     time.pause();
     status.problem(reason || "The connection is lost. The page connects again by itself once layersplat answers.", "lost");
   },
@@ -137,8 +138,14 @@ function message(text) {
     work: () => status.working(text),
     failed: () => status.failed(text.id),
     given: () => session.give(text),
-    fitted: () => session.fitted(text.camera),
-    transfer: () => session.setTransfer({ name: text.name, colors: text.colors, opacities: text.opacities }, text.field),
+    fitted: () => {
+      status.ask("");
+      session.fitted(text.camera);
+    },
+    transfer: () => {
+      status.ask("");
+      session.setTransfer({ name: text.name, colors: text.colors, opacities: text.opacities }, text.field);
+    },
     written: () => download(new Blob([text.text], { type: "text/plain" }), text.name),
     command: () => keeping.show(text),
     slices: () => slices.answer(text),
@@ -147,7 +154,7 @@ function message(text) {
     opening: () => files.progress(text),
     picked: () => reading.picked(text),
     problem: () => {
-      files.end();
+      status.ask("");
       time.pause();
       session.fitFailed();
       status.problem(text.sentence);

@@ -3,6 +3,9 @@
 /** @typedef {import("./session.js").Session} Session */
 /** @typedef {{ name: string, shows?: string, colors: number[][] }} Named */
 
+/** What is done to choose a transfer function. */
+const LOOKING = "looking at the values";
+
 const field = (/** @type {string} */ id) => /** @type {HTMLInputElement} */ (document.getElementById(id));
 
 /** @param {Session} session */
@@ -12,7 +15,7 @@ export function listen(session) {
   field("transfer-file").addEventListener("change", async () => {
     const file = field("transfer-file").files?.[0];
     field("transfer-file").value = "";
-    if (file) connection.send({ type: "read", field: session.field, name: file.name, text: await file.text() });
+    if (file) session.ask({ type: "read", field: session.field, name: file.name, text: await file.text() }, LOOKING);
   });
   field("save-transfer").addEventListener("change", () => {
     const format = field("save-transfer").value;
@@ -20,7 +23,7 @@ export function listen(session) {
     if (format) connection.send({ type: "write", field: session.field, name: `layersplat.${format}` });
   });
   const named = (/** @type {string} */ id, /** @type {() => { kind: string, name: string }} */ what) => {
-    field(id).addEventListener("click", () => connection.send({ type: "named", field: session.field, ...what() }));
+    field(id).addEventListener("click", () => session.ask({ type: "named", field: session.field, ...what() }, LOOKING));
   };
   named("initial", () => ({ kind: "initial", name: "" }));
   // The first palette is the default.
@@ -30,7 +33,7 @@ export function listen(session) {
 /** Previews of palettes, presets and colour maps. @param {Session} session */
 export function fill(session) {
   const { palettes, presets, maps } = session.hello;
-  const ask = (/** @type {string} */ kind) => (/** @type {Named} */ { name }) => session.connection.send({ type: "named", field: session.field, kind, name });
+  const ask = (/** @type {string} */ kind) => (/** @type {Named} */ { name }) => session.ask({ type: "named", field: session.field, kind, name }, LOOKING);
   field("palettes").replaceChildren(...palettes.map((/** @type {Named} */ palette) => swatch(palette, ask("automatic"), true)));
   field("presets").replaceChildren(...presets.map((/** @type {Named} */ preset) => swatch(preset, ask("preset"), false)));
   field("maps").replaceChildren(...maps.map((/** @type {Named} */ map) => swatch(map, (chosen) => useMap(chosen, session), false)));

@@ -8,7 +8,7 @@ import { copy, fromFragment, History, isEqual, toFragment } from "./state.js";
 /** @typedef {import("./state.js").Look} Look */
 /** @typedef {import("./state.js").State} State */
 /** @typedef {import("./state.js").Transfer} Transfer */
-/** @typedef {{ say: (sentence: string) => void, show: () => void, showCamera: () => void, showHistory: () => void, showTime: () => void,
+/** @typedef {{ say: (sentence: string) => void, show: () => void, showCamera: () => void, showHistory: () => void, showTime: () => void, asked: (what: string) => void,
  *   requested: (own: { id: number, isOther: boolean, transfer: unknown, background: string, isMoving: boolean }) => void }} Shows */
 
 /** Milliseconds after the last key at which the hand rests. */
@@ -72,7 +72,7 @@ export class Session {
       }
     }
     this.shows.show();
-    if (this.awaits === "first") this.connection.send({ type: "fit", camera: this.state.camera, ...this.picture.size() });
+    if (this.awaits === "first") this.fit("first");
     else this.settle();
   }
 
@@ -240,10 +240,16 @@ export class Session {
     this.settle();
   }
 
-  /** @param {"fit" | "resized"} [why] */
+  /** Asks what takes the server a while. @param {object} question @param {string} what is done meanwhile */
+  ask(question, what) {
+    this.shows.asked(what);
+    this.connection.send(question);
+  }
+
+  /** @param {"fit" | "first" | "resized"} [why] */
   fit(why = "fit") {
     this.awaits = why;
-    this.connection.send({ type: "fit", camera: this.state.camera, ...this.picture.size() });
+    this.ask({ type: "fit", camera: this.state.camera, ...this.picture.size() }, "fitting the view");
   }
 
   /** @param {Camera} camera */

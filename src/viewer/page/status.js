@@ -4,6 +4,8 @@
 const PROBLEM_TIME = 8000;
 /** Milliseconds without a picture while a hand moves, after which the last one counts as old. */
 const LATE = 600;
+/** Milliseconds after which it is said what the server is asked. */
+const ASKED = 150;
 /** What the server does before a picture. @type {Record<string, string>} */
 const WORK = { check: "checking the device", programs: "building programs" };
 
@@ -38,6 +40,9 @@ export class Status {
     this.times = [];
     this.timer = 0;
     this.late = 0;
+    /** What the server is asked, if the answer takes a while. */
+    this.asked = "";
+    this.asking = 0;
   }
 
   /** Another volume is there: no picture shows it yet. @param {number} id of the last view */
@@ -45,6 +50,7 @@ export class Status {
     this.requested = { id: id + 1, since: id + 1 };
     this.isFirst = true;
     this.work = null;
+    this.ask("");
     this.come("");
   }
 
@@ -61,6 +67,14 @@ export class Status {
   come(coming) {
     this.coming = coming;
     this.say();
+  }
+
+  /** The server is asked about the volume, and the present picture is not the last. @param {string} what it does, or nothing */
+  ask(what) {
+    clearTimeout(this.asking);
+    this.asked = "";
+    if (what) this.asking = window.setTimeout(() => { this.asked = what; this.say(); }, ASKED);
+    else this.say();
   }
 
   /** @param {Work | null} work */
@@ -106,7 +120,7 @@ export class Status {
     const isOld = this.shown.id < this.requested.since && !isFollowing;
     this.stage.classList.toggle("coming", this.coming !== "" || this.isFirst);
     this.stage.classList.toggle("old", isOld);
-    this.line.textContent = this.coming || (this.shown.id < this.requested.id ? this.awaited(isOld) : this.present());
+    this.line.textContent = this.coming || (this.asked && `${this.asked} …`) || (this.shown.id < this.requested.id ? this.awaited(isOld) : this.present());
   }
 
   /** What is awaited. @param {boolean} isOld */

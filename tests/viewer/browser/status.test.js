@@ -14,7 +14,14 @@ let browser;
 before(async () => {
   folder = await mkdtemp(join(tmpdir(), "layersplat-test-"));
   await mkdir(join(folder, "temporary"));
-  await writeFile(join(folder, "cube_16x16x16_uint8.raw"), Buffer.from(Array.from({ length: 16 ** 3 }, (_, n) => (n % 16) * 17)));
+  const voxels = (count) => Buffer.from(Array.from({ length: count * 16 ** 3 }, (_, n) => (n % 16) * 17));
+  await writeFile(join(folder, "cube_16x16x16_uint8.raw"), voxels(1));
+  const header = (more) => `ObjectType = Image\nNDims = ${more.includes("16 16 16 2") ? 4 : 3}\n${more}ElementType = MET_UCHAR\nElementDataFile = LOCAL\n`;
+  await writeFile(join(folder, "channels.mha"), Buffer.concat([Buffer.from(header("DimSize = 16 16 16\nElementNumberOfChannels = 2\n")), voxels(2)]));
+  await writeFile(join(folder, "steps.mha"), Buffer.concat([Buffer.from(header("DimSize = 16 16 16 2\n")), voxels(2)]));
+  const segment = (n) => `Segment${n}_ID:=s${n}\nSegment${n}_Name:=part ${n}\nSegment${n}_LabelValue:=${17 * (n + 1)}\nSegment${n}_Layer:=0\n`;
+  const labels = `NRRD0004\ntype: uint8\ndimension: 3\nsizes: 16 16 16\nencoding: raw\n${segment(0)}${segment(1)}\n`;
+  await writeFile(join(folder, "labels.seg.nrrd"), Buffer.concat([Buffer.from(labels), voxels(1)]));
   server = await serveIn(folder, "--quality", "draft");
   browser = await launch();
 });
@@ -28,7 +35,7 @@ const on = pagesOf(() => [browser, server.url]);
 
 /** Changes a control of the panel, and returns at once, before any answer: the page's words, and whether a picture is awaited. */
 const changed = (page, number) => page.evaluate((n) => {
-  const control = document.querySelectorAll("#panel :is(input, select, button)")[n];
+  const control = document.querySelectorAll(globalThis.controls)[n];
   const name = control.id || control.getAttribute("aria-label") || control.textContent;
   const viewer = globalThis.layersplat;
   const before = viewer.requested();
@@ -45,7 +52,16 @@ const changed = (page, number) => page.evaluate((n) => {
   };
 }, number);
 
-on("no control leaves \"refined\" under an old picture", async (page) => {
+const KINDS = { "cube_16x16x16_uint8.raw": 60, "channels.mha": 40, "steps.mha": 60, "labels.seg.nrrd": 20 };
+for (const [volume, least] of Object.entries(KINDS)) on(`no control leaves "refined" under an old picture: ${volume}`, async (page) => {
+  await page.evaluate((name) => {
+    globalThis.controls = ":is(#panel, #time, #slices) :is(input, select, button)";
+    const offered = document.getElementById("offered");
+    offered.value = name;
+    offered.dispatchEvent(new Event("change"));
+  }, volume);
+  await page.waitForFunction((name) => document.getElementById("name").textContent === name, volume);
+  await refined(page);
   // The quality of a fixed picture is its name.
   await page.evaluate(() => {
     globalThis.wrong = [];
@@ -57,19 +73,19 @@ on("no control leaves \"refined\" under an old picture", async (page) => {
     // Files and films are no pictures of the page.
     globalThis.skipped = /^(open-file|load-transfer|save|copy|copy-python|film-|offered|volume-|transfer-|help-button|upload)/;
   });
-  const count = await page.locator("#panel :is(input, select, button)").count();
+  const count = await page.evaluate(() => document.querySelectorAll(globalThis.controls).length);
   let asked = 0;
   for (let n = 0; n < count; n += 1) {
     const isSkipped = await page.evaluate((number) => {
-      const control = document.querySelectorAll("#panel :is(input, select, button)")[number];
-      return !control || control.disabled || globalThis.skipped.test(control.id) || control.type === "file";
+      const control = document.querySelectorAll(globalThis.controls)[number];
+      return Boolean(!control || control.disabled || control.closest("[hidden]") || globalThis.skipped.test(control.id) || control.type === "file");
     }, n);
     if (isSkipped) continue;
     const { name, asked: isAsked, awaited, text } = await changed(page, n);
     asked += Number(isAsked);
     assert.ok(!awaited || !/refined|standard|high/.test(text), `${name}: ${text}`);
   }
-  assert.ok(asked > 60, `${asked} controls asked for a picture`);
+  assert.ok(asked > least, `${asked} controls asked for a picture`);
   assert.deepEqual(await page.evaluate(() => globalThis.wrong), []);
 });
 
@@ -107,6 +123,25 @@ on("a volume that is coming is named over the dimmed picture of the last one", a
   await refined(page);
 });
 
+on("what takes a while before a picture can be asked for is said, and so is the volume on its way after another problem", async (page) => {
+  await page.evaluate(() => {
+    const connection = globalThis.layersplat.connection();
+    const send = connection.send.bind(connection);
+    // The answers do not come.
+    connection.send = (request) => { if (!["named", "open"].includes(request.type)) send(request); };
+    document.getElementById("automatic").click();
+  });
+  await page.locator("#status", { hasText: "looking at the values" }).waitFor();
+  await page.evaluate(() => {
+    const offered = document.getElementById("offered");
+    offered.value = "steps.mha";
+    offered.dispatchEvent(new Event("change"));
+    globalThis.layersplat.connection().send({ type: "fit", camera: globalThis.layersplat.state().camera, width: 0, height: 1 });
+  });
+  await page.locator("#problem", { hasText: "viewport" }).waitFor();
+  assert.match(await page.locator("#status").textContent(), /opening steps\.mha/);
+});
+
 on("a change that is refused is taken back", async (page) => {
   await page.evaluate(() => {
     const quality = document.getElementById("quality");
@@ -139,6 +174,6 @@ test("before the first picture the page says what it waits for", async () => {
   await page.goto(server.url);
   await refined(page);
   const said = await page.evaluate(() => globalThis.said);
-  assert.ok(said.length > 0 && said.every((text) => /(connecting|drawing|building programs|checking the device)/.test(text)), JSON.stringify(said));
+  assert.ok(said.length > 0 && said.every((text) => /(connecting|drawing|fitting the view|building programs|checking the device)/.test(text)), JSON.stringify(said));
   await page.context().close();
 });
