@@ -55,7 +55,8 @@ impl Label {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum LabelSurfaces {
     /// Surfaces lie where the interpolated share of a label is one half, whatever its opacity. Shares of voxels are those among the 27 voxels
-    /// around them, or those of distances within thick slices. Labels that are one voxel thin stay. Gradients are smoothed unless the settings state them.
+    /// around them, or those of distances within thick slices. Labels that are one voxel thin stay. Gradients are smoothed unless the settings
+    /// state them.
     #[default]
     Smooth,
     /// Each voxel has the extinction and colour of its label.
