@@ -1,15 +1,75 @@
-// Layered rendering with point-sampled layers of several fields on one grid, on a lattice for any view (channels.cl). What is said about
-// tiles, segments and clipping in point_lattice.cl applies to each field. One field alone is drawn by point_lattice.cl: to the same picture but
-// for rounding, in 5 to 13 % less time.
+// Layered rendering with point-sampled layers of several fields, on a lattice for any view (channels.cl). What is said about tiles, segments
+// and clipping in point_lattice.cl applies to each field. One field alone is drawn by point_lattice.cl: to the same picture but for rounding,
+// in 5 to 13 % less time.
+//
+// The layers are those of the frame. A field whose voxels lie in them, or are shifted by whole voxels, is resampled row by row; another one
+// is reconstructed at each sample.
 
 #include "layered/channels.cl"
 
-// Sub-layer l of a channel, with samples in all patches over which it can be visible.
-static inline Layer *sampled_layer(Channel *c, const RayLatticeParams *p, const Tile *tile, int s, int l) {
+// Sub-layer l of the frame in the lattice of a channel, and the plane in which a sub-layer lies.
+static inline int own_sub_layer(const Channel *c, int s, int l) { return c->field.place->placed == SHIFTED ? l - c->field.place->shift_a * s : l; }
+static inline float plane_of(int s, int l) { return (float)l / s - RADIUS; }
+
+// Samples of a field with voxels anywhere, in the missing patches of sub-layer l.
+static inline void sample_apart(const Channel *c, const RayLatticeParams *p, const Tile *tile, int s, int l, int patches, Layer *layer) {
+    if (layer->index != l)
+        layer->index = l, layer->sampled = layer->lit = 0;
+    for (int left = patches & ~layer->sampled; left; left &= left - 1) {
+        const int n = LOWEST_BIT(left);
+        const Point point = patch_points(p, tile, n, plane_of(s, l));
+        const realv at[3] = {point.u, point.v, point.a};
+        realv own[3];
+        to_own_voxels(c->field.place, at, 1.0f, own);
+        layer->at.field[n] = value_at_own(&c->field, own, lanes_with_rays(p, tile, n));
+    }
+    layer->sampled |= patches;
+}
+
+// Lights such samples.
+static inline void light_apart(const Channel *c, const RayLatticeParams *p, const Tile *tile, int s, int patches, Layer *layer) {
+    const SampleParams *sample = &c->field.sample;
+    for (int left = patches & ~layer->lit; left; left &= left - 1) {
+        const int n = LOWEST_BIT(left);
+        const Point point = patch_points(p, tile, n, plane_of(s, layer->index));
+        const realv at[3] = {point.u, point.v, point.a};
+        realv own[3];
+        to_own_voxels(c->field.place, at, 1.0f, own);
+        const Gradient gradient = gradient_at(&c->shading, &sample->field, own[0], own[1], own[2], lanes_with_rays(p, tile, n));
+        layer->at.lit[n] =
+            light_sample(sample, c->shading.light, point, layer->at.field[n], along_frame(c->field.place, gradient));
+    }
+    layer->lit |= patches;
+}
+
+// Sub-layer l of the frame of a channel, with samples in all patches over which it can be visible.
+static inline Layer *sampled_layer(Channel *c, int s, int l) {
+    const int own = own_sub_layer(c, s, l);
     Layer *layer = &c->layers[l & 1];
-    if (layer->index != l || c->over & ~layer->sampled)
-        sample_layer(c->field.voxels, &c->field.view, p->centre_layer, s, l, tile, c->over, layer);
+    if (layer->index == own && !(c->over & ~layer->sampled))
+        return layer;
+    if (c->field.place->placed == APART)
+        sample_apart(c, &c->lattice, &c->tile, s, own, c->over, layer);
+    else
+        sample_layer(c->field.voxels, &c->field.view, c->lattice.centre_layer, s, own, &c->tile, c->over, layer);
     return layer;
+}
+
+static inline void light_shown(Channel *c, int s, Layer *layer) {
+    if (c->field.place->placed == APART)
+        light_apart(c, &c->lattice, &c->tile, s, c->shown, layer);
+    else
+        light_layer(&c->shading, &c->lattice, &c->field.sample, &c->tile, s, c->shown, layer);
+}
+
+// The span of a patch's rays that starts in plane k of the frame, in a channel's own voxels.
+static inline RaySpan own_span(const Channel *c, const RaySpan *span) {
+    if (c->field.place->placed == ON_FRAME)
+        return *span;
+    RaySpan own = *span;
+    to_own_voxels(c->field.place, span->origin, 1.0f, own.origin);
+    to_own_voxels(c->field.place, span->step, 0.0f, own.step);
+    return own;
 }
 
 // Patches in `open` where a segment between two sub-layers of a channel can be visible.
@@ -25,19 +85,66 @@ static inline int shown_patches(const Channel *c, int open, const Layer *front, 
     return shown;
 }
 
-// Slabs, from q on along the rays, in which a channel is known to be invisible; 0 if it can be visible in slab q, in the patches `over`.
-static inline int hidden_slabs(Channel *c, const RayLatticeParams *p, const Tile *tile, int q, int enters) {
+// Slabs of a chunk in which a field with voxels anywhere can be visible, and patches over which slab q can. Slab q lies between the planes
+// q - RADIUS and q - RADIUS + 1.
+static inline bool any_shown_apart(const Channel *c, const RayLatticeParams *p, const Tile *tile, int q, int end) {
+    const FieldPlacement place = *c->field.place;
+    const float planes[2] = {min(q, end) - RADIUS, max(q, end) - RADIUS + 1};
+    realv lowest[3] = {(realv)(INFINITY), (realv)(INFINITY), (realv)(INFINITY)};
+    realv highest[3] = {(realv)(-INFINITY), (realv)(-INFINITY), (realv)(-INFINITY)};
+    for (int n = 0; n < tile->bands * PATCH_ROWS; n++)
+        for (int i = 0; i < 2; i++) {
+            const Point point = patch_points(p, tile, n, planes[i]);
+            const realv at[3] = {point.u, point.v, point.a};
+            realv own[3];
+            to_own_voxels(c->field.place, at, 1.0f, own);
+            for (int axis = 0; axis < 3; axis++)
+                lowest[axis] = MIN(lowest[axis], own[axis]), highest[axis] = MAX(highest[axis], own[axis]);
+        }
+    return box_visible(c->visible, place.blocks_u, place.blocks_v, &c->field.view, lowest, highest);
+}
+static inline int shown_apart(const Channel *c, const RayLatticeParams *p, const Tile *tile, int q) {
+    int over = 0;
+    for (int n = 0; n < tile->bands * PATCH_ROWS; n++) {
+        realv ends[2][3];
+        for (int i = 0; i < 2; i++) {
+            const Point point = patch_points(p, tile, n, q - RADIUS + i);
+            const realv at[3] = {point.u, point.v, point.a};
+            to_own_voxels(c->field.place, at, 1.0f, ends[i]);
+        }
+        if (box_visible(c->visible, c->field.place->blocks_u, c->field.place->blocks_v, &c->field.view, ends[0], ends[1]))
+            over |= 1 << n;
+    }
+    return over;
+}
+
+// Slabs of the frame, from q on along the rays, in which a channel is known to be invisible; 0 if it can be visible in slab q, in the
+// patches `over`.
+static inline int hidden_slabs(Channel *c, int q, int enters) {
+    const RayLatticeParams *p = &c->lattice;
     c->over = 0;
     if (c->lowest > c->highest || (enters ? q < c->lowest : q > c->highest))
         return INT_MAX;
     if (enters ? q > c->highest : q < c->lowest)
         return enters ? q - c->highest : c->lowest - q;
     if (!p->culling) {
-        c->over = LOW_BITS(tile->bands * PATCH_ROWS);
+        c->over = LOW_BITS(c->tile.bands * PATCH_ROWS);
         return 0;
     }
     const int last = enters ? c->lowest : c->highest;
-    const int hidden = slabs_to_skip(c->visible, p, c->field.view.first_a, tile, q, last, enters, &c->chunk, &c->over);
+    if (c->field.place->placed == APART) {
+        if (q >> 3 != c->chunk.index) {
+            const int end = enters ? max(q & ~7, last) : min(q | 7, last);
+            c->chunk.index = q >> 3;
+            if (!any_shown_apart(c, p, &c->tile, q, end))
+                return abs(end - q) + 1;
+        }
+        c->over = shown_apart(c, p, &c->tile, q);
+        return !c->over;
+    }
+    const int shift = c->field.place->placed == SHIFTED ? c->field.place->shift_a : 0;
+    const int hidden =
+        slabs_to_skip(c->visible, p, c->field.view.first_a, &c->tile, q - shift, last - shift, enters, &c->chunk, &c->over);
     if (hidden)
         c->over = 0;
     return hidden;
@@ -45,9 +152,9 @@ static inline int hidden_slabs(Channel *c, const RayLatticeParams *p, const Tile
 
 #if BLEND == COMPOSITE
 // Classifies the current span of a channel. `places`: of its ends, in spans; `length`: of the span, per patch.
-static inline void classify_span(Channel *c, const RayLatticeParams *p, const Part *parts, const int places[2], float2 weights, float length,
-                                 const realv *lengths) {
+static inline void classify_span(Channel *c, const int places[2], float2 weights, float length, const realv *lengths) {
     const SampleParams *sample = &c->field.sample;
+    const Part *parts = c->parts;
     for (int end = 0; end < 2; end++) {
         const int place = places[end], odd = place & 1;
         const Samples *here = end ? c->back : c->front;
@@ -79,13 +186,16 @@ static inline void classify_span(Channel *c, const RayLatticeParams *p, const Pa
 }
 #else
 // Accumulates the current span of a channel in a patch. `place`: number of the span along the rays.
-static inline void accumulate_channel(Channel *c, int n, const RaySpan *span, const Part *part, float length, int place, intv *active) {
+static inline void accumulate_channel(Channel *c, int n, const RaySpan *frame_span, float length, int place, intv *active) {
     Accumulator *a = &c->gathered[n];
+    const Part *part = &c->parts[n];
+    const RaySpan own = own_span(c, frame_span), *span = &own;
 #if BLEND == ISO
     const intv was_open = a->t > 0.5f;
     realv crossing = 0.0f;
-    accumulate_crossing(c->field.voxels, &c->field.view, &c->shading, &c->field.sample, part, span, &c->front->lit[n], &c->back->lit[n],
-                        &crossing, a, active);
+    const RaySpan *lit = c->field.place->placed == APART ? frame_span : span;
+    accumulate_crossing(c->field.voxels, &c->field.view, &c->shading, &c->field.sample, part, span, lit, &c->front->lit[n],
+                        &c->back->lit[n], &crossing, a, active);
     c->surface[n] = was_open && !(a->t > 0.5f) ? place + crossing : c->surface[n];
 #else
     accumulate_span(c->field.voxels, &c->field.view, part, span, part_length(part) * length, a, active);
@@ -123,13 +233,23 @@ __kernel void channel_lattice(SHADED_CHANNELS, PER_CHANNEL(__global const int4 *
     int lowest = INT_MAX, highest = INT_MIN;
     for (int c = 0; c < count; c++) {
         Channel *channel = &channels[c];
+        __global const FieldPlacement *place = channel->field.place;
         channel->integrals = all_integrals[c];
         channel->layers[0].index = channel->layers[1].index = INT_MIN;
-        channel->chunk.index = -1, channel->chunk.bits = 0;
-        channel->lowest = p.first_layer, channel->highest = p.last_layer;
-        if (p.culling) {
-            channel->lowest = max(channel->lowest, all_shown_slabs[c][0] + channel->field.view.first_a);
-            channel->highest = min(channel->highest, all_shown_slabs[c][1] + channel->field.view.first_a);
+        channel->chunk.index = INT_MIN, channel->chunk.bits = 0;
+        channel->lowest = max(p.first_layer, place->first_slab), channel->highest = min(p.last_layer, place->last_slab);
+        channel->lattice = p, channel->tile = tile;
+        channel->lattice.blocks_u = place->blocks_u, channel->lattice.blocks_v = place->blocks_v;
+        int first_layer = channel->field.view.first_a;
+        if (place->placed == SHIFTED) {
+            channel->lattice.rays[0] -= place->shift_u, channel->lattice.rays[4] -= place->shift_v;
+            channel->lattice.centre_layer -= place->shift_a;
+            channel->tile = make_tile(&channel->lattice, id);
+            first_layer += place->shift_a;
+        }
+        if (p.culling && place->placed != APART) {
+            channel->lowest = max(channel->lowest, all_shown_slabs[c][0] + first_layer);
+            channel->highest = min(channel->highest, all_shown_slabs[c][1] + first_layer);
         }
         if (channel->lowest <= channel->highest)
             lowest = min(lowest, channel->lowest), highest = max(highest, channel->highest);
@@ -158,6 +278,10 @@ __kernel void channel_lattice(SHADED_CHANNELS, PER_CHANNEL(__global const int4 *
         lengths[n] = length_per_layer(first, &rays);
 #ifdef CLIPPED
         intervals[n] = clip_sample_rays(&p, &ray_ends, &rays);
+        const realv origin[3] = {rays.centre_u, rays.centre_v, (realv)(p.centre_layer)};
+        const realv direction[3] = {rays.shear_u * p.layer_step, rays.shear_v * p.layer_step, (realv)(p.layer_step)};
+        for (int c = 0; c < count; c++)
+            channels[c].intervals[n] = interval_within(channels[c].field.place, &intervals[n], origin, direction);
 #endif
         open |= (is_open(channels, count, n, has_ray[n], gathered) ? 1 : 0) << n;
     }
@@ -178,7 +302,7 @@ __kernel void channel_lattice(SHADED_CHANNELS, PER_CHANNEL(__global const int4 *
 #endif
         int hidden = INT_MAX;
         for (int c = 0; c < count; c++)
-            hidden = min(hidden, hidden_slabs(&channels[c], &p, &tile, q, enters));
+            hidden = min(hidden, hidden_slabs(&channels[c], q, enters));
         if (hidden) {
             passed += min(hidden, slabs) - 1;
             continue;
@@ -197,16 +321,15 @@ __kernel void channel_lattice(SHADED_CHANNELS, PER_CHANNEL(__global const int4 *
                 channel->shown = 0;
                 if (!channel->over)
                     continue;
-                Layer *front = sampled_layer(channel, &p, &tile, s, l0);
-                Layer *behind = sampled_layer(channel, &p, &tile, s, l1);
+                Layer *front = sampled_layer(channel, s, l0);
+                Layer *behind = sampled_layer(channel, s, l1);
                 channel->shown = shown_patches(channel, open, front, behind);
                 shown |= channel->shown;
                 if (!channel->shown)
                     continue;
-                const SampleParams *sample = &channel->field.sample;
-                if (sample->light.shading && LIT_AT_ENDS) {
-                    light_layer(&channel->shading, &p, sample, &tile, s, channel->shown, front);
-                    light_layer(&channel->shading, &p, sample, &tile, s, channel->shown, behind);
+                if (channel->field.sample.light.shading && LIT_AT_ENDS) {
+                    light_shown(channel, s, front);
+                    light_shown(channel, s, behind);
                 }
                 channel->front = &front->at, channel->back = &behind->at;
             }
@@ -218,9 +341,10 @@ __kernel void channel_lattice(SHADED_CHANNELS, PER_CHANNEL(__global const int4 *
                 for (int c = 0; c < count; c++) {
                     Channel *channel = &channels[c];
                     const Samples *ends[2] = {channel->front, channel->back};
+                    const float own_k = channel->field.place->placed == SHIFTED ? k - channel->field.place->shift_a : k;
                     if (channel->shown)
-                        find_middle(&p, &channel->field.sample, channel->shading.light, channel->integrals, &tile, k, step, channel->shown,
-                                    ends, &channel->middle);
+                        find_middle(&channel->lattice, &channel->field.sample, channel->shading.light, channel->integrals, &channel->tile,
+                                    own_k, step, channel->shown, ends, &channel->middle);
                 }
             }
 #endif
@@ -232,6 +356,11 @@ __kernel void channel_lattice(SHADED_CHANNELS, PER_CHANNEL(__global const int4 *
                 const float enters_at = p.layer_step * (from_k - p.centre_layer);
                 for (int n = 0; n < patches; n++)
                     parts[n] = part_of(&intervals[n], (realv)(enters_at), (realv)(enters_at + length / s));
+                for (int c = 0; c < count; c++)
+                    for (int left = channels[c].shown; left; left &= left - 1) {
+                        const int n = LOWEST_BIT(left);
+                        channels[c].parts[n] = part_of(&channels[c].intervals[n], (realv)(enters_at), (realv)(enters_at + length / s));
+                    }
 #endif
                 for (int c = 0; c < count; c++) {
                     Channel *channel = &channels[c];
@@ -244,7 +373,7 @@ __kernel void channel_lattice(SHADED_CHANNELS, PER_CHANNEL(__global const int4 *
                     }
 #endif
 #if BLEND == COMPOSITE
-                    classify_span(channel, &p, parts, places, end_weights(first, l0, l1), length, lengths);
+                    classify_span(channel, places, end_weights(&channel->field.sample, l0, l1), length, lengths);
 #endif
                 }
                 for (int left = shown; left; left &= left - 1) {
@@ -255,10 +384,12 @@ __kernel void channel_lattice(SHADED_CHANNELS, PER_CHANNEL(__global const int4 *
                         Channel *channel = &channels[c];
                         if (!(channel->shown >> n & 1))
                             continue;
-                        ray_spans[c] =
+                        const RaySpan span =
                             patch_span(&p, &tile, n, from_k, length * step, channel->front->field[n], channel->back->field[n]);
 #if BLEND != COMPOSITE
-                        accumulate_channel(channel, n, &ray_spans[c], &parts[n], 1.0f / s, places[0] * p.layer_step, &counts);
+                        accumulate_channel(channel, n, &span, 1.0f / s, places[0] * p.layer_step, &counts);
+#else
+                        ray_spans[c] = own_span(channel, &span);
 #endif
                     }
 #if BLEND == COMPOSITE
@@ -279,8 +410,12 @@ __kernel void channel_lattice(SHADED_CHANNELS, PER_CHANNEL(__global const int4 *
 #if BLEND == COMPOSITE
     regroup_all((realv *)gathered, RAW_FLOATS, tile.bands);
 #else
-    for (int c = 0; c < count; c++)
+    for (int c = 0; c < count; c++) {
         regroup_all((realv *)channels[c].gathered, RAW_FLOATS, tile.bands);
+#ifdef CLIPPED
+        regroup_all((realv *)channels[c].intervals, sizeof(Interval) / sizeof(realv), tile.bands);
+#endif
+    }
 #if BLEND == ISO
     for (int c = 0; c < count; c++)
         regroup_all(channels[c].surface, 1, tile.bands);
@@ -292,7 +427,7 @@ __kernel void channel_lattice(SHADED_CHANNELS, PER_CHANNEL(__global const int4 *
 #if BLEND == COMPOSITE
         resolve(first, channels[0].table, &gathered[r], &intervals[r], color);
 #else
-        resolve_channels(channels, count, r, &intervals[r], color);
+        resolve_channels(channels, count, r, color);
 #endif
         STORE_ROW_COLORS(&p, color, target, &tile, r);
         if (GATHERS_VALUES)

@@ -2,9 +2,10 @@
 //
 // Extinctions add: tau = sum of tau_c. Emission is sum(tau_c C_c) / tau, so that the order of the fields does not matter.
 
-#include "layered/point_tile.cl"
 #include "shared/channel.cl"
+#include "layered/point_tile.cl"
 #include "shared/emission.cl"
+#include "shared/visible_points.cl"
 
 // One field of a scene, under a tile.
 typedef struct {
@@ -13,6 +14,9 @@ typedef struct {
     __global const uchar *visible;
     __global const float4 *table;
     __global const int4 *integrals;
+    // The lattice in the field's own voxels if these are shifted, otherwise in the frame's; the rays of the tile there.
+    RayLatticeParams lattice;
+    Tile tile;
     // First and last slab with anything visible; the chunk of slabs that the tile is in; patches over which a slab can be visible, and
     // those in which a segment is.
     int lowest, highest;
@@ -22,8 +26,12 @@ typedef struct {
 #if ANALYTIC_GRADIENTS && LIT_AT_ENDS
     Samples middle;
 #endif
-    // Samples at the ends of the current span.
+    // Samples at the ends of the current span, and the part of it inside the clip interval and the field's ends.
     const Samples *front, *back;
+    Part parts[TILE_ROWS];
+#ifdef CLIPPED
+    Interval intervals[TILE_ROWS];
+#endif
 #if BLEND == COMPOSITE
     // Table nodes of the samples at even and at odd positions, and these positions.
     Node nodes[2][TILE_ROWS];
@@ -41,17 +49,27 @@ typedef struct {
 #if BLEND == COMPOSITE
 
 // Optical depth of a channel's segment in patch n.
-static inline realv depth_in(const Channel *c, const Part *part, int n) {
+static inline realv depth_in(const Channel *c, int n) {
 #ifdef THINNED
     const Segment *s = &c->segments[n];
     if (c->field.sample.light.shading)
-        return s->depth * extinction_scale_on_span(&c->front->lit[n], &c->back->lit[n], SEGMENT_PARAMETER(part, s->centroid));
+        return s->depth * extinction_scale_on_span(&c->front->lit[n], &c->back->lit[n], SEGMENT_PARAMETER(&c->parts[n], s->centroid));
 #endif
     return c->segments[n].depth;
 }
 
 #ifdef DIMMED
-// As composite_subsegments() does for one field. `length`: of the part, in the unit of lengths; `unit` of each channel follows.
+// Share of the span from one of its parameters to another that lies in the part of a channel.
+static inline realv share_in(const Channel *c, int n, realv from, realv to) {
+#ifdef CLIPPED
+    const Part *part = &c->parts[n];
+    return MAX(MIN(part->to, to) - MAX(part->from, from), (realv)(0.0f)) * reciprocal(MAX(to - from, (realv)(1e-6f)));
+#else
+    return 1.0f;
+#endif
+}
+
+// As composite_subsegments() does for one field. `part`: of all channels; `length`: of it, in the unit of lengths.
 static inline void composite_channel_subsegments(Channel *channels, int count, int n, const RaySpan *spans, const Part *part, intv lanes,
                                                  realv depth, realv length, Accumulator *a) {
     const realv step = reciprocal(CLAMP(depth * (1.0f / SUBSEGMENT_DEPTH), (realv)(2.0f), (realv)(MAX_SUBSEGMENTS)));
@@ -81,6 +99,8 @@ static inline void composite_channel_subsegments(Channel *channels, int count, i
             const realv per_extinction = reciprocal(d.extinction == 0.0f ? (realv)(1.0f) : d.extinction);
             Emission e;
             e.depth = d.extinction * (length * p->classification.table_unit * reciprocal(d.distance));
+            if (channel->field.place->has_ends)
+                e.depth *= share_in(channel, n, SEGMENT_PARAMETER(part, t), SEGMENT_PARAMETER(part, next_t));
             if (p->light.shading)
                 e.lighting = interpolate_lighting(p, front, back, SEGMENT_PARAMETER(part, 0.5f * (t + next_t)));
 #ifdef THINNED
@@ -98,7 +118,7 @@ static inline void composite_channel_subsegments(Channel *channels, int count, i
 }
 #endif
 
-// Composites the segments of all channels that are shown in patch n. `length`: of the part, in the unit of lengths.
+// Composites the segments of all channels that are shown in patch n. `part`: of the span, for all; `length`: of it, in the unit of lengths.
 static inline void composite_channels(Channel *channels, int count, int n, const RaySpan *spans, const Part *part, realv length,
                                       Accumulator *a, intv *active) {
     realv depth = 0.0f;
@@ -106,7 +126,7 @@ static inline void composite_channels(Channel *channels, int count, int n, const
     for (int c = 0; c < count; c++) {
         if (!(channels[c].shown >> n & 1))
             continue;
-        emissions[c].depth = depth_in(&channels[c], part, n);
+        emissions[c].depth = depth_in(&channels[c], n);
         depth += emissions[c].depth;
     }
     const realv opacity = opacity_of_depth(&channels[0].field.sample, depth);
@@ -120,7 +140,7 @@ static inline void composite_channels(Channel *channels, int count, int n, const
         const LitSample *front = &channel->front->lit[n], *back = &channel->back->lit[n];
         if (channel->field.sample.light.shading)
             emissions[c].lighting =
-                interpolate_lighting(&channel->field.sample, front, back, SEGMENT_PARAMETER(part, visible_origin(s, depth)));
+                interpolate_lighting(&channel->field.sample, front, back, SEGMENT_PARAMETER(&channel->parts[n], visible_origin(s, depth)));
         add_emission(&channel->field.sample, s->r, s->g, s->b, &emissions[c], sum);
     }
 #ifdef DIMMED
@@ -143,22 +163,21 @@ static inline void composite_channels(Channel *channels, int count, int n, const
 #else
 
 // Colour of a ray: the colours of all channels, added and clamped to 1; of surfaces, that of the nearest one.
-static inline void resolve_channels(const Channel *channels, int count, int r,
-                                    const Interval *interval, realv *color) {
+static inline void resolve_channels(const Channel *channels, int count, int r, realv *color) {
     realv nearest = INFINITY;
     for (int i = 0; i < 4; i++)
         color[i] = 0.0f;
     for (int c = 0; c < count; c++) {
 #if BLEND == ISO
         realv own[4];
-        resolve(&channels[c].field.sample, channels[c].table, &channels[c].gathered[r], interval, own);
+        resolve(&channels[c].field.sample, channels[c].table, &channels[c].gathered[r], &channels[c].intervals[r], own);
         const realv at = channels[c].surface[r];
         const intv is_nearer = at < nearest;
         nearest = is_nearer ? at : nearest;
         for (int i = 0; i < 4; i++)
             color[i] = is_nearer ? own[i] : color[i];
 #else
-        add_resolved(&channels[c].field.sample, channels[c].table, &channels[c].gathered[r], interval, color);
+        add_resolved(&channels[c].field.sample, channels[c].table, &channels[c].gathered[r], &channels[c].intervals[r], color);
 #endif
     }
 }

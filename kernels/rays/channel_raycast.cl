@@ -1,4 +1,4 @@
-// Ray casting of several fields on one grid: raycast.cl with the sum of extinctions (emission.cl).
+// Ray casting of several fields, each in its own voxels: raycast.cl with the sum of extinctions (emission.cl).
 
 #include "rays/steps.cl"
 #include "shared/channel.cl"
@@ -10,8 +10,19 @@ typedef struct {
     ShadingSource shading;
     __global const uchar *visible;
     __global const float4 *table;
-    bool shown; // in the current chunk of steps
+    bool shown;        // in the current chunk of steps
+    Interval interval; // in which the field is seen, in steps
 } Channel;
+
+// Points of the frame among the voxels of a channel.
+ALWAYS_INLINE void own_points(const Channel *c, const realv *point, realv *own) {
+    if (c->field.place->placed != ON_FRAME) {
+        to_own_voxels(c->field.place, point, 1.0f, own);
+        return;
+    }
+    for (int i = 0; i < 3; i++)
+        own[i] = point[i];
+}
 
 struct Marched {
     Channel channels[CHANNELS];
@@ -22,19 +33,24 @@ ALWAYS_INLINE bool box_shows(struct Marched *m, const MarchParams *p, const real
     bool any = false;
     for (int c = 0; c < m->count; c++) {
         Channel *channel = &m->channels[c];
-        channel->shown = box_visible(channel->visible, p, &channel->field.view, one, other);
+        realv own_one[3], own_other[3];
+        own_points(channel, one, own_one);
+        own_points(channel, other, own_other);
+        channel->shown = box_visible(channel->visible, channel->field.place->blocks_u, channel->field.place->blocks_v,
+                                     &channel->field.view, own_one, own_other);
         any |= channel->shown;
     }
     return any;
 }
 
-// All channels lie on one grid, but each has its own visibility: see add_sample().
+// Each channel has its own visibility: see accumulate_step().
 ALWAYS_INLINE intv points_show(const struct Marched *m, const MarchParams *p, const realv *point, intv needed) { return needed; }
 
-// Adds what a channel emits at a point where it is `needed`. `length`: of a whole step.
-ALWAYS_INLINE void add_sample(const Channel *c, const realv *point, intv needed, float length, realv *sum, realv *depth) {
+// Adds what a channel emits at a point where it is `needed`. `own`: the point among its voxels; `length`: of a step inside its ends.
+ALWAYS_INLINE void add_sample(const Channel *c, const realv *point, const realv *own, intv needed, realv length, realv *sum,
+                              realv *depth) {
     const SampleParams *sample = &c->field.sample;
-    const realv value = value_at(c->field.voxels, &c->field.view, point[0], point[1], point[2], needed);
+    const realv value = value_at_own(&c->field, own, needed);
     const intv index = table_index(sample, value);
     needed &= index >= sample->classification.first_visible && index <= sample->classification.last_visible;
     if (!ANY(needed))
@@ -45,8 +61,8 @@ ALWAYS_INLINE void add_sample(const Channel *c, const realv *point, intv needed,
     e.depth = needed ? extinction * (length * sample->classification.table_unit) : (realv)(0.0f);
     if (sample->light.shading) {
         const Point at = {point[0], point[1], point[2]};
-        const Gradient gradient = gradient_at(&c->shading, &sample->field, point[0], point[1], point[2], needed);
-        e.lighting = shade(sample, c->shading.light, at, value, gradient);
+        const Gradient gradient = gradient_at(&c->shading, &sample->field, own[0], own[1], own[2], needed);
+        e.lighting = shade(sample, c->shading.light, at, value, along_frame(c->field.place, gradient));
 #ifdef THINNED
         e.depth *= e.lighting.extinction_scale;
 #endif
@@ -55,18 +71,29 @@ ALWAYS_INLINE void add_sample(const Channel *c, const realv *point, intv needed,
     *depth += e.depth;
 }
 
-ALWAYS_INLINE void accumulate_step(const struct Marched *m, const MarchParams *p, const realv *point, intv needed, realv share, realv step,
-                                   Accumulator *gathered, intv *active) {
+ALWAYS_INLINE void accumulate_step(const struct Marched *m, const MarchParams *p, int n, const realv *point, intv needed, realv share,
+                                   realv step, Accumulator *gathered, intv *active) {
     realv sum[3] = {(realv)(0.0f), (realv)(0.0f), (realv)(0.0f)}, depth = 0.0f;
     for (int c = 0; c < m->count; c++) {
         const Channel *channel = &m->channels[c];
         if (!channel->shown)
             continue;
-        intv own = needed;
+        realv own[3], length = p->length;
+        own_points(channel, point, own);
+        intv shows = needed;
         if (p->culling)
-            own &= cells_visible(channel->visible, p, &channel->field.view, point[0], point[1], point[2]);
-        if (ANY(own))
-            add_sample(channel, point, own, p->length, sum, &depth);
+            shows &= cells_visible(channel->visible, channel->field.place->blocks_u, channel->field.place->blocks_v, &channel->field.view,
+                                   own[0], own[1], own[2]);
+#ifdef CLIPPED
+        if (channel->field.place->has_ends) {
+            const realv inside = MIN(channel->interval.to, (realv)(n + 1.0f)) - MAX(channel->interval.from, (realv)(n));
+            shows &= inside > 0.0f;
+            // Of the share of the step that counts.
+            length *= inside * reciprocal(shows ? share : (realv)(1.0f));
+        }
+#endif
+        if (ANY(shows))
+            add_sample(channel, point, own, shows, length, sum, &depth);
     }
     if (!ANY(depth > 0.0f))
         return;
@@ -92,6 +119,12 @@ __kernel void channel_raycast(SHADED_CHANNELS, ScreenParams s, MarchParams p, ul
         const RowRays rays = row_rays(&s, column, r);
         const Interval interval = clip_rays(&ray_ends, rays.o, rays.d);
         Accumulator gathered = empty_accumulator(first);
+        const realv per_step = rays.length * (1.0f / p.length);
+        for (int c = 0; c < count; c++) {
+            Interval *own = &marched.channels[c].interval;
+            *own = interval_within(marched.channels[c].field.place, &interval, rays.o, rays.d);
+            own->from *= per_step, own->to *= per_step;
+        }
         if (ANY(interval.from < interval.to))
             march_steps(&marched, first, &p, &rays, &interval, &gathered, &active);
         store_pixels(&s, first, marched.channels[0].table, column, r, &gathered, &interval, target);

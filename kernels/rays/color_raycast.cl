@@ -20,15 +20,15 @@ struct Marched {
 };
 
 ALWAYS_INLINE bool box_shows(struct Marched *m, const MarchParams *p, const realv *one, const realv *other) {
-    return box_visible(m->visible, p, &m->view, one, other);
+    return box_visible(m->visible, p->blocks_u, p->blocks_v, &m->view, one, other);
 }
 
 ALWAYS_INLINE intv points_show(const struct Marched *m, const MarchParams *p, const realv *point, intv needed) {
-    return cells_visible(m->visible, p, &m->view, point[0], point[1], point[2]);
+    return cells_visible(m->visible, p->blocks_u, p->blocks_v, &m->view, point[0], point[1], point[2]);
 }
 
-ALWAYS_INLINE void accumulate_step(const struct Marched *m, const MarchParams *p, const realv *point, intv needed, realv share, realv step,
-                                   Accumulator *gathered, intv *active) {
+ALWAYS_INLINE void accumulate_step(const struct Marched *m, const MarchParams *p, int n, const realv *point, intv needed, realv share,
+                                   realv step, Accumulator *gathered, intv *active) {
     const SampleParams *sample = &m->sample;
     const realv shaded = value_at(m->voxels[SHADED], &m->view, point[0], point[1], point[2], needed);
     needed &= shaded > 0.0f;

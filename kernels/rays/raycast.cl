@@ -17,11 +17,11 @@ struct Marched {
 };
 
 ALWAYS_INLINE bool box_shows(struct Marched *m, const MarchParams *p, const realv *one, const realv *other) {
-    return box_visible(m->visible, p, m->view, one, other);
+    return box_visible(m->visible, p->blocks_u, p->blocks_v, m->view, one, other);
 }
 
 ALWAYS_INLINE intv points_show(const struct Marched *m, const MarchParams *p, const realv *point, intv needed) {
-    return cells_visible(m->visible, p, m->view, point[0], point[1], point[2]);
+    return cells_visible(m->visible, p->blocks_u, p->blocks_v, m->view, point[0], point[1], point[2]);
 }
 
 struct SampleSource {
@@ -46,8 +46,8 @@ static inline Gradient sample_gradient(const struct SampleSource *s) {
     return gradient_at(s->shading, s->field, s->point[0], s->point[1], s->point[2], s->needed);
 }
 
-ALWAYS_INLINE void accumulate_step(const struct Marched *m, const MarchParams *p, const realv *point, intv needed, realv share, realv step,
-                                   Accumulator *gathered, intv *active) {
+ALWAYS_INLINE void accumulate_step(const struct Marched *m, const MarchParams *p, int n, const realv *point, intv needed, realv share,
+                                   realv step, Accumulator *gathered, intv *active) {
     const realv value = value_at(m->voxels, m->view, point[0], point[1], point[2], needed);
     const struct SampleSource source = {m->shading, &m->sample->field, point, needed};
     bool lit = false;

@@ -68,7 +68,7 @@ ALWAYS_INLINE void march_row(__global const VOXEL *voxels, const VolumeView *vie
         if (p->culling && (n - begin) % CHUNK == 0) {
             realv far[3];
             points_at(rays, (realv)((n + CHUNK) * step), far);
-            if (!box_visible(visible, p, view, front.point, far)) {
+            if (!box_visible(visible, p->blocks_u, p->blocks_v, view, front.point, far)) {
                 n += CHUNK - 1;
                 front_known = false, front.has_value = false;
                 continue;
@@ -77,8 +77,8 @@ ALWAYS_INLINE void march_row(__global const VOXEL *voxels, const VolumeView *vie
         intv needed = hits;
         if (p->culling && p->thin) {
             if (!front_known)
-                visible_front = cells_visible(visible, p, view, front.point[0], front.point[1], front.point[2]);
-            const intv visible_back = cells_visible(visible, p, view, back.point[0], back.point[1], back.point[2]);
+                visible_front = cells_visible(visible, p->blocks_u, p->blocks_v, view, front.point[0], front.point[1], front.point[2]);
+            const intv visible_back = cells_visible(visible, p->blocks_u, p->blocks_v, view, back.point[0], back.point[1], back.point[2]);
             needed &= visible_front | visible_back;
             visible_front = visible_back;
         }

@@ -10,9 +10,9 @@ struct Marched;
 ALWAYS_INLINE bool box_shows(struct Marched *m, const MarchParams *p, const realv *one, const realv *other);
 // Whether anything can be visible around points where it is `needed`.
 ALWAYS_INLINE intv points_show(const struct Marched *m, const MarchParams *p, const realv *point, intv needed);
-// Accumulates a step, or a `share` of it, where it is `needed`. `step`: its length in ray parameters.
-ALWAYS_INLINE void accumulate_step(const struct Marched *m, const MarchParams *p, const realv *point, intv needed, realv share, realv step,
-                                   Accumulator *gathered, intv *active);
+// Accumulates step n, or a `share` of it, where it is `needed`. `step`: its length in ray parameters.
+ALWAYS_INLINE void accumulate_step(const struct Marched *m, const MarchParams *p, int n, const realv *point, intv needed, realv share,
+                                   realv step, Accumulator *gathered, intv *active);
 
 // Marches one row of rays.
 ALWAYS_INLINE void march_steps(struct Marched *m, const SampleParams *sample, const MarchParams *p, const RowRays *rays,
@@ -50,7 +50,7 @@ ALWAYS_INLINE void march_steps(struct Marched *m, const SampleParams *sample, co
 #ifdef DEPTHS
         set_depth_range(MAX(first, (realv)(n)) * step, MIN(last, (realv)(n + 1.0f)) * step, gathered);
 #endif
-        accumulate_step(m, p, point, needed, share, step, gathered, active);
+        accumulate_step(m, p, n, point, needed, share, step, gathered, active);
         if (!ANY(hits && open_rays(sample, gathered)))
             break;
     }

@@ -73,6 +73,9 @@ typedef struct {
     __global const GRADIENT_VOXEL *voxels;
     const VolumeView *view;
     LightVolume light;
+#ifdef CHANNELS
+    __global const FieldPlacement *place;
+#endif
 #ifdef TINTED
     Tint tint;
 #endif

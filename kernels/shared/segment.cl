@@ -1,5 +1,8 @@
 // Segments between two samples of the reconstructed field, cut to the clip interval and accumulated by blend mode.
 
+#ifdef CHANNELS
+#include "shared/channel.cl"
+#endif
 #include "shared/dimmed_segment.cl"
 
 // Samples per layer. WHOLE_LAYERS: a program knows that it is one, so that each sample lies on a layer.
@@ -30,11 +33,11 @@ ALWAYS_INLINE void accumulate_span(__global const VOXEL *voxels, const VolumeVie
 #define REFINEMENTS 5
 
 // Accumulates an iso-surface: where the value interpolated between the ends crosses the iso value or, REFINED, where the field itself
-// does. Crossings outside the part are ignored. `crossing`: receives the parameters of the
+// does. Crossings outside the part are ignored. `lit`: the span along the axes of the lights. `crossing`: receives the parameters of the
 // span where it is crossed.
 ALWAYS_INLINE void accumulate_crossing(__global const VOXEL *voxels, const VolumeView *view, const ShadingSource *shading,
-                                      const SampleParams *p, const Part *part, const RaySpan *span, const LitSample *lit_front,
-                                      const LitSample *lit_back, realv *crossing, Accumulator *a,
+                                      const SampleParams *p, const Part *part, const RaySpan *span, const RaySpan *lit,
+                                      const LitSample *lit_front, const LitSample *lit_back, realv *crossing, Accumulator *a,
                                       intv *active) {
     const ClassificationParams *c = &p->classification;
     const realv from = span->from, to = span->to;
@@ -59,8 +62,11 @@ ALWAYS_INLINE void accumulate_crossing(__global const VOXEL *voxels, const Volum
     }
     if (p->light.shading) {
         const Point point = point_on_span(span, t);
-        const Gradient gradient = gradient_at(shading, &p->field, point.u, point.v, point.a, crosses);
-        lighting = shade(p, shading->light, point, (realv)(c->iso), gradient);
+        Gradient gradient = gradient_at(shading, &p->field, point.u, point.v, point.a, crosses);
+#ifdef CHANNELS
+        gradient = along_frame(shading->place, gradient);
+#endif
+        lighting = shade(p, shading->light, point_on_span(lit, t), (realv)(c->iso), gradient);
     }
 #else
     if (p->light.shading)
@@ -84,6 +90,6 @@ ALWAYS_INLINE void accumulate_surface(__global const VOXEL *voxels, const Volume
                                       const SampleParams *p, const Part *part, const RaySpan *span, const LitSample *lit_front,
                                       const LitSample *lit_back, Accumulator *a, intv *active) {
     realv crossing;
-    accumulate_crossing(voxels, view, shading, p, part, span, lit_front, lit_back, &crossing, a, active);
+    accumulate_crossing(voxels, view, shading, p, part, span, span, lit_front, lit_back, &crossing, a, active);
 }
 #endif

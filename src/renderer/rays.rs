@@ -75,7 +75,8 @@ pub(super) fn inputs(
     let visible = scene.visible_blocks(AXIS, kernel)?;
     let gradients = scene.gradient_voxels(AXIS, kernel, &layout)?;
     let (region, length) = (Region::marched(scene, kernel, step), scene.steps(1).shortest());
-    Ok(FieldInputs { layout, gradients, visible, sample, region, length })
+    let place = scene.placement(AXIS.frame(), kernel, &region, &visible);
+    Ok(FieldInputs { layout, gradients, visible, sample, region, place, length })
 }
 
 /// What rays with post-classified samples read, and their table.
@@ -124,7 +125,7 @@ impl MarchedRays {
         let steps = scene.steps(1);
         let depths = gathers == RayOutput::Depths;
         let params = |blocks| MarchParams { length: (step * steps.shortest()) as f32, ..march_params(blocks, settings.culling) };
-        if scene.channels() > 1 {
+        if scene.draws_fields_together() {
             let inputs = scene.for_each_channel(|scene| cast_inputs(scene, kernel, step))?;
             let merged = MergedInputs::new(inputs.iter().map(|(field, _)| field).collect())?;
             let tables: Vec<_> = inputs.iter().map(|(_, table)| &table.entries).collect();

@@ -23,6 +23,8 @@ pub(super) struct Region {
     highest: DVec3,
     /// Half-spaces n·p + d ≥ 0 as (n, d), n of unit length.
     planes: Vec<(DVec3, f64)>,
+    /// Where a field with voxels of its own ends, in these.
+    pub own_ends: Option<(DVec3, DVec3)>,
     /// Kernel permutation flags. `clipped` is set if something visible lies outside the region, so that rays must be clipped.
     pub rendering: Rendering,
 }
@@ -80,15 +82,23 @@ impl Region {
             || settings.blend != Blend::Composite
             || background_shows
             || !scene.rays.all_ahead(support.0, support.1);
-        let whole = if settings.blend.gathers_values() {
-            // An axis with a single voxel has no length between voxels; use the extent of its layer.
-            let half_layer = DVec3::select(last.cmpeq(DVec3::ZERO), DVec3::splat(0.5), DVec3::ZERO);
-            (-half_layer, last + half_layer)
-        } else if clipped && !background_shows {
+        let extent = |last: DVec3| {
+            if settings.blend.gathers_values() {
+                // An axis with a single voxel has no length between voxels; use the extent of its layer.
+                let half_layer = DVec3::select(last.cmpeq(DVec3::ZERO), DVec3::splat(0.5), DVec3::ZERO);
+                Some((-half_layer, last + half_layer))
+            } else {
+                background_shows.then_some((DVec3::splat(-radius), last + radius))
+            }
+        };
+        // A field with voxels of its own ends among these.
+        let own_last = DVec3::from_array(field.own_grid().dims().map(|n| n as f64 - 1.0));
+        let own_ends = extent(own_last).filter(|_| field.is_framed());
+        let whole = match extent(last).filter(|_| own_ends.is_none()) {
+            Some(extent) => extent,
             // Nothing outside the field is visible. Clipping steps at its end would only shorten the part inside.
-            (support.0 - beyond, support.1 + beyond)
-        } else {
-            support
+            None if clipped => (support.0 - beyond, support.1 + beyond),
+            None => support,
         };
         let blend = match field.blend_of_numbers(settings.blend) {
             Blend::Composite => BlendMode::Composite,
@@ -97,7 +107,7 @@ impl Region {
             Blend::Average => BlendMode::Average,
             Blend::Iso(_) => BlendMode::Iso { refined: samples_per_layer > 1 },
         };
-        Self::cropped(scene, whole, rendering(scene, kernel, blend, clipped))
+        Self { own_ends, ..Self::cropped(scene, whole, rendering(scene, kernel, blend, clipped)) }
     }
 
     /// Intersects a box with the crop box and the clip planes.
@@ -111,7 +121,7 @@ impl Region {
         } else {
             vec![EMPTY_HALF_SPACE]
         };
-        Self { lowest, highest, planes, rendering }
+        Self { lowest, highest, planes, own_ends: None, rendering }
     }
 
     /// The part that several regions with the same clip planes share.
@@ -120,6 +130,7 @@ impl Region {
             lowest: one.lowest.max(other.lowest),
             highest: one.highest.min(other.highest),
             planes: if one.planes.len() < other.planes.len() { other.planes.clone() } else { one.planes },
+            own_ends: None,
             rendering: Rendering { clipped: one.rendering.clipped || other.rendering.clipped, ..one.rendering },
         };
         regions.cloned().reduce(|one, other| shared(one, &other)).expect("a scene has a field")
@@ -151,7 +162,8 @@ impl Region {
     /// region.
     pub fn for_layers(&self, frame: AxisFrame) -> RayEnds {
         let everything = DVec3::splat(f64::INFINITY);
-        let uncut = Self { lowest: -everything, highest: everything, planes: Vec::new(), rendering: self.rendering };
+        let uncut =
+            Self { lowest: -everything, highest: everything, planes: Vec::new(), own_ends: None, rendering: self.rendering };
         if self.rendering.clipped { self.for_kernels(frame) } else { uncut.for_kernels(frame) }
     }
 

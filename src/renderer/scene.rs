@@ -6,11 +6,12 @@ use super::field::{Field, Layout};
 use super::label_colors::LabelColors;
 use super::light::{LightSources, LightVolumes};
 use super::lighting::Lighting;
+use super::region::Region;
 use super::sampling::Steps;
 use super::store::Inputs;
 use crate::device::Device;
 use crate::device::launch::Tint;
-use crate::device::launch::structs::{ClassificationParams, SampleParams, SegmentParams};
+use crate::device::launch::structs::{ClassificationParams, FieldPlacement, SampleParams, SegmentParams};
 use crate::error::Error;
 use crate::layers::{Axis, AxisFrame, GradientEstimator, Kernel, Rays};
 use crate::settings::Settings;
@@ -45,6 +46,8 @@ pub(super) struct Scene<'a> {
     pub settings: &'a Settings,
     /// Fields that are drawn together with this one.
     others: Vec<OtherField<'a>>,
+    /// All fields at the voxels of the frame, if those of the scene have others and light is swept.
+    absorbers: Vec<OtherField<'a>>,
     /// The other fields of colours, if the scene's field is one.
     colors: Option<&'a ColorFields>,
     /// Colours of labels over the scene's field.
@@ -67,13 +70,18 @@ impl<'a> Scene<'a> {
         kernels: &'a mut PreparationKernels,
         light: &'a mut LightVolumes,
     ) -> Self {
-        let (others, colors, label_colors) = (Vec::new(), None, None);
-        Self { device, field, classification, kernels, light, rays, viewport, settings, others, colors, label_colors }
+        let (others, absorbers, colors, label_colors) = (Vec::new(), Vec::new(), None, None);
+        Self { device, field, classification, kernels, light, rays, viewport, settings, others, absorbers, colors, label_colors }
     }
 
     /// Adds fields that are drawn together with this one.
     pub fn with_others(self, others: Vec<OtherField<'a>>) -> Self {
         Self { others, ..self }
+    }
+
+    /// Sweeps light through these fields.
+    pub fn with_absorbers(self, absorbers: Vec<OtherField<'a>>) -> Self {
+        Self { absorbers, ..self }
     }
 
     /// Makes the scene's field one of colours.
@@ -93,7 +101,12 @@ impl<'a> Scene<'a> {
 
     /// Whether layers are drawn by kernels that have a work-item per tile on every device.
     pub fn is_tiled(&self) -> bool {
-        self.colors.is_some() || self.channels() > 1
+        self.colors.is_some() || self.draws_fields_together()
+    }
+
+    /// Whether kernels of several fields draw the scene: also one field whose voxels are not those of the frame.
+    pub fn draws_fields_together(&self) -> bool {
+        self.channels() > 1 || self.field.is_framed()
     }
 
     /// The fields of colours beside the scene's, if it shows colours.
@@ -131,18 +144,36 @@ impl<'a> Scene<'a> {
         }
         Ok(results)
     }
+
+    /// The same for the fields that absorb light. Their voxels are those of the frame.
+    pub fn for_each_absorber<T>(&mut self, mut work: impl FnMut(&mut Scene) -> Result<T, Error>) -> Result<Vec<T>, Error> {
+        if !self.field.is_framed() {
+            return self.for_each_channel(work);
+        }
+        let Self { device, kernels, light, rays, viewport, .. } = self;
+        let each = self.absorbers.iter_mut().map(|OtherField { field, classification, settings }| {
+            let view = View { device, rays, viewport: *viewport, settings };
+            work(&mut Scene::new(view, field, classification, kernels, light))
+        });
+        each.collect()
+    }
+
+    /// Where the voxels of the field lie among those of the frame, for kernels that read them along the axes of `frame`.
+    pub fn placement(&self, frame: AxisFrame, kernel: Kernel, region: &Region, visible: &VisibleBlocks) -> FieldPlacement {
+        self.field.placement(frame, region.own_ends, visible.blocks, kernel.radius())
+    }
 }
 
 /// Data that passes need on the device; made on first use, then cached.
 impl Scene<'_> {
-    /// The voxels for a layer axis.
+    /// The voxels for a layer axis. If they are not those of the frame, their layout may have an axis of its own, as all data below.
     pub fn layout(&mut self, axis: Axis) -> Result<Layout, Error> {
-        self.field.layout(&mut self.kernels.field, self.device, axis)
+        self.field.layout(&mut self.kernels.field, self.device, self.field.own_axis(axis))
     }
 
     /// Kernel input, voxels or B-spline coefficients, for a layer axis.
     pub fn weighted(&mut self, axis: Axis, kernel: Kernel) -> Result<Layout, Error> {
-        self.field.weighted(&mut self.kernels.field, self.device, axis, kernel)
+        self.field.weighted(&mut self.kernels.field, self.device, self.field.own_axis(axis), kernel)
     }
 
     /// The voxels that gradients of a kernel's field are estimated from, for a layer axis. `input`: that of the kernel.
@@ -158,7 +189,10 @@ impl Scene<'_> {
         input: &Layout,
     ) -> Result<GradientVoxels, Error> {
         let separate = match estimator {
-            Some(estimator) => self.field.gradient_layout(&mut self.kernels.field, self.device, axis, (kernel, estimator))?,
+            Some(estimator) => {
+                let axis = self.field.own_axis(axis);
+                self.field.gradient_layout(&mut self.kernels.field, self.device, axis, (kernel, estimator))?
+            }
             None => None,
         };
         let are_separate = separate.is_some();
@@ -173,6 +207,7 @@ impl Scene<'_> {
     /// Visibility of the min-max blocks of a layer axis, for a kernel's field.
     pub fn visible_blocks(&mut self, axis: Axis, kernel: Kernel) -> Result<Arc<VisibleBlocks>, Error> {
         let Settings { extinction, blend, .. } = *self.settings;
+        let axis = self.field.own_axis(axis);
         self.classification.visible_blocks(self.kernels, self.device, self.field, (axis, kernel), extinction, blend)
     }
 

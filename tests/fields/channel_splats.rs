@@ -177,7 +177,11 @@ fn projections_of_fields_add() {
                 let (mut largest, mut without, mut clamped) = (0.0f64, 0.0f64, 0);
                 for sample in 0..columns * rows {
                     let ray = picture.ray(sample % columns, sample / columns);
-                    let [one, other] = references.each_ref().map(|field| field.composite(&ray, Some(axis), rays.to_eye));
+                    let [one, other] = [0, 1].map(|n| {
+                        let [r, g, b, alpha] = references[n].composite(&ray, Some(axis), rays.to_eye);
+                        let [r, g, b] = [r, g, b].map(|component| (fields[n].factor * component).min(1.0));
+                        [r, g, b, alpha]
+                    });
                     for (c, found) in picture.samples[sample as usize].into_iter().enumerate() {
                         largest = largest.max((f64::from(found) - (one[c] + other[c]).min(1.0)).abs());
                         without = without.max((f64::from(found) - one[c]).abs());

@@ -252,11 +252,34 @@ kernel_struct! {
 }
 
 kernel_struct! {
+    /// Where the voxels of a field lie among those of the frame, along the axes (u, v, a) of the frame and of the field's layout.
+    FieldPlacement {
+        /// 0: they are the same; 1: shifted by whole voxels; 2: anywhere.
+        placed: i32,
+        /// 1: rays count between `lowest` and `highest` only.
+        has_ends: i32,
+        /// Voxels of the frame to those of the field, row by row: (u, v, a, 1).
+        to_own: [[f32; 4]; 3],
+        /// Where the field ends, in its own voxels.
+        lowest: [f32; 3],
+        highest: [f32; 3],
+        /// Voxels of the frame at the field's first one, if shifted.
+        shift as [shift_u, shift_v, shift_a]: i32,
+        /// First and last slab of the frame in which the field lies.
+        slabs as [first_slab, last_slab]: i32,
+        /// Numbers of the field's blocks along u and v.
+        blocks as [blocks_u, blocks_v]: i32,
+        padding: f32,
+    }
+}
+
+kernel_struct! {
     /// One of several fields that are drawn together.
     ChannelParams {
         view: VolumeView,
         gradient_view: VolumeView,
         sample: SampleParams,
+        place: FieldPlacement,
     }
 }
 
@@ -541,6 +564,7 @@ pub(in crate::device) fn typedefs() -> String {
         LightParams::typedef(),
         SegmentParams::typedef(),
         SampleParams::typedef(),
+        FieldPlacement::typedef(),
         ChannelParams::typedef(),
         ColorVoxelParams::typedef(),
         ResampleParams::typedef(),

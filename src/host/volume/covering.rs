@@ -39,7 +39,7 @@ impl Grid {
         let to_voxels = axes.inverse();
         let spacing = DVec3::from_array([0, 1, 2].map(|axis| spacing_along(to_voxels, direction.col(axis))));
         let first = Self::oriented([1; 3], spacing, index_to_world.translation, direction)?;
-        let [lowest, highest] = reach(dims, |voxel| first.world_to_voxel(index_to_world.transform_point3(voxel)));
+        let [lowest, highest] = reach(dims, 1.0, |voxel| first.world_to_voxel(index_to_world.transform_point3(voxel)));
         let origin = first.index_to_world().transform_point3(lowest);
         Self::oriented((highest - lowest + 1.0).to_array().map(|n| n as usize), spacing, origin, direction)
     }
@@ -108,11 +108,11 @@ fn orthonormalised(axes: DMat3) -> DMat3 {
 /// Share of a voxel by which corners may be off.
 const ROUNDING: f64 = 1e-6;
 
-/// The first and the last whole voxels of a grid that hold all of another, with one voxel beyond its outermost ones. `place` tells where
-/// a voxel of the other lies.
+/// The first and the last whole voxels of a grid that hold all of another, with so many of its voxels `beyond` its outermost ones. `place`
+/// tells where a voxel of the other lies.
 #[doc(hidden)]
-pub fn reach(dims: [usize; 3], place: impl Fn(DVec3) -> DVec3) -> [DVec3; 2] {
-    corners(dims, 1.0).map(place).into_iter().fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[lowest, highest], place| {
+pub fn reach(dims: [usize; 3], beyond: f64, place: impl Fn(DVec3) -> DVec3) -> [DVec3; 2] {
+    corners(dims, beyond).map(place).into_iter().fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[lowest, highest], place| {
         [lowest.min((place + ROUNDING).floor()), highest.max((place - ROUNDING).ceil())]
     })
 }

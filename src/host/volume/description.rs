@@ -107,7 +107,13 @@ impl Description {
     /// The same field at the voxels of another grid, as floats.
     #[doc(hidden)]
     pub fn resampled(&self, grid: Grid) -> Self {
-        Self { grid, voxel_type: VoxelType::Float32, ..self.clone() }
+        Self { voxel_type: VoxelType::Float32, ..self.on_grid(grid) }
+    }
+
+    /// The same values, described in a frame on another grid.
+    #[doc(hidden)]
+    pub fn on_grid(&self, grid: Grid) -> Self {
+        Self { grid, ..self.clone() }
     }
 
     /// Warns of values that 32-bit floats cannot represent or sum accurately. Call it once per volume after reading its voxels;

@@ -1,4 +1,4 @@
-//! The grid on which fields with grids of their own are drawn together.
+//! The grid of a frame in which fields with grids of their own are drawn together. It has no voxels: layers and lattices follow it.
 
 use crate::error::Error;
 use crate::volume::{Grid, reach, spacing_along};
@@ -6,6 +6,8 @@ use glam::DVec3;
 
 /// Finer spacings up to this share of a voxel need no further voxels.
 const SLACK: f64 = 0.25;
+/// How many voxels beyond its outermost ones a field reaches: the largest radius of kernels that several fields are reconstructed by.
+const REACH: f64 = 2.0;
 
 /// The grid of the field with the smallest spacing, refined along its axes where another field is finer, and extended to the union of all
 /// extents. So that field keeps its values at its own voxels.
@@ -28,7 +30,7 @@ pub(super) fn common_grid(grids: &[&Grid]) -> Result<Grid, Error> {
     let place = |grid: &Grid, voxel| base.world_to_voxel(grid.index_to_world().transform_point3(voxel)) * refined;
     let others = grids.iter().filter(|grid| **grid != base);
     let [lowest, highest] = others
-        .map(|grid| reach(grid.dims(), |voxel| place(grid, voxel)))
+        .map(|grid| reach(grid.dims(), REACH, |voxel| place(grid, voxel)))
         .fold([DVec3::ZERO, last(base) * refined], |[lowest, highest], [from, to]| [lowest.min(from), highest.max(to)]);
     let dims = (highest - lowest + 1.0).to_array().map(|n| n as usize);
     let origin = base.index_to_world().transform_point3(lowest / refined);
@@ -55,11 +57,11 @@ mod tests {
     #[test]
     fn a_coarse_field_extends_the_fine_one() {
         let fine = Grid::new([10; 3], DVec3::ONE).unwrap();
-        // Voxel 0 at -4: the field is 0 from -8 on.
+        // Voxel 0 at -4: the field is 0 from -12 on.
         let coarse = Grid::oriented([4; 3], DVec3::splat(4.0), DVec3::splat(-4.0), DMat3::IDENTITY).unwrap();
         let common = common_grid(&[&coarse, &fine]).unwrap();
-        assert_eq!((common.dims(), common.spacing()), ([21; 3], DVec3::ONE));
-        assert!(common.origin().abs_diff_eq(DVec3::splat(-8.0), 1e-9));
+        assert_eq!((common.dims(), common.spacing()), ([29; 3], DVec3::ONE));
+        assert!(common.origin().abs_diff_eq(DVec3::splat(-12.0), 1e-9));
     }
 
     #[test]

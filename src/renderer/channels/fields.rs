@@ -7,11 +7,13 @@ use super::super::label_colors::LabelColors;
 use super::super::light::LightVolumes;
 use super::super::scene::{OtherField, Scene, View};
 use super::super::store::Version;
+use super::super::world::World;
 use super::common_grid::common_grid;
+use super::on_frame::OnFrame;
 use super::{Channel, ChannelLook};
 use crate::device::Device;
 use crate::error::Error;
-use crate::settings::{Blend, CropBox, FieldKind, Settings};
+use crate::settings::{self, Algorithm, Blend, CropBox, FieldKind, Settings};
 use crate::transfer::TransferFunction;
 use crate::volume::{Grid, Held, Rescale, Stored as StoredNumbers};
 use glam::DVec3;
@@ -33,11 +35,13 @@ pub(in crate::renderer) struct Fields {
     label_colors: Option<LabelColors>,
     /// Grid of the first field's own voxels.
     first_grid: Grid,
-    resampled: Vec<Resampled>,
+    floats: Vec<Floats>,
+    /// The visible fields at the voxels of the frame, for algorithms that need them there.
+    on_frame: OnFrame,
 }
 
-/// A field at the voxels of a common grid.
-struct Resampled {
+/// A field whose voxels have become floats.
+struct Floats {
     source: Version,
     field: Field,
 }
@@ -68,7 +72,7 @@ impl ClassifiedField {
     }
 
     /// A copy for rehearsals, with empty caches.
-    fn for_rehearsal(&self, dimmed: Option<bool>) -> Self {
+    pub(super) fn for_rehearsal(&self, dimmed: Option<bool>) -> Self {
         let (field, classification) = (self.field.for_rehearsal(), self.classification.for_rehearsal(dimmed));
         Self { field, classification, look: self.look }
     }
@@ -92,6 +96,13 @@ impl ClassifiedField {
     /// Replaces the transfer function.
     pub fn set_transfer_function(&mut self, transfer: &TransferFunction) {
         self.classification.set_transfer_function(transfer, &self.field);
+    }
+
+    /// Takes over transfer function, factor and look.
+    pub(super) fn classify_as(&mut self, other: &Self) {
+        self.set_transfer_function(other.classification.transfer_function());
+        self.classification.set_factor(other.classification.factor());
+        self.look = other.look;
     }
 
     fn set(&mut self, channel: &Channel, field: Field) {
@@ -129,6 +140,31 @@ impl ClassifiedField {
     }
 }
 
+/// Fields in a scene with others.
+fn others_of<'a>(fields: Vec<&'a mut ClassifiedField>, settings: &Settings, world: World) -> Vec<OtherField<'a>> {
+    let other = |ClassifiedField { field, classification, look }: &'a mut ClassifiedField| OtherField {
+        field,
+        classification,
+        settings: look.settings(settings, world),
+    };
+    fields.into_iter().map(other).collect()
+}
+
+/// The fields that can change a picture, or the first if none can.
+fn shown(fields: Vec<&mut ClassifiedField>, blend: Blend) -> Vec<&mut ClassifiedField> {
+    let none = !fields.iter().any(|field| field.shows(blend));
+    fields.into_iter().enumerate().filter(|(n, field)| field.shows(blend) || (none && *n == 0)).map(|(_, field)| field).collect()
+}
+
+/// Whether voxels are splatted, or treated one by one in another way: they are those of the frame then.
+fn is_splatted(settings: &Settings) -> bool {
+    match settings.algorithm {
+        Algorithm::Layered(layered) => matches!(layered.classification, settings::Classification::Post(_)),
+        Algorithm::Raycast { .. } => false,
+        _ => true,
+    }
+}
+
 /// The error of fields whose common grid would have too many voxels.
 fn too_many_voxels(fields: &[&Field]) -> Error {
     let spacing = |field: &&&Field| field.description().grid().spacing().min_element();
@@ -156,7 +192,8 @@ impl Fields {
             colors: None,
             label_colors: None,
             first_grid,
-            resampled: Vec::new(),
+            floats: Vec::new(),
+            on_frame: OnFrame::default(),
         }
     }
 
@@ -164,7 +201,8 @@ impl Fields {
     pub fn for_rehearsal(&self, dimmed: Option<bool>) -> Self {
         let others = self.others.iter().map(|other| other.for_rehearsal(dimmed)).collect();
         let (colors, label_colors, first_grid) = (self.colors.clone(), self.label_colors.clone(), self.first_grid.clone());
-        Self { first: self.first.for_rehearsal(dimmed), others, colors, label_colors, first_grid, resampled: Vec::new() }
+        let (first, on_frame) = (self.first.for_rehearsal(dimmed), self.on_frame.for_rehearsal(dimmed));
+        Self { first, others, colors, label_colors, first_grid, floats: Vec::new(), on_frame }
     }
 
     /// Replaces the field of the renderer's volume.
@@ -192,7 +230,7 @@ impl Fields {
     pub fn set_colors(&mut self, colors: &UploadedColors) {
         let (volume, transfer) = colors.visibility();
         self.others.clear();
-        self.resampled.clear();
+        self.floats.clear();
         self.first_grid = volume.description().grid().clone();
         self.first.set(&Channel::new(&volume, &transfer), volume.field.for_renderer());
         self.colors = Some(colors.fields.clone());
@@ -216,17 +254,17 @@ impl Fields {
         Err(Error::Settings { field: "channels", problem })
     }
 
-    /// Replaces all fields. Visible fields with grids or voxel types of their own are resampled onto a common grid.
+    /// Replaces all fields. Visible fields with several grids share the grid of the frame, and keep their voxels.
     ///
     /// # Errors
-    /// For other numbers of channels than 1 to [`Channel::MOST`], and if there is not enough memory for resampled fields. All fields are
+    /// For other numbers of channels than 1 to [`Channel::MOST`], and if there is not enough memory for voxels of one type. All fields are
     /// unchanged then.
     pub fn set(&mut self, channels: &[Channel], kernels: &mut PreparationKernels, device: &Device) -> Result<(), Error> {
         let Some((first, others)) = channels.split_first().filter(|_| channels.len() <= Channel::MOST) else {
             let problem = format!("there are {}, and a renderer draws 1 to {}", channels.len(), Channel::MOST);
             return Err(Error::Settings { field: "channels", problem });
         };
-        let mut fields = self.on_one_grid(channels, kernels, device)?.into_iter();
+        let mut fields = self.in_one_frame(channels, kernels, device)?.into_iter();
         self.colors = None;
         self.first_grid = first.volume.description().grid().clone();
         self.first.set(first, fields.next().expect("as many fields as channels"));
@@ -240,9 +278,8 @@ impl Fields {
         Ok(())
     }
 
-    /// Fields, of which those that are visible have one grid and one type of voxels. Where the background of a field is visible, it ends with
-    /// its own grid.
-    fn on_one_grid(
+    /// Fields, of which those that are visible have one type of voxels, in one frame.
+    fn in_one_frame(
         &mut self,
         channels: &[Channel],
         kernels: &mut PreparationKernels,
@@ -250,41 +287,34 @@ impl Fields {
     ) -> Result<Vec<Field>, Error> {
         let visible: Vec<&Field> =
             channels.iter().filter(|channel| channel.look.visible).map(|channel| &channel.volume.field).collect();
-        let as_they_are = || channels.iter().map(|channel| channel.volume.field.for_renderer()).collect();
-        let Some(first) = visible.first() else { return Ok(as_they_are()) };
         let grids: Vec<&Grid> = visible.iter().map(|field| field.description().grid()).collect();
-        let grid = common_grid(&grids).map_err(|_| too_many_voxels(&visible))?;
-        let kind = first.voxel_kind();
-        if visible.iter().all(|field| *field.description().grid() == grid && field.voxel_kind() == kind) {
-            self.resampled.clear();
-            return Ok(as_they_are());
-        }
-        self.resampled.retain(|kept| {
-            *kept.field.description().grid() == grid && visible.iter().any(|source| source.version() == kept.source)
-        });
+        let one_kind = visible.windows(2).all(|pair| pair[0].voxel_kind() == pair[1].voxel_kind());
+        self.floats.retain(|kept| !one_kind && visible.iter().any(|source| source.version() == kept.source));
+        let frame = if grids.is_empty() { None } else { Some(common_grid(&grids).map_err(|_| too_many_voxels(&visible))?) };
+        let frame = frame.filter(|frame| grids.iter().any(|grid| *grid != frame));
         let mut fields = Vec::new();
         for channel in channels {
             let source = &channel.volume.field;
-            if !channel.look.visible {
-                fields.push(source.for_renderer());
-                continue;
-            }
-            let version = source.version();
-            let own = source.description();
-            let ends = *own.grid() != grid && channel.transfer.opacity(own.background()) > 0.0;
-            let is_it = |kept: &&Resampled| kept.source == version && kept.field.end().is_some() == ends;
-            let kept = self.resampled.iter().find(is_it).map(|kept| kept.field.clone());
-            let field = match kept {
-                Some(kept) => kept,
-                None => {
-                    let field = source.resampled(&mut kernels.field, device, own.grid().index_to_world(), &grid, ends)?;
-                    self.resampled.push(Resampled { source: version, field: field.clone() });
-                    field
-                }
+            let field = if !channel.look.visible {
+                source.for_renderer()
+            } else {
+                let field = if one_kind { source.for_renderer() } else { self.as_floats(source, kernels, device)? };
+                frame.as_ref().map_or_else(|| field.for_renderer(), |frame| field.in_frame(frame))
             };
-            fields.push(field.for_renderer());
+            fields.push(field);
         }
         Ok(fields)
+    }
+
+    /// The field with voxels that are floats: programs read one type.
+    fn as_floats(&mut self, source: &Field, kernels: &mut PreparationKernels, device: &Device) -> Result<Field, Error> {
+        if let Some(kept) = self.floats.iter().find(|kept| kept.source == source.version()) {
+            return Ok(kept.field.clone());
+        }
+        let grid = source.description().grid();
+        let field = source.resampled(&mut kernels.field, device, grid.index_to_world(), grid, false)?;
+        self.floats.push(Floats { source: source.version(), field: field.clone() });
+        Ok(field)
     }
 
     /// All fields, beginning with the first.
@@ -352,7 +382,7 @@ impl Fields {
     pub fn kind(&self, blend: Blend) -> FieldKind {
         match (&self.colors, &self.label_colors) {
             (Some(colors), _) => colors.kind,
-            _ if self.all().filter(|field| field.shows(blend)).count() > 1 => FieldKind::Several,
+            _ if self.base().is_framed() || self.all().filter(|field| field.shows(blend)).count() > 1 => FieldKind::Several,
             (_, Some(_)) => FieldKind::LabelColors,
             _ => FieldKind::One,
         }
@@ -370,36 +400,43 @@ impl Fields {
     }
 
     /// Runs `work` on the scene of the visible fields.
+    ///
+    /// # Errors
+    /// Those of `work`, and of resampling fields that algorithms need at the voxels of the frame.
     pub fn with_scene<T>(
         &mut self,
         view: View,
         kernels: &mut PreparationKernels,
         light: &mut LightVolumes,
-        work: impl FnOnce(&mut Scene) -> T,
-    ) -> T {
-        let blend = view.settings.blend;
-        let none = !self.all().any(|field| field.shows(blend));
-        let Self { first, others, colors, label_colors, .. } = self;
-        let all = std::iter::once(first).chain(others).enumerate();
-        let mut shown = all.filter(|(n, field)| field.shows(blend) || (none && *n == 0));
-        let (_, base) = shown.next().expect("the first field is drawn if no other is");
+        work: impl FnOnce(&mut Scene) -> Result<T, Error>,
+    ) -> Result<T, Error> {
+        let (splats, sweeps) = (is_splatted(view.settings), view.settings.sweeps_light());
+        let is_framed = self.base().is_framed();
+        if is_framed && (splats || sweeps) {
+            let visible = std::iter::once(&self.first).chain(&self.others).filter(|field| field.look.visible);
+            self.on_frame.update(visible, kernels, view.device)?;
+        }
+        let Self { first, others, colors, label_colors, on_frame, .. } = self;
+        let (own, on_frame): (Vec<_>, Vec<_>) = (std::iter::once(first).chain(others).collect(), on_frame.fields().collect());
+        let (mut drawn, absorbers) = match (is_framed, splats) {
+            (true, true) => (shown(on_frame, view.settings.blend), Vec::new()),
+            (true, false) if sweeps => (shown(own, view.settings.blend), shown(on_frame, view.settings.blend)),
+            _ => (shown(own, view.settings.blend), Vec::new()),
+        };
+        let base = drawn.remove(0);
         let world = base.field.world();
         let settings = base.look.settings(view.settings, world);
-        let others = shown
-            .map(|(_, other)| other)
-            .map(|ClassifiedField { field, classification, look }| {
-                let settings = look.settings(view.settings, world);
-                OtherField { field, classification, settings }
-            })
-            .collect();
+        let [others, absorbers] = [drawn, absorbers].map(|fields| others_of(fields, view.settings, world));
         let view = View { settings: &settings, ..view };
-        let scene = Scene::new(view, &base.field, &mut base.classification, kernels, light).with_others(others);
+        let scene = Scene::new(view, &base.field, &mut base.classification, kernels, light);
+        let scene = scene.with_others(others).with_absorbers(absorbers);
         let scene = scene.with_colors(colors.as_ref());
         work(&mut scene.with_label_colors(label_colors.as_ref()))
     }
 
     /// Drops all data derived from fields and transfer functions.
     pub fn drop_cached(&mut self) {
+        self.on_frame = OnFrame::default();
         self.all_mut().for_each(ClassifiedField::drop_cached);
     }
 }

@@ -5,7 +5,7 @@ use super::super::field::Layout;
 use super::super::region::Region;
 use super::super::scene::GradientVoxels;
 use crate::device::launch::layered::{Channels, ShadedChannels};
-use crate::device::launch::structs::{ChannelParams, Float4, RayEnds, SampleParams};
+use crate::device::launch::structs::{ChannelParams, FieldPlacement, Float4, RayEnds, SampleParams};
 use crate::device::launch::{ChannelFields, LightBuffers, Output, PerChannel, Rendering, ShadedField, VoxelKind};
 use crate::device::{Buffer, Device};
 use crate::error::Error;
@@ -18,6 +18,8 @@ pub(in crate::renderer) struct FieldInputs {
     pub visible: Arc<VisibleBlocks>,
     pub sample: SampleParams,
     pub region: Region,
+    /// Where the voxels lie in the frame.
+    pub place: FieldPlacement,
     /// A length of all fields, in unit distances of this one.
     pub length: f64,
 }
@@ -123,10 +125,10 @@ impl<'a> MergedInputs<'a> {
     /// Parameters, with lengths in unit distances of the first field.
     pub fn params(&self, device: &Device, name: &str) -> Result<Buffer<ChannelParams>, Error> {
         let params = |field: &&FieldInputs| {
-            let FieldInputs { layout, gradients, sample, length, .. } = field;
-            let mut sample = *sample;
+            let &FieldInputs { ref layout, ref gradients, mut sample, place, length, .. } = *field;
             sample.classification.table_unit *= (length / self.fields[0].length) as f32;
-            ChannelParams { view: layout.view, gradient_view: gradients.layout.view, sample }
+            sample.light = place.lighting(sample.light);
+            ChannelParams { view: layout.view, gradient_view: gradients.layout.view, sample, place }
         };
         Buffer::from_slice(device, &self.fields.iter().map(params).collect::<Vec<_>>(), name)
     }

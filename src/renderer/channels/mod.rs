@@ -3,6 +3,7 @@
 mod common_grid;
 mod fields;
 mod inputs;
+mod on_frame;
 #[cfg(test)]
 mod tests;
 

@@ -22,8 +22,10 @@ impl Field {
     pub fn params(&self, estimator: Option<GradientEstimator>, frame: AxisFrame) -> FieldParams {
         let spacing = self.grid().spacing();
         let gradient = spacing.min_element() / spacing / self.gradient_range();
-        let [gradient, smoothing] = [gradient, estimator.map_or(DVec3::ZERO, |estimator| estimator.smoothing_across(spacing))]
-            .map(|v| frame.local(v).as_vec3().to_array());
-        FieldParams { gradient, smoothing, range: self.voxel_values() }
+        // Estimates are made among the field's own voxels.
+        let smoothing = estimator.map_or(DVec3::ZERO, |estimator| estimator.smoothing_across(self.own_grid().spacing()));
+        let own = self.own_axis(frame.layer_axis()).frame();
+        let narrow = |frame: AxisFrame, v: DVec3| frame.local(v).as_vec3().to_array();
+        FieldParams { gradient: narrow(frame, gradient), smoothing: narrow(own, smoothing), range: self.voxel_values() }
     }
 }

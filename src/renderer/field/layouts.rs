@@ -143,7 +143,7 @@ impl Field {
             view: VolumeView {
                 stride,
                 first,
-                dims: [frame.u, frame.v, frame.a].map(|i| self.grid.dims()[i] as i32),
+                dims: [frame.u, frame.v, frame.a].map(|i| self.own_grid().dims()[i] as i32),
                 background,
                 // Filtered voxels are made with the offset subtracted.
                 offset: if weighted == Weighted::Voxels { offset } else { 0.0 },
@@ -207,7 +207,7 @@ impl Field {
         let outside = if weighted == Weighted::Coefficients { Outside::Mirrored } else { Outside::Background };
         let taps = self.filter_taps(weighted).map(|taps| Buffer::from_slice(device, &taps, "the taps of a filter"));
         let [taps_x, taps_y, taps_z] = taps;
-        let whole = self.grid.dims().map(|n| n as i32);
+        let whole = self.own_grid().dims().map(|n| n as i32);
         let (first, held) = (self.held.first.map(|n| n as i32), self.held.dims.map(|n| n as i32));
         let upload = self.layout(kernels, device, Axis::Z)?;
         let rows = PrefilterRowsArguments {
@@ -249,7 +249,7 @@ impl Field {
             all.iter_mut().zip(taps).for_each(|(slot, &tap)| *slot = tap as f32);
             all
         };
-        let spacing = self.grid().spacing();
+        let spacing = self.own_grid().spacing();
         match weighted {
             Weighted::Smoothed(sigma) => {
                 (spacing.min_element() * sigma / spacing).to_array().map(|sigma| padded(&smoothing(sigma)))

@@ -2,6 +2,7 @@
 
 mod blocks;
 mod enclosed;
+mod framed;
 mod gradients;
 mod in_place;
 mod layouts;
@@ -46,6 +47,8 @@ pub(super) struct Field {
     range_is_declared: bool,
     /// Value at the end of a volume that ends within its grid.
     end: Option<f64>,
+    /// Where the voxels lie, if frames have another grid. `description` and `grid` are on that of frames then.
+    framed: Option<Arc<framed::Framed>>,
     /// Version of the voxels as uploaded or handed over.
     version: Version,
     /// Number of voxel changes in place that this owner was notified of, and the maximum over all owners.
@@ -104,6 +107,7 @@ impl Field {
             placed,
             range_is_declared,
             end: None,
+            framed: None,
             version: Version::new(),
             changes: 0,
             all_changes: Arc::default(),

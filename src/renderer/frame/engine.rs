@@ -349,7 +349,7 @@ impl Engine {
         Ok(())
     }
 
-    fn with_scene<T>(&mut self, view: View, work: impl FnOnce(&mut Scene) -> T) -> T {
+    fn with_scene<T>(&mut self, view: View, work: impl FnOnce(&mut Scene) -> Result<T, Error>) -> Result<T, Error> {
         let Self { fields, kernels, light, .. } = self;
         fields.with_scene(view, kernels, light, work)
     }

@@ -65,7 +65,8 @@ impl PointInputs {
         let sample = point_params(scene, (&integrals, &table), steps, view.frame(), (kernel, per_layer));
         let (region, segments) = (Region::new(scene, kernel, per_layer), segments(scene, &integrals, per_layer));
         let length = steps.shortest() * f64::from(per_layer);
-        Ok(Self { field: FieldInputs { layout, gradients, visible, sample, region, length }, integrals, table, segments })
+        let place = scene.placement(view.frame(), kernel, &region, &visible);
+        Ok(Self { field: FieldInputs { layout, gradients, visible, sample, region, place, length }, integrals, table, segments })
     }
 }
 
@@ -89,7 +90,9 @@ pub(super) fn point_params(
         Blend::Composite => ClassificationParams::from_integrals(scene, integrals),
         _ => ClassificationParams::from_useful_values(scene, table),
     };
-    scene.sample(frame, classification, SegmentParams::between_points(scene.settings, steps, frame, kernel, per_layer))
+    // Where the layers are not the field's, no sample is known to lie on a voxel.
+    let between = if scene.field.own_axis(Axis::X) == Axis::X { kernel } else { Kernel::Linear };
+    scene.sample(frame, classification, SegmentParams::between_points(scene.settings, steps, frame, between, per_layer))
 }
 
 /// Maximum distance of a staggered column from its row, in voxel rows.

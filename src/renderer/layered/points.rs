@@ -111,7 +111,7 @@ impl PointLayers {
         if let Some(colors) = scene.colors() {
             return self.colors.draw(scene, colors, &view, output);
         }
-        if scene.channels() > 1 {
+        if scene.draws_fields_together() {
             return self.channels.draw(scene, &view, output);
         }
         let PointInputs { field, integrals, table, segments } = PointInputs::new(scene, &view)?;

@@ -338,7 +338,8 @@ impl SplatInputs {
         let layout = scene.layout(axis)?;
         let gradients = scene.gradient_voxels(axis, Kernel::Cubic, &layout)?;
         let length = steps.shortest() * f64::from(samples);
-        Ok(Self { field: FieldInputs { layout, gradients, visible, sample, region, length }, table, steps })
+        let place = scene.placement(frame, Kernel::Cubic, &region, &visible);
+        Ok(Self { field: FieldInputs { layout, gradients, visible, sample, region, place, length }, table, steps })
     }
 }
 

@@ -80,7 +80,7 @@ impl Scene<'_> {
         let [first_x, first_y, first_z] = held.first.map(|n| n as i32);
         let [dims_x, dims_y, dims_z] = held.dims.map(|n| n as i32);
         let unculled = Arc::new(VisibleBlocks::unculled(self.device)?);
-        let sources = self.for_each_channel(|scene| scene.coarse_source(values.voxels(), &unculled))?;
+        let sources = self.for_each_absorber(|scene| scene.coarse_source(values.voxels(), &unculled))?;
         let merged = MergedInputs::new(sources.iter().map(|source| &source.field).collect())?;
         let transmittance: Vec<_> = sources.iter().map(|source| &source.transmittance).collect();
         let count = held.count();
@@ -122,7 +122,8 @@ impl Scene<'_> {
         gradients.layout = self.field.in_whole(gradients.layout);
         let sample = self.light_samples(Axis::Z.frame(), ClassificationParams::from_table(self, &table));
         let (visible, region) = (unculled.clone(), Region::for_light(self));
-        Ok(Source { field: FieldInputs { layout, gradients, visible, sample, region, length }, transmittance })
+        let place = self.placement(Axis::Z.frame(), KERNEL, &region, &visible);
+        Ok(Source { field: FieldInputs { layout, gradients, visible, sample, region, place, length }, transmittance })
     }
 
     /// The transmittance of a length in unit distances, for each table entry.

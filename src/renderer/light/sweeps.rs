@@ -202,7 +202,7 @@ impl Scene<'_> {
     /// What absorbs light in layers of an axis: the fields of the scene, or coarse transmittances, which are made of all of them.
     fn absorbers(&mut self, axis: Axis, coarse: Option<&Coarse>) -> Result<Vec<Absorber>, Error> {
         let Some(coarse) = coarse else {
-            return self.for_each_channel(|scene| {
+            return self.for_each_absorber(|scene| {
                 let layout = scene.weighted(axis, KERNEL)?;
                 let gradients = scene.extinction_gradients(axis, &layout)?;
                 let visible = scene.visible_blocks(axis, KERNEL)?;
@@ -226,7 +226,8 @@ impl Scene<'_> {
         let integrals = self.integrals(KERNEL, length, 1)?;
         let sample = self.light_samples(axis.frame(), ClassificationParams::from_integrals(self, &integrals));
         let region = Region::for_light(self);
-        Ok(Absorber { field: FieldInputs { layout, gradients, visible, sample, region, length }, integrals })
+        let place = self.placement(axis.frame(), KERNEL, &region, &visible);
+        Ok(Absorber { field: FieldInputs { layout, gradients, visible, sample, region, place, length }, integrals })
     }
 
     /// The voxels from which gradients are estimated that change the opacity along rays from a light.
