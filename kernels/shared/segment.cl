@@ -1,8 +1,6 @@
-// Segments between two samples of the reconstructed field, cut to the clip interval and accumulated by blend mode.
+// Segments between two samples of the reconstructed field, cut to the clip interval and accumulated by blend mode. Programs with CHANNELS
+// include shared/channel.cl before.
 
-#ifdef CHANNELS
-#include "shared/channel.cl"
-#endif
 #include "shared/dimmed_segment.cl"
 
 // Samples per layer. WHOLE_LAYERS: a program knows that it is one, so that each sample lies on a layer.
