@@ -11,31 +11,36 @@
 static inline int own_sub_layer(const Channel *c, int s, int l) { return c->field.place->placed == SHIFTED ? l - c->field.place->shift_a * s : l; }
 static inline float plane_of(int s, int l) { return (float)l / s - RADIUS; }
 
+// Where the rays of a patch cross plane k, in the frame and among the voxels of a field.
+static inline Point own_patch_points(const Channel *c, int patch, float k, realv *own) {
+    const Point point = patch_points(&c->lattice, &c->tile, patch, k);
+    const realv at[3] = {point.u, point.v, point.a};
+    to_own_voxels(c->field.place, at, 1.0f, own);
+    return point;
+}
+
 // Samples of a field with voxels anywhere, in the missing patches of sub-layer l.
-static inline void sample_apart(const Channel *c, const RayLatticeParams *p, const Tile *tile, int s, int l, int patches, Layer *layer) {
+static inline void sample_apart(const Channel *c, int s, int l, int patches, Layer *layer) {
     if (layer->index != l)
         layer->index = l, layer->sampled = layer->lit = 0;
     for (int left = patches & ~layer->sampled; left; left &= left - 1) {
         const int n = LOWEST_BIT(left);
-        const Point point = patch_points(p, tile, n, plane_of(s, l));
-        const realv at[3] = {point.u, point.v, point.a};
         realv own[3];
-        to_own_voxels(c->field.place, at, 1.0f, own);
-        layer->at.field[n] = value_at_own(&c->field, own, lanes_with_rays(p, tile, n));
+        own_patch_points(c, n, plane_of(s, l), own);
+        layer->at.field[n] = value_at_own(&c->field, own, lanes_with_rays(&c->lattice, &c->tile, n));
     }
     layer->sampled |= patches;
 }
 
 // Lights such samples.
-static inline void light_apart(const Channel *c, const RayLatticeParams *p, const Tile *tile, int s, int patches, Layer *layer) {
+static inline void light_apart(const Channel *c, int s, int patches, Layer *layer) {
     const SampleParams *sample = &c->field.sample;
     for (int left = patches & ~layer->lit; left; left &= left - 1) {
         const int n = LOWEST_BIT(left);
-        const Point point = patch_points(p, tile, n, plane_of(s, layer->index));
-        const realv at[3] = {point.u, point.v, point.a};
         realv own[3];
-        to_own_voxels(c->field.place, at, 1.0f, own);
-        const Gradient gradient = gradient_at(&c->shading, &sample->field, own[0], own[1], own[2], lanes_with_rays(p, tile, n));
+        const Point point = own_patch_points(c, n, plane_of(s, layer->index), own);
+        const intv needed = lanes_with_rays(&c->lattice, &c->tile, n);
+        const Gradient gradient = gradient_at(&c->shading, &sample->field, own[0], own[1], own[2], needed);
         layer->at.lit[n] =
             light_sample(sample, c->shading.light, point, layer->at.field[n], along_frame(c->field.place, gradient));
     }
@@ -49,7 +54,7 @@ static inline Layer *sampled_layer(Channel *c, int s, int l) {
     if (layer->index == own && !(c->over & ~layer->sampled))
         return layer;
     if (c->field.place->placed == APART)
-        sample_apart(c, &c->lattice, &c->tile, s, own, c->over, layer);
+        sample_apart(c, s, own, c->over, layer);
     else
         sample_layer(c->field.voxels, &c->field.view, c->lattice.centre_layer, s, own, &c->tile, c->over, layer);
     return layer;
@@ -57,7 +62,7 @@ static inline Layer *sampled_layer(Channel *c, int s, int l) {
 
 static inline void light_shown(Channel *c, int s, Layer *layer) {
     if (c->field.place->placed == APART)
-        light_apart(c, &c->lattice, &c->tile, s, c->shown, layer);
+        light_apart(c, s, c->shown, layer);
     else
         light_layer(&c->shading, &c->lattice, &c->field.sample, &c->tile, s, c->shown, layer);
 }
@@ -85,37 +90,37 @@ static inline int shown_patches(const Channel *c, int open, const Layer *front, 
     return shown;
 }
 
-// Slabs of a chunk in which a field with voxels anywhere can be visible, and patches over which slab q can. Slab q lies between the planes
-// q - RADIUS and q - RADIUS + 1.
-static inline bool any_shown_apart(const Channel *c, const RayLatticeParams *p, const Tile *tile, int q, int end) {
-    const FieldPlacement place = *c->field.place;
+// Whether a field with voxels anywhere can be visible, in some patches, between the front of slab q and the back of slab `end`. Slab q lies
+// between the planes q - RADIUS and q - RADIUS + 1.
+static inline bool is_shown_apart(const Channel *c, int first_patch, int last_patch, int q, int end) {
     const float planes[2] = {min(q, end) - RADIUS, max(q, end) - RADIUS + 1};
-    realv lowest[3] = {(realv)(INFINITY), (realv)(INFINITY), (realv)(INFINITY)};
-    realv highest[3] = {(realv)(-INFINITY), (realv)(-INFINITY), (realv)(-INFINITY)};
-    for (int n = 0; n < tile->bands * PATCH_ROWS; n++)
+    realv lowest[3], highest[3];
+    for (int n = first_patch; n <= last_patch; n++)
         for (int i = 0; i < 2; i++) {
-            const Point point = patch_points(p, tile, n, planes[i]);
-            const realv at[3] = {point.u, point.v, point.a};
             realv own[3];
-            to_own_voxels(c->field.place, at, 1.0f, own);
-            for (int axis = 0; axis < 3; axis++)
-                lowest[axis] = MIN(lowest[axis], own[axis]), highest[axis] = MAX(highest[axis], own[axis]);
+            own_patch_points(c, n, planes[i], own);
+            const bool is_first = n == first_patch && i == 0;
+            for (int axis = 0; axis < 3; axis++) {
+                lowest[axis] = is_first ? own[axis] : MIN(lowest[axis], own[axis]);
+                highest[axis] = is_first ? own[axis] : MAX(highest[axis], own[axis]);
+            }
         }
-    return box_visible(c->visible, place.blocks_u, place.blocks_v, &c->field.view, lowest, highest);
+    return box_visible(c->visible, c->field.place->blocks_u, c->field.place->blocks_v, &c->field.view, lowest, highest);
 }
-static inline int shown_apart(const Channel *c, const RayLatticeParams *p, const Tile *tile, int q) {
-    int over = 0;
-    for (int n = 0; n < tile->bands * PATCH_ROWS; n++) {
-        realv ends[2][3];
-        for (int i = 0; i < 2; i++) {
-            const Point point = patch_points(p, tile, n, q - RADIUS + i);
-            const realv at[3] = {point.u, point.v, point.a};
-            to_own_voxels(c->field.place, at, 1.0f, ends[i]);
-        }
-        if (box_visible(c->visible, c->field.place->blocks_u, c->field.place->blocks_v, &c->field.view, ends[0], ends[1]))
-            over |= 1 << n;
+
+// Slabs, from q on along the rays up to `last`, in which such a field is known to be invisible; 0 if it can be visible in slab q, in the
+// patches `over`.
+static inline int hidden_apart(Channel *c, int q, int last, int enters) {
+    const int patches = c->tile.bands * PATCH_ROWS;
+    if (q >> 3 != c->chunk.index) {
+        c->chunk.index = q >> 3;
+        const int end = enters ? max(q & ~7, last) : min(q | 7, last);
+        if (!is_shown_apart(c, 0, patches - 1, q, end))
+            return abs(end - q) + 1;
     }
-    return over;
+    for (int n = 0; n < patches; n++)
+        c->over |= (is_shown_apart(c, n, n, q, q) ? 1 : 0) << n;
+    return !c->over;
 }
 
 // Slabs of the frame, from q on along the rays, in which a channel is known to be invisible; 0 if it can be visible in slab q, in the
@@ -132,16 +137,8 @@ static inline int hidden_slabs(Channel *c, int q, int enters) {
         return 0;
     }
     const int last = enters ? c->lowest : c->highest;
-    if (c->field.place->placed == APART) {
-        if (q >> 3 != c->chunk.index) {
-            const int end = enters ? max(q & ~7, last) : min(q | 7, last);
-            c->chunk.index = q >> 3;
-            if (!any_shown_apart(c, p, &c->tile, q, end))
-                return abs(end - q) + 1;
-        }
-        c->over = shown_apart(c, p, &c->tile, q);
-        return !c->over;
-    }
+    if (c->field.place->placed == APART)
+        return hidden_apart(c, q, last, enters);
     const int shift = c->field.place->placed == SHIFTED ? c->field.place->shift_a : 0;
     const int hidden =
         slabs_to_skip(c->visible, p, c->field.view.first_a, &c->tile, q - shift, last - shift, enters, &c->chunk, &c->over);
