@@ -7,6 +7,11 @@
 #include "shared/emission.cl"
 #include "shared/visible_points.cl"
 
+// Rays among the voxels of a field: where they cross the layer of the frame's centre, and their steps from layer to layer.
+typedef struct {
+    realv origin[3], step[3];
+} OwnRays;
+
 // One field of a scene, under a tile.
 typedef struct {
     ChannelField field;
@@ -21,6 +26,10 @@ typedef struct {
     // those in which a segment is.
     int lowest, highest;
     Chunk chunk;
+    // Of a field with voxels anywhere: the steps in which its cells are tested from plane to plane, and the patches that can be visible at two
+    // planes, and the rays of patches.
+    OwnRays own_rays[TILE_ROWS];
+    int steps_per_slab, plane[2], shown_at[2];
     int over, shown;
     Layer layers[2];
 #if ANALYTIC_GRADIENTS && LIT_AT_ENDS
