@@ -300,8 +300,6 @@ fn gathered_values_are_those_of_each_extent() {
 /// A partner that is 45 times as fine lies in a few voxels of the other. Nothing is resampled, so that its grid may be as fine as it is.
 #[test]
 fn a_field_that_is_much_finer() {
-    /// The coarse field covers the fine one, so that less light of it is seen.
-    const SLACK_OF_SCALES: f64 = 3.0;
     let coarse = Placed::new("builtin:hydrogen@16", [0.9, 0.5, 0.1], 1.0);
     let turned = DMat3::from_axis_angle(DVec3::new(1.0, 2.0, 0.5).normalize(), 0.4);
     let fine = Placed::new("builtin:gyroid@32", [0.1, 0.4, 0.9], 1.0);
@@ -314,11 +312,13 @@ fn a_field_that_is_much_finer() {
     let cast = Settings { algorithm: Algorithm::Raycast { kernel: kernel(&settings), step: 0.25 }, ..settings };
     let fidelity =
         |fields: &[&Placed]| psnr(&drawn(fields, &device, &settings, &camera), &drawn(fields, &device, &cast, &camera));
-    let [alone, both] = [fidelity(&[&fine]), fidelity(&[&coarse, &fine])];
-    println!("45 times as fine: {alone:.1} alone, {both:.1} dB together");
-    assert!(both >= alone - SLACK_OF_SCALES, "{alone}, {both}");
-    let pictures = [&[&coarse][..], &[&fine], &[&coarse, &fine]].map(|fields| drawn(fields, &device, &settings, &camera));
-    assert!(psnr(&pictures[0], &pictures[2]) < 25.0 && psnr(&pictures[1], &pictures[2]) < 45.0, "each is seen");
+    let fields = [&coarse, &fine];
+    let [one, other, both] = [fidelity(&fields[..1]), fidelity(&fields[1..]), fidelity(&fields)];
+    println!("45 times as fine: {one:.1} and {other:.1} alone, {both:.1} dB together");
+    assert!(both >= one.min(other) - SLACK, "{one}, {other}, {both}");
+    let pictures = [&[&coarse][..], &[&fine], &fields].map(|fields| drawn(fields, &device, &settings, &camera));
+    let [without_fine, without_coarse] = [&pictures[0], &pictures[1]].map(|picture| psnr(picture, &pictures[2]));
+    assert!(without_fine < 35.0 && without_coarse < 35.0, "each is seen: {without_fine}, {without_coarse}");
 }
 
 #[test]
