@@ -98,6 +98,9 @@ impl Default for FieldLook {
     }
 }
 
+/// Fields of one file, with their specs.
+type Opened = Result<Vec<(FieldSpec, Volume<'static>)>, Error>;
+
 /// The fields of a picture.
 pub(super) struct Fields {
     /// Replaces the volume of the command, which names none, or of which a mask leaves a part.
@@ -145,13 +148,21 @@ impl ChannelOptions {
     /// Opens the fields beside `first`, the volume of the command. `steps`: those of fields in time, else none.
     pub fn open(&self, options: &VolumeOptions, first: &Volume, size: Viewport, steps: &[FieldSteps]) -> Result<Fields, Error> {
         let mut steps = steps.iter();
-        let mut open = |fields: &mut Fields, still: &dyn Fn() -> Result<Volume<'static>, Error>| {
+        // The field of a spec, or several; in time, its first step.
+        let mut open = |fields: &mut Fields, spec: FieldSpec, still: &dyn Fn(FieldSpec, usize) -> Opened| {
             match steps.next() {
                 Some(steps) => {
                     fields.opened.push(steps.step(0)?);
                     fields.overviews.push(steps.overview()?);
+                    fields.others.push(spec);
                 }
-                None => fields.opened.push(still()?),
+                None => {
+                    let most = Channel::MOST.saturating_sub(1 + fields.others.len());
+                    for (spec, volume) in still(spec, most)? {
+                        fields.opened.push(volume);
+                        fields.others.push(spec);
+                    }
+                }
             }
             Ok::<_, Error>(())
         };
@@ -177,8 +188,9 @@ impl ChannelOptions {
             };
             fields.first_spec = spec(numbers[0]);
             for &number in numbers.iter().skip(1) {
-                open(&mut fields, &|| options.open_component(&Component::Number(number), Some(size)))?;
-                fields.others.push(spec(number));
+                open(&mut fields, spec(number), &|spec, _| {
+                    Ok(vec![(spec, options.open_component(&Component::Number(number), Some(size))?)])
+                })?;
             }
         }
         let unstated = options.placement();
@@ -192,8 +204,7 @@ impl ChannelOptions {
             }
         }
         for spec in specs {
-            open(&mut fields, &|| spec.open(unstated))?;
-            fields.others.push(spec);
+            open(&mut fields, spec, &|spec, most| spec.open_all(unstated, most))?;
         }
         let count = 1 + fields.others.len();
         if count > Channel::MOST {

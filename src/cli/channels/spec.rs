@@ -9,7 +9,7 @@ use crate::error::Error;
 use crate::files;
 use crate::settings::{Blend, GradientOpacity};
 use crate::transfer::{TransferFunction, Value};
-use crate::volume::{ChannelDescription, Grid, Labels, OpenOptions, Placement, Sequence, Volume};
+use crate::volume::{ChannelDescription, Grid, LabelChange, LabelField, Labels, OpenOptions, Placement, Sequence, Volume};
 use glam::{DAffine3, DMat3, DVec3};
 use std::path::{Path, PathBuf};
 
@@ -34,6 +34,11 @@ pub(super) struct FieldSpec {
     at: Option<PathBuf>,
     /// Labels within which it shows: `FILE` or `FILE:IDS`. Which of the two is known only once the file's folder is.
     mask: Option<String>,
+    /// Voxels are ids of labels, with the names and colours of a table, or of their own.
+    labels: Option<Option<PathBuf>>,
+    label_changes: Vec<LabelChange>,
+    /// Whether the field is one of labels: its values are their shares.
+    is_label: bool,
     hidden: bool,
     name: Option<String>,
     /// Colour beside those of the other fields, unless `color` is given.
@@ -41,7 +46,8 @@ pub(super) struct FieldSpec {
 }
 
 /// Keys, for messages.
-const KEYS: &str = "transfer, range, opacity, color, factor, iso, gradient-opacity, channel, frame, array, spacing, origin, at, mask, visible and name";
+const KEYS: &str = "transfer, range, opacity, color, factor, iso, gradient-opacity, channel, frame, array, spacing, origin, at, mask, labels, label, \
+                    visible and name";
 
 impl FieldSpec {
     /// Parses `FILE,KEY=VALUE,…`.
@@ -110,6 +116,8 @@ impl FieldSpec {
             "gradient-opacity" => self.gradient_opacity = Some(parse::gradient_opacity(value)?),
             "at" => self.at = Some(value.into()),
             "mask" => self.mask = Some(value.into()),
+            "labels" => self.labels = Some(Some(value).filter(|value| !value.is_empty()).map(Into::into)),
+            "label" => self.label_changes.push(parse::label(value)?),
             "name" => self.name = Some(value.into()),
             "visible" => self.hidden = !parse::switch(value)?,
             _ => return Err(format!("unknown key; keys are {KEYS}")),
@@ -119,7 +127,12 @@ impl FieldSpec {
 
     /// Names of files relative to a folder.
     pub fn relative_to(mut self, folder: &Path) -> Self {
-        for file in [&mut self.file, &mut self.at].into_iter().flatten().filter(|file| !file.to_string_lossy().contains(':')) {
+        let table = self.labels.as_mut().and_then(Option::as_mut);
+        for file in [self.file.as_mut(), self.at.as_mut(), table]
+            .into_iter()
+            .flatten()
+            .filter(|file| !file.to_string_lossy().contains(':'))
+        {
             *file = folder.join(&*file);
         }
         if let Some(transfer) = self.transfer.as_mut().filter(|transfer| folder.join(transfer).exists()) {
@@ -129,21 +142,69 @@ impl FieldSpec {
         self
     }
 
-    /// Opens its file. `unstated`: the placement of files that state none.
-    pub fn open(&self, unstated: Placement) -> Result<Volume<'static>, Error> {
-        let file = self.file.as_deref().expect("a field beside the first one names its file");
+    /// Opens the fields of its file: one, or of labels one for each look, `most` at most. `unstated`: the placement of files that state none.
+    pub fn open_all(self, unstated: Placement, most: usize) -> Result<Vec<(Self, Volume<'static>)>, Error> {
+        if self.holds_labels(unstated)? {
+            return self.open_labels(unstated, most);
+        }
+        if !self.label_changes.is_empty() {
+            let problem =
+                "its key label changes labels, and the file does not say that it holds any: add labels= or labels=TABLE";
+            return Err(Error::volume(self.path(), problem));
+        }
+        let volume = self.open(unstated)?;
+        Ok(vec![(self, volume)])
+    }
+
+    fn path(&self) -> &Path {
+        self.file.as_deref().expect("a field beside the first one names its file")
+    }
+
+    fn holds_labels(&self, unstated: Placement) -> Result<bool, Error> {
         let options = OpenOptions { unstated, ..open_options(self) };
-        if Labels::are_declared(file, &options)? {
-            let problem = "it holds labels, whose ids are no values: draw the scan in their colours with --label-colors, or the labels alone";
+        Ok(self.labels.is_some() || Labels::are_declared(self.path(), &options)?)
+    }
+
+    fn open_labels(self, unstated: Placement, most: usize) -> Result<Vec<(Self, Volume<'static>)>, Error> {
+        let file = self.path();
+        let is_changed = self.chooses_transfer() || self.iso.is_some() || self.gradient_opacity.is_some() || self.mask.is_some();
+        if is_changed || self.channel.is_some() {
+            let problem = "it holds labels, which have looks of their own: of the keys, label, labels, factor, at, frame, array, spacing, \
+                           origin, visible and name go with them, as label=liver:#cc3311:0.4";
             return Err(Error::volume(file, problem));
         }
+        let options = OpenOptions { unstated, ..open_options(&self) };
+        let mut labels = Labels::open(file, &options, self.labels.clone().flatten().as_deref())?;
+        self.label_changes.iter().try_for_each(|change| labels.change(change))?;
+        let placement = self.placement()?;
+        let spec = |field: LabelField| {
+            let opacities = field.opacities().into_iter().map(|(share, opacity)| (Value::Number(share), opacity)).collect();
+            let spec = Self {
+                color: Some(field.color),
+                opacity: Some(Opacities(opacities)),
+                iso: Some(Value::Number(LabelField::SURFACE)),
+                name: Some(self.name.as_ref().map_or(field.name.clone(), |name| format!("{name}: {}", field.name))),
+                is_label: true,
+                ..self.clone()
+            };
+            Ok((spec, placement.applied_to(field.volume)?))
+        };
+        labels.fields(most)?.into_iter().map(spec).collect()
+    }
+
+    /// Opens its file, which has values. `unstated`: the placement of files that state none.
+    pub fn open(&self, unstated: Placement) -> Result<Volume<'static>, Error> {
+        let file = self.path();
+        let options = OpenOptions { unstated, ..open_options(self) };
+        self.reject_labels(unstated)?;
         let volume = Volume::open(file, &options)?;
         self.placement()?.applied_to(self.masked(&volume, unstated)?.unwrap_or(volume))
     }
 
     /// The steps of its file in time, or the one that it names. See [`open`](Self::open).
     pub fn sequence(&self, unstated: Placement) -> Result<Sequence, Error> {
-        let file = self.file.as_deref().expect("a field beside the first one names its file");
+        self.reject_labels(unstated)?;
+        let file = self.path();
         let options = OpenOptions { unstated, frame: None, ..open_options(self) };
         let sequence = Sequence::open(&[file], &options)?;
         let sequence = match self.frame {
@@ -154,6 +215,15 @@ impl FieldSpec {
             Some(mask) => mask.applied_to_steps(sequence, unstated),
             None => Ok(sequence),
         }
+    }
+
+    fn reject_labels(&self, unstated: Placement) -> Result<(), Error> {
+        if !self.holds_labels(unstated)? {
+            return Ok(());
+        }
+        let problem = "it holds labels, whose ids are no values: in a still picture, name a scan first and the labels by --with; a film draws a \
+                       scan in their colours (--label-colors), or the labels alone";
+        Err(Error::volume(self.path(), problem))
     }
 
     fn mask(&self) -> Result<Option<Mask>, Error> {
@@ -180,6 +250,10 @@ impl FieldSpec {
     /// The transfer function.
     pub fn transfer(&self, volume: &Volume, blend: Blend) -> Result<TransferFunction, Error> {
         let color = self.color.unwrap_or(self.channel_color);
+        if self.is_label && blend.gathers_values() {
+            let problem = "takes values, and labels have none: hide them, or draw surfaces or the composited picture";
+            return Err(Error::Settings { field: "blend", problem: problem.into() });
+        }
         let mut transfer = match self.named_transfer(volume)? {
             Some(named) => named,
             None if blend.gathers_values() => TransferFunction::channel_ramp(volume, color),

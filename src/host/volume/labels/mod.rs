@@ -1,6 +1,7 @@
 //! Labels: volumes whose voxels are ids of named things, such as organs or cells, and the tables of these.
 
 mod change;
+mod fields;
 mod ids;
 mod mask;
 mod open;
@@ -8,6 +9,7 @@ mod place;
 mod table;
 
 pub use change::{LabelChange, LabelVisibility};
+pub use fields::LabelField;
 pub(in crate::volume) use mask::Mask;
 pub use open::{LabelLayer, Labels};
 #[doc(hidden)]
