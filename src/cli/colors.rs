@@ -130,8 +130,7 @@ pub(super) fn reject_value_options(shown: &Shown, options: &SceneOptions) -> Res
     match shown {
         Shown::Labels(_) => {
             if channels.name_fields() {
-                let problem = "are not drawn together with labels: omit them, or draw the scan in the colours of the labels, as \
-                               `render SCAN --label-colors LABELS`";
+                let problem = "are named beside labels: name the scan first and the labels as one of its fields, as `render SCAN --with LABELS`";
                 return refuse("channels", problem);
             }
             reject_beside_labels(transfer, volume, labels)?;

@@ -10,8 +10,10 @@ use layersplat::renderer::{Channel, UploadedVolume};
 use layersplat::settings::{
     Algorithm, AmbientOcclusion, Blend, Classification, DepthCue, Layered, Light, Lights, Shading, Shadows,
 };
-use layersplat::volume::{Grid, Voxels};
-use layersplat::{Camera, Device, Frame, OpenOptions, Orbit, Quality, Renderer, Settings, TransferFunction, Viewport, Volume};
+use layersplat::volume::{Grid, Label, LabelField, LabelTable, Labels, ScalarType, Voxels};
+use layersplat::{
+    Camera, Device, Frame, OpenOptions, Orbit, Projection, Quality, Renderer, Settings, TransferFunction, Viewport, Volume,
+};
 
 const VIEWPORT: Viewport = Viewport { width: 88, height: 80 };
 /// Of the sum, or at most `SLACK` below the worse of the fields alone.
@@ -365,4 +367,49 @@ fn two_fields_shade_each_other() {
         assert!(both >= LEAST_SHADED.min(one.min(other) - SLACK), "{name}: {one}, {other}, {both}");
         assert!(unshaded < 30.0, "missing shadows would be noticed: {unshaded}");
     }
+}
+
+/// Labels beside a scan: the ball's silhouette has its radius, whatever its opacity, and the scan is seen, too.
+#[test]
+fn labels_are_surfaces_beside_a_scan() {
+    const RADIUS: f64 = 9.3;
+    /// In voxels.
+    const TOLERANCE: f64 = 0.2;
+    let device = Device::open(&DeviceChoice::Default).unwrap();
+    let grid = Grid::new([32; 3], DVec3::ONE).unwrap();
+    let is_inside =
+        |n: usize| DVec3::new((n % 32) as f64, (n / 32 % 32) as f64, (n / 1024) as f64).distance(DVec3::splat(15.4)) < RADIUS;
+    let ids: Vec<u8> = (0..32 * 32 * 32).map(|n| if is_inside(n) { 7 } else { 0 }).collect();
+    let labels = |label: Label| {
+        let table = LabelTable::new([label]).unwrap();
+        Labels::from_numbers("ball", grid.clone(), ids.clone(), ScalarType::Uint8, table).unwrap()
+    };
+    let scan = Placed::new("builtin:gyroid@16", [0.2, 0.9, 0.4], 1.0).at(DAffine3::from_translation(DVec3::splat(40.0)));
+    let size = Viewport::new(120, 120).unwrap();
+    let camera = Camera::fit_parallel(grid.centre(), grid.diagonal(), size, Orbit { azimuth: 30.0, elevation: 20.0, roll: 0.0 });
+    let Projection::Parallel { scale } = camera.projection else { panic!("a parallel view") };
+    let pixel = 2.0 * scale / 120.0;
+    for opacity in [1.0, 0.3, 0.05] {
+        let labels = labels(Label { opacity, ..Label::new(7) });
+        let [field] = <[LabelField; 1]>::try_from(labels.fields(7).unwrap()).ok().expect("one look");
+        let transfer = TransferFunction::new("label", vec![(0.0, field.color)], field.opacities()).unwrap();
+        let ball = Channel::new(&UploadedVolume::new(&device, &field.volume).unwrap(), &transfer);
+        for channels in [vec![scan.channel(&device), ball.clone()], vec![ball.clone()]] {
+            let settings = Settings { shading: None, early_termination: false, ..Quality::High.settings() };
+            let frame = Renderer::from_channels(&channels).unwrap().render(&camera, size, &settings).unwrap().0;
+            // Around the ball alone.
+            let centre = frame.pixel(60, 60)[3];
+            assert!(centre > 0.5 * (1.0 - (1.0 - opacity as f32).powf(2.0 * RADIUS as f32)), "{opacity}: {centre}");
+            let rim = 1.0 - (1.0 - opacity.min(0.999)).powf(2.0);
+            let area = frame.pixels().iter().filter(|pixel| f64::from(pixel[3]) >= 0.5 * rim).count() as f64 * pixel * pixel;
+            let radius = (area / std::f64::consts::PI).sqrt();
+            println!("opacity {opacity}, {} fields: radius {radius:.2}", channels.len());
+            if channels.len() == 1 {
+                assert!((radius - RADIUS).abs() <= TOLERANCE, "{opacity}: {radius}");
+            } else {
+                assert!(frame.pixels().iter().filter(|pixel| pixel[1] > 2.0 * pixel[0]).count() > 20, "the scan is seen");
+            }
+        }
+    }
+    assert!(labels(Label { visible: false, ..Label::new(7) }).fields(7).is_err(), "none is visible");
 }

@@ -27,7 +27,7 @@ pub(super) struct ChannelOptions {
     /// Draw these components of the file together, e.g. 0,2, DAPI,GFP, or all, in the colours that the file states or by their names; other options are for the first [default: the first alone]
     #[arg(long, value_parser = components, value_name = "N,NAME|all", conflicts_with_all = ["channel", "scene"])]
     channels: Option<Components>,
-    /// Draw another volume together with this one. Keys: transfer, range, opacity, color, factor, iso, gradient-opacity, channel, frame, array, spacing, origin, at, mask, visible; see the guide. Repeatable
+    /// Draw another volume together with this one. Keys: transfer, range, opacity, color, factor, iso, gradient-opacity, channel, frame, array, spacing, origin, at, mask, labels, label, visible; see the guide. Repeatable
     #[arg(long, value_parser = FieldSpec::from_text, value_name = "FILE[,KEY=VALUE]", conflicts_with = "scene")]
     with: Vec<FieldSpec>,
     /// Draw the fields of a scene file together: JSON, see the guide
