@@ -192,7 +192,7 @@ fn whole_voxels_apart_are_one_grid() {
     let values = |seed: usize| {
         move |i: [usize; 3]| {
             let inside = (0..3).all(|axis| (MARGIN..dims[axis] - MARGIN).contains(&i[axis]));
-            if inside { ((i[0] * 37 + i[1] * 59 + i[2] * 83 + seed * 41) * 2654435761 >> 7) as u8 } else { 0 }
+            if inside { (((i[0] * 37 + i[1] * 59 + i[2] * 83 + seed * 41) * 2654435761) >> 7) as u8 } else { 0 }
         }
     };
     let transfer = |color| TransferFunction::new("even", vec![(0.0, color)], vec![(40.0, 0.0), (255.0, 0.3)]).unwrap();
