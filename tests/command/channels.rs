@@ -158,6 +158,10 @@ fn labels_of_a_file_are_drawn_as_such() {
     );
     assert!(picture(f, &[labels, "--label-surfaces", "smooth", "--legend"]) == all);
     assert!(picture(f, &[labels, "--label-surfaces", "voxels", "--legend"]) != all);
+    // Beside a scan, as one of its fields.
+    let scan = |keys: &str| picture(f, &["builtin:gyroid@16", "--with", &format!("{labels}{keys}"), "--legend"]);
+    assert!(scan("") != picture(f, &["builtin:gyroid@16", "--legend"]));
+    assert!(scan("") != scan(&format!(",label={name}:hide")) && scan("") != scan(&format!(",label={name}:#123456:0.2")));
     // Voxels of other files become labels by this option, too.
     refused(f, &["render", "builtin:gyroid@16", "--label-surfaces", "voxels", "-o", "no.png"], 1, &["values, not labels"]);
     refused(f, &["render", labels, "--label-surfaces", "round", "-o", "no.png"], 2, &["round", "smooth", "voxels"]);
@@ -183,8 +187,8 @@ fn options_that_cannot_apply_are_refused() {
     ];
     let of_labels = [
         (["--field", "0,factor=2"], "field:"),
-        (["--with", "rgb.nrrd"], "--label-colors"),
-        (["--channels", "0"], "--label-colors"),
+        (["--with", "rgb.nrrd"], "--with LABELS"),
+        (["--channels", "0"], "--with LABELS"),
         (["--mask", "l.seg.nrrd"], "--label IDS:only"),
         (["--label-colors", "l.seg.nrrd"], "label_colors:"),
     ];
@@ -197,8 +201,21 @@ fn options_that_cannot_apply_are_refused() {
     {
         refused(f, &[&colors[..], option].concat(), 2, &[problem]);
     }
-    // A file of labels beside a scan, and the opacity of colours that are not drawn.
-    refused(f, &["render", "builtin:cube@8", "--with", "l.seg.nrrd", "-o", "no.png"], 1, &["l.seg.nrrd", "--label-colors"]);
+    // What labels beside a scan do not have, and the opacity of colours that are not drawn.
+    let beside = |keys: &str| format!("l.seg.nrrd{keys}");
+    for (keys, options, code, problem) in [
+        (",opacity=3:1", &[][..], 1, "label=liver"),
+        (",label=99:hide", &[], 2, "99"),
+        ("", &["--blend", "maximum"], 2, "labels have none"),
+    ] {
+        let with = beside(keys);
+        refused(
+            f,
+            &[&["render", "builtin:cube@8", "--with", &with, "-o", "no.png"], options].concat(),
+            code,
+            &["l.seg.nrrd", problem][usize::from(code == 2)..],
+        );
+    }
     refused(f, &["render", "builtin:cube@8", "--channels", "0", "--color-opacity", "alpha", "-o", "no.png"], 2, &["color"]);
 }
 

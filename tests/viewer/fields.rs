@@ -163,8 +163,8 @@ fn labels_are_hidden_shown_alone_and_coloured_as_by_the_command() {
     let alone = with(&look, &[("/labels", json!({ "only": [key], "hidden": [], "colors": [] }))]);
     page.send(&json!({ "type": "look", "look": alone }));
     let mut seen = 0;
-    for n in 0..25u32 {
-        let [x, y] = [n % 5, n / 5].map(|i| f64::from(i) * 0.3 - 0.6);
+    for n in 0..169u32 {
+        let [x, y] = [n % 13, n / 13].map(|i| f64::from(i) * 0.1 - 0.6);
         page.send(&json!({ "type": "pick", "id": n, "camera": page.hello["camera"], "height": 64, "x": x, "y": y }));
         let point = page.text("picked")["point"].clone();
         if !point.is_null() {
