@@ -5,55 +5,12 @@
 // The layers are those of the frame. A field whose voxels lie in them, or are shifted by whole voxels, is resampled row by row; another one
 // is reconstructed at each sample.
 
+#include "layered/channel_apart.cl"
 #include "layered/channels.cl"
 
-// Sub-layer l of the frame in the lattice of a channel, and the plane in which a sub-layer lies.
-static inline int own_sub_layer(const Channel *c, int s, int l) { return c->field.place->placed == SHIFTED ? l - c->field.place->shift_a * s : l; }
-static inline float plane_of(int s, int l) { return (float)l / s - RADIUS; }
-
-// The rays of a patch among the voxels of a field.
-static inline void set_own_rays(Channel *c, int patch) {
-    const SampleRays rays = patch_rays(&c->lattice, &c->tile, patch);
-    const realv origin[3] = {rays.centre_u, rays.centre_v, (realv)(c->lattice.centre_layer)};
-    const realv step[3] = {rays.shear_u, rays.shear_v, (realv)(1.0f)};
-    to_own_voxels(c->field.place, origin, 1.0f, c->own_rays[patch].origin);
-    to_own_voxels(c->field.place, step, 0.0f, c->own_rays[patch].step);
-}
-
-// Where they cross plane k.
-static inline void own_patch_points(const Channel *c, int patch, float k, realv *own) {
-    const OwnRays *rays = &c->own_rays[patch];
-    for (int i = 0; i < 3; i++)
-        own[i] = rays->origin[i] + (k - c->lattice.centre_layer) * rays->step[i];
-}
-
-// Samples of a field with voxels anywhere, in the missing patches of sub-layer l.
-static inline void sample_apart(const Channel *c, int s, int l, int patches, Layer *layer) {
-    if (layer->index != l)
-        layer->index = l, layer->sampled = layer->lit = 0;
-    for (int left = patches & ~layer->sampled; left; left &= left - 1) {
-        const int n = LOWEST_BIT(left);
-        realv own[3];
-        own_patch_points(c, n, plane_of(s, l), own);
-        layer->at.field[n] = value_at_own(&c->field, own, lanes_with_rays(&c->lattice, &c->tile, n));
-    }
-    layer->sampled |= patches;
-}
-
-// Lights such samples.
-static inline void light_apart(const Channel *c, int s, int patches, Layer *layer) {
-    const SampleParams *sample = &c->field.sample;
-    for (int left = patches & ~layer->lit; left; left &= left - 1) {
-        const int n = LOWEST_BIT(left);
-        realv own[3];
-        own_patch_points(c, n, plane_of(s, layer->index), own);
-        const Point point = patch_points(&c->lattice, &c->tile, n, plane_of(s, layer->index));
-        const intv needed = lanes_with_rays(&c->lattice, &c->tile, n);
-        const Gradient gradient = gradient_at(&c->shading, &sample->field, own[0], own[1], own[2], needed);
-        layer->at.lit[n] =
-            light_sample(sample, c->shading.light, point, layer->at.field[n], along_frame(c->field.place, gradient));
-    }
-    layer->lit |= patches;
+// Sub-layer l of the frame in the lattice of a channel.
+static inline int own_sub_layer(const Channel *c, int s, int l) {
+    return c->field.place->placed == SHIFTED ? l - c->field.place->shift_a * s : l;
 }
 
 // Sub-layer l of the frame of a channel, with samples in all patches over which it can be visible.
@@ -97,87 +54,6 @@ static inline int shown_patches(const Channel *c, int open, const Layer *front, 
     }
 #endif
     return shown;
-}
-
-// Most steps from plane to plane in which cells are tested. Where rays cross more, boxes are.
-#define MOST_STEPS 4
-
-// Whether a field with voxels anywhere can be visible, in some patches, between the front of slab q and the back of slab `end`. Slab q lies
-// between the planes q - RADIUS and q - RADIUS + 1.
-static inline bool is_shown_apart(const Channel *c, int first_patch, int last_patch, int q, int end) {
-    const float planes[2] = {min(q, end) - RADIUS, max(q, end) - RADIUS + 1};
-    realv lowest[3], highest[3];
-    for (int n = first_patch; n <= last_patch; n++)
-        for (int i = 0; i < 2; i++) {
-            realv own[3];
-            own_patch_points(c, n, planes[i], own);
-            const bool is_first = n == first_patch && i == 0;
-            for (int axis = 0; axis < 3; axis++) {
-                lowest[axis] = is_first ? own[axis] : MIN(lowest[axis], own[axis]);
-                highest[axis] = is_first ? own[axis] : MAX(highest[axis], own[axis]);
-            }
-        }
-    return box_visible(c->visible, c->field.place->blocks_u, c->field.place->blocks_v, &c->field.view, lowest, highest);
-}
-
-// Patches, of some, in which rays cross plane k in cells where a field with voxels anywhere can be visible.
-static inline int shown_at_plane(const Channel *c, int patches, float k) {
-    __global const FieldPlacement *place = c->field.place;
-    int shown = 0;
-    for (int left = patches; left; left &= left - 1) {
-        const int n = LOWEST_BIT(left);
-        realv own[3];
-        own_patch_points(c, n, k, own);
-        const intv cells = cells_visible(c->visible, place->blocks_u, place->blocks_v, &c->field.view, own[0], own[1], own[2]);
-        shown |= (ANY(cells) ? 1 : 0) << n;
-    }
-    return shown;
-}
-
-// The same at plane number q, kept for the next slab.
-static inline int shown_at_layer(Channel *c, int patches, int q) {
-    const int odd = q & 1;
-    if (c->plane[odd] != q)
-        c->plane[odd] = q, c->shown_at[odd] = shown_at_plane(c, patches, q - RADIUS);
-    return c->shown_at[odd];
-}
-
-// Slabs, from q on along the rays up to `last`, in which such a field is known to be invisible; 0 if it can be visible in slab q, in the
-// patches `over`. Steps between adjacent cells cannot miss what lies between them.
-static inline int hidden_apart(Channel *c, int q, int last, int enters) {
-    const int patches = c->tile.bands * PATCH_ROWS, end = enters ? max(q & ~7, last) : min(q | 7, last);
-    if (q >> 3 != c->chunk.index) {
-        c->chunk.index = q >> 3, c->chunk.bits = 0;
-        c->plane[0] = c->plane[1] = INT_MIN;
-        for (int n = 0; n < patches; n++)
-            c->chunk.bits |= (is_shown_apart(c, n, n, q, end) ? 1 : 0) << n;
-    }
-    const int near = c->chunk.bits;
-    if (!near)
-        return abs(end - q) + 1;
-    if (c->steps_per_slab > MOST_STEPS) {
-        for (int left = near; left; left &= left - 1) {
-            const int n = LOWEST_BIT(left);
-            c->over |= (is_shown_apart(c, n, n, q, q) ? 1 : 0) << n;
-        }
-        return !c->over;
-    }
-    c->over = shown_at_layer(c, near, q) | shown_at_layer(c, near, q + 1);
-    for (int i = 1; i < c->steps_per_slab; i++)
-        c->over |= shown_at_plane(c, near & ~c->over, q - RADIUS + (float)i / c->steps_per_slab);
-    return !c->over;
-}
-
-// Steps of at most one of the field's voxels along any axis, that the rays of a tile need from plane to plane.
-static inline int steps_per_slab(__global const FieldPlacement *place, const Tile *tile) {
-    const float4 shear = tile->beam.shear;
-    float longest = 0.0f;
-    for (int corner = 0; corner < 4; corner++) {
-        const float u = corner & 1 ? shear.x : shear.z, v = corner & 2 ? shear.y : shear.w;
-        for (int i = 0; i < 3; i++)
-            longest = fmax(longest, fabs(place->to_own[4 * i] * u + place->to_own[4 * i + 1] * v + place->to_own[4 * i + 2]));
-    }
-    return (int)ceil(fmin(longest, MOST_STEPS + 1.0f));
 }
 
 // Slabs of the frame, from q on along the rays, in which a channel is known to be invisible; 0 if it can be visible in slab q, in the

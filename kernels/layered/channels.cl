@@ -5,7 +5,6 @@
 #include "shared/channel.cl"
 #include "layered/point_tile.cl"
 #include "shared/emission.cl"
-#include "shared/visible_points.cl"
 
 // Rays among the voxels of a field: where they cross the layer of the frame's centre, and their steps from layer to layer.
 typedef struct {

@@ -43,7 +43,7 @@ fn info_tells_channels_times_and_resolutions() {
     let mut cases = vec![
         ("times.nrrd --frame 3".to_owned(), vec!["frames    5, 0.25 s apart; this is 3 (--frame)"]),
         ("times.nii".into(), vec!["frames    2, 2.5 ms apart; this is 0 (--frame)"]),
-        (of("nrrd/rgb.nrrd") + " --channel 2", vec!["channels  3; this is 2 (--channel)"]),
+        (of("nrrd/rgb.nrrd") + " --channel 2", vec!["channels  3, which are red, green and blue; this is 2 (--channel)"]),
         (of("metaimage/vectors.mha"), vec!["channels  3; this is 0 (--channel)"]),
         (of("metaimage/vectors.mha") + " --channel magnitude", vec!["channels  3; this is their magnitude (--channel)"]),
         (of("numpy/times.npy"), vec!["frames    2; this is 0 (--frame)"]),

@@ -90,7 +90,17 @@ fn info_rotate_devices_and_bench() {
     let folder = tempfile::tempdir().unwrap();
     let f = folder.path();
     let info = json(f, &["info", "builtin:cube@3x4x5"]);
-    let placed = ["anatomy", "bounds", "channel", "channel_descriptions", "channels", "dims", "direction", "effective_splats"];
+    let placed = [
+        "anatomy",
+        "are_colors",
+        "bounds",
+        "channel",
+        "channel_descriptions",
+        "channels",
+        "dims",
+        "direction",
+        "effective_splats",
+    ];
     let several = [
         "frame",
         "frame_spacing",
