@@ -166,7 +166,7 @@ mod tests {
 
     /// These kernels render nothing for a frame of one field at full resolution; tests/shadows, tests/slices and tests/embedding check their
     /// results, and tests/channels and tests/colors those of several fields and of colours.
-    const NOT_CHECKED: [&str; 19] = [
+    const NOT_CHECKED: [&str; 20] = [
         "layered/channel_apart.cl",
         "layered/channel_lattice.cl",
         "layered/channels.cl",
