@@ -152,7 +152,7 @@ impl FieldSpec {
                 "its key label changes labels, and the file does not say that it holds any: add labels= or labels=TABLE";
             return Err(Error::volume(self.path(), problem));
         }
-        let volume = self.open(unstated)?;
+        let volume = self.open_values(unstated)?;
         Ok(vec![(self, volume)])
     }
 
@@ -194,10 +194,13 @@ impl FieldSpec {
 
     /// Opens its file, which has values. `unstated`: the placement of files that state none.
     pub fn open(&self, unstated: Placement) -> Result<Volume<'static>, Error> {
-        let file = self.path();
-        let options = OpenOptions { unstated, ..open_options(self) };
         self.reject_labels(unstated)?;
-        let volume = Volume::open(file, &options)?;
+        self.open_values(unstated)
+    }
+
+    fn open_values(&self, unstated: Placement) -> Result<Volume<'static>, Error> {
+        let options = OpenOptions { unstated, ..open_options(self) };
+        let volume = Volume::open(self.path(), &options)?;
         self.placement()?.applied_to(self.masked(&volume, unstated)?.unwrap_or(volume))
     }
 

@@ -30,11 +30,14 @@ impl LabelField {
     }
 }
 
-/// A colour and an opacity, the positions of the labels that have them in each layer, and the name of the first.
+/// Labels of a layer that have one colour and opacity.
 struct Look {
+    /// Red, green, blue and opacity.
     entry: [f64; 4],
     layer: usize,
+    /// Of each entry of the layer's palette, whether it is one of them.
     shown: Vec<bool>,
+    /// Name of the first.
     name: String,
     count: usize,
 }
@@ -64,15 +67,15 @@ impl Labels {
     fn looks(&self) -> Vec<Look> {
         let mut looks: Vec<Look> = Vec::new();
         for (number, layer) in self.layers().iter().enumerate() {
-            let first = looks.len();
-            for (n, (entry, label)) in layer.palette().into_iter().skip(1).zip(layer.present()).enumerate() {
+            let (first, palette) = (looks.len(), layer.palette());
+            for (n, (&entry, label)) in palette.iter().skip(1).zip(layer.present()).enumerate() {
                 if entry[3] <= 0.0 {
                     continue;
                 }
                 let known = looks[first..].iter().position(|look| look.entry == entry).map(|at| first + at);
                 let at = known.unwrap_or_else(|| {
                     let name = label.name.clone().unwrap_or_else(|| format!("label {}", label.id));
-                    looks.push(Look { entry, layer: number, shown: vec![false; layer.ids().len().max(n + 2)], name, count: 0 });
+                    looks.push(Look { entry, layer: number, shown: vec![false; palette.len()], name, count: 0 });
                     looks.len() - 1
                 });
                 looks[at].shown[n + 1] = true;
