@@ -11,13 +11,13 @@ static inline void set_own_rays(Channel *c, int patch) {
     const SampleRays rays = patch_rays(&c->lattice, &c->tile, patch);
     const realv origin[3] = {rays.centre_u, rays.centre_v, (realv)(c->lattice.centre_layer)};
     const realv step[3] = {rays.shear_u, rays.shear_v, (realv)(1.0f)};
-    to_own_voxels(c->field.place, origin, 1.0f, c->own_rays[patch].origin);
-    to_own_voxels(c->field.place, step, 0.0f, c->own_rays[patch].step);
+    to_own_voxels(c->field.place, origin, 1.0f, c->apart.rays[patch].origin);
+    to_own_voxels(c->field.place, step, 0.0f, c->apart.rays[patch].step);
 }
 
 // Where they cross plane k.
 static inline void own_patch_points(const Channel *c, int patch, float k, realv *own) {
-    const OwnRays *rays = &c->own_rays[patch];
+    const OwnRays *rays = &c->apart.rays[patch];
     for (int i = 0; i < 3; i++)
         own[i] = rays->origin[i] + (k - c->lattice.centre_layer) * rays->step[i];
 }
@@ -89,9 +89,9 @@ static inline int shown_at_plane(const Channel *c, int patches, float k) {
 // The same at plane number q, kept for the next slab.
 static inline int shown_at_layer(Channel *c, int patches, int q) {
     const int odd = q & 1;
-    if (c->plane[odd] != q)
-        c->plane[odd] = q, c->shown_at[odd] = shown_at_plane(c, patches, q - RADIUS);
-    return c->shown_at[odd];
+    if (c->apart.plane[odd] != q)
+        c->apart.plane[odd] = q, c->apart.shown_at[odd] = shown_at_plane(c, patches, q - RADIUS);
+    return c->apart.shown_at[odd];
 }
 
 // Slabs, from q on along the rays up to `last`, in which such a field is known to be invisible; 0 if it can be visible in slab q, in the
@@ -100,14 +100,14 @@ static inline int hidden_apart(Channel *c, int q, int last, int enters) {
     const int patches = c->tile.bands * PATCH_ROWS, end = enters ? max(q & ~7, last) : min(q | 7, last);
     if (q >> 3 != c->chunk.index) {
         c->chunk.index = q >> 3, c->chunk.bits = 0;
-        c->plane[0] = c->plane[1] = INT_MIN;
+        c->apart.plane[0] = c->apart.plane[1] = INT_MIN;
         for (int n = 0; n < patches; n++)
             c->chunk.bits |= (is_shown_apart(c, n, n, q, end) ? 1 : 0) << n;
     }
     const int near = c->chunk.bits;
     if (!near)
         return abs(end - q) + 1;
-    if (c->steps_per_slab > MOST_STEPS) {
+    if (c->apart.steps_per_slab > MOST_STEPS) {
         for (int left = near; left; left &= left - 1) {
             const int n = LOWEST_BIT(left);
             c->over |= (is_shown_apart(c, n, n, q, q) ? 1 : 0) << n;
@@ -115,8 +115,8 @@ static inline int hidden_apart(Channel *c, int q, int last, int enters) {
         return !c->over;
     }
     c->over = shown_at_layer(c, near, q) | shown_at_layer(c, near, q + 1);
-    for (int i = 1; i < c->steps_per_slab; i++)
-        c->over |= shown_at_plane(c, near & ~c->over, q - RADIUS + (float)i / c->steps_per_slab);
+    for (int i = 1; i < c->apart.steps_per_slab; i++)
+        c->over |= shown_at_plane(c, near & ~c->over, q - RADIUS + (float)i / c->apart.steps_per_slab);
     return !c->over;
 }
 

@@ -170,7 +170,7 @@ __kernel void channel_lattice(SHADED_CHANNELS, PER_CHANNEL(__global const int4 *
         channel->lowest = max(p.first_layer, place->first_slab), channel->highest = min(p.last_layer, place->last_slab);
         channel->lattice = p, channel->tile = tile;
         if (place->placed == APART) {
-            channel->steps_per_slab = steps_per_slab(place, &tile);
+            channel->apart.steps_per_slab = steps_per_slab(place, &tile);
             for (int n = 0; n < patches; n++)
                 set_own_rays(channel, n);
         }

@@ -11,6 +11,13 @@ typedef struct {
     realv origin[3], step[3];
 } OwnRays;
 
+// Of a field with voxels anywhere: the rays of patches, the steps in which its cells are tested from plane to plane, two planes, and the
+// patches that can be visible there.
+typedef struct {
+    OwnRays rays[TILE_ROWS];
+    int steps_per_slab, plane[2], shown_at[2];
+} Apart;
+
 // One field of a scene, under a tile.
 typedef struct {
     ChannelField field;
@@ -25,11 +32,8 @@ typedef struct {
     // those in which a segment is.
     int lowest, highest;
     Chunk chunk;
-    // Of a field with voxels anywhere: the steps in which its cells are tested from plane to plane, and the patches that can be visible at two
-    // planes, and the rays of patches.
-    OwnRays own_rays[TILE_ROWS];
-    int steps_per_slab, plane[2], shown_at[2];
     int over, shown;
+    Apart apart;
     Layer layers[2];
 #if ANALYTIC_GRADIENTS && LIT_AT_ENDS
     Samples middle;

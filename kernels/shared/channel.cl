@@ -28,11 +28,6 @@
 #define FIELDS(count) (count)
 #endif
 
-// Where the voxels of a field lie (FieldPlacement): on those of the frame, shifted against them by whole voxels, or anywhere.
-#define ON_FRAME 0
-#define SHIFTED 1
-#define APART 2
-
 typedef struct {
     __global const VOXEL *voxels;
     __global const GRADIENT_VOXEL *gradient_voxels;

@@ -254,7 +254,7 @@ kernel_struct! {
 kernel_struct! {
     /// Where the voxels of a field lie among those of the frame, along the axes (u, v, a) of the frame and of the field's layout.
     FieldPlacement {
-        /// 0: they are the same; 1: shifted by whole voxels; 2: anywhere.
+        /// `ON_FRAME`, `SHIFTED` or `APART`.
         placed: i32,
         /// 1: rays count between `lowest` and `highest` only.
         has_ends: i32,
@@ -271,6 +271,15 @@ kernel_struct! {
         blocks as [blocks_u, blocks_v]: i32,
         padding: f32,
     }
+}
+
+impl FieldPlacement {
+    /// The voxels are those of the frame.
+    pub const ON_FRAME: i32 = 0;
+    /// They are shifted against those of the frame by whole voxels.
+    pub const SHIFTED: i32 = 1;
+    /// They lie anywhere.
+    pub const APART: i32 = 2;
 }
 
 kernel_struct! {

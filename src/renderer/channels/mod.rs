@@ -1,9 +1,11 @@
 //! Several fields that are drawn together: extinctions add, and colours are weighted by them (docs/guide/channels.md).
 
+mod classified;
 mod common_grid;
 mod fields;
 mod inputs;
 mod on_frame;
+mod scenes;
 #[cfg(test)]
 mod tests;
 

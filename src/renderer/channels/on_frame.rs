@@ -2,7 +2,7 @@
 
 use super::super::classification::{Classification, PreparationKernels};
 use super::super::store::Version;
-use super::fields::ClassifiedField;
+use super::classified::ClassifiedField;
 use crate::device::Device;
 use crate::error::Error;
 

@@ -10,10 +10,6 @@ use glam::{DAffine3, DVec3};
 
 /// Share of a voxel by which voxels of two grids may differ and still count as equal.
 const ROUNDING: f64 = 1e-6;
-/// Values of `FieldPlacement::placed`.
-const ON_FRAME: i32 = 0;
-const SHIFTED: i32 = 1;
-const APART: i32 = 2;
 
 /// Where the voxels of a field lie in a frame.
 pub(super) struct Framed {
@@ -82,7 +78,7 @@ impl Field {
         let narrow = |own: DVec3| own_frame.local(own).as_vec3().to_array();
         let (lowest, highest) = ends.unwrap_or_default();
         let placement = FieldPlacement {
-            placed: ON_FRAME,
+            placed: FieldPlacement::ON_FRAME,
             has_ends: i32::from(ends.is_some()),
             to_own: [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]],
             lowest: narrow(lowest),
@@ -104,7 +100,7 @@ impl Field {
                 let first = shift[frame.a];
                 let slabs = [first, first + framed.own.dims()[frame.a] as i32 + 2 * radius as i32 - 2];
                 FieldPlacement {
-                    placed: SHIFTED,
+                    placed: FieldPlacement::SHIFTED,
                     to_own,
                     shift: [frame.u, frame.v, frame.a].map(|i| shift[i]),
                     slabs,
@@ -115,7 +111,7 @@ impl Field {
                 let [lowest, highest] = framed.layers_reached(frame, radius);
                 // Slab q lies between the planes q - radius and q - radius + 1.
                 let slabs = [(lowest.floor() + radius) as i32, (highest.ceil() + radius) as i32 - 1];
-                FieldPlacement { placed: APART, to_own, slabs, ..placement }
+                FieldPlacement { placed: FieldPlacement::APART, to_own, slabs, ..placement }
             }
         }
     }
@@ -135,7 +131,7 @@ impl Framed {
 impl FieldPlacement {
     /// The lighting of points that are counted in the voxels of a shifted field, from that of points in the frame.
     pub fn lighting(&self, mut light: LightParams) -> LightParams {
-        if self.placed != SHIFTED {
+        if self.placed != Self::SHIFTED {
             return light;
         }
         for (i, shift) in self.shift.into_iter().enumerate() {

@@ -1,6 +1,6 @@
 //! Kernels that draw several fields together.
 
-use super::super::structs::{Float4, RayEnds, RayLatticeParams};
+use super::super::structs::{FieldPlacement, Float4, RayEnds, RayLatticeParams};
 use super::super::{
     ChannelFields, Defines, Items, LightBuffers, Output, PerChannel, Rendering, VoxelKind, arguments, kernel, tiles,
 };
@@ -28,6 +28,9 @@ impl Defines {
     /// For kernels that draw the fields of a scene.
     pub(in super::super) fn with_channels(self, channels: Channels) -> Self {
         self.with("CHANNELS", channels.0)
+            .with("ON_FRAME", FieldPlacement::ON_FRAME)
+            .with("SHIFTED", FieldPlacement::SHIFTED)
+            .with("APART", FieldPlacement::APART)
     }
 }
 
