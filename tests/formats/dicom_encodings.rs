@@ -7,39 +7,39 @@ use std::path::Path;
 
 /// Columns, rows and slices.
 const DIMS: [usize; 3] = [3, 2, 3];
-const EXPLICIT: &str = "1.2.840.10008.1.2.1";
+pub const EXPLICIT: &str = "1.2.840.10008.1.2.1";
 const IMPLICIT: &str = "1.2.840.10008.1.2";
 const BIG: &str = "1.2.840.10008.1.2.2";
 
 /// An element: group, number, representation, and value in little-endian order with the size of its numbers.
-type Element = (u16, u16, &'static [u8; 2], Vec<u8>, usize);
+pub type Element = (u16, u16, &'static [u8; 2], Vec<u8>, usize);
 
-fn text(group: u16, number: u16, vr: &'static [u8; 2], value: &str) -> Element {
+pub fn text(group: u16, number: u16, vr: &'static [u8; 2], value: &str) -> Element {
     let padded = if value.len() % 2 == 1 { format!("{value} ") } else { value.into() };
     (group, number, vr, padded.into_bytes(), 1)
 }
 
-fn whole(group: u16, number: u16, value: u16) -> Element {
+pub fn whole(group: u16, number: u16, value: u16) -> Element {
     (group, number, b"US", value.to_le_bytes().to_vec(), 2)
 }
 
 /// How elements are written.
 #[derive(Clone, Copy)]
-struct Encoding {
+pub struct Encoding {
     explicit: bool,
     big: bool,
     /// Whether the representation of everything but the pixels is unknown.
     unknown: bool,
 }
 
-const PLAIN: Encoding = Encoding { explicit: true, big: false, unknown: false };
+pub const PLAIN: Encoding = Encoding { explicit: true, big: false, unknown: false };
 
 impl Encoding {
     fn number(self, bytes: &[u8]) -> Vec<u8> {
         if self.big { bytes.iter().rev().copied().collect() } else { bytes.to_vec() }
     }
 
-    fn write(self, elements: &[Element]) -> Vec<u8> {
+    pub fn write(self, elements: &[Element]) -> Vec<u8> {
         let mut out = Vec::new();
         for (group, number, vr, value, size) in elements {
             let vr = if self.unknown && *group != 0x7fe0 { b"UN" } else { vr };
@@ -92,8 +92,13 @@ fn slice(z: usize, kind: &str) -> Vec<Element> {
     ]
 }
 
+/// An item of a sequence.
+pub fn item(inside: &[u8]) -> Vec<u8> {
+    [&[0xfe, 0xff, 0, 0xe0][..], &(inside.len() as u32).to_le_bytes(), inside].concat()
+}
+
 /// Preamble and file meta information.
-fn meta(syntax: Option<&str>) -> Vec<u8> {
+pub fn meta(syntax: Option<&str>) -> Vec<u8> {
     let mut uid = |uid: &str| {
         let mut element = text(2, 0x10, b"UI", uid);
         element.3.iter_mut().for_each(|c| *c = if *c == b' ' { 0 } else { *c });
@@ -133,7 +138,6 @@ fn unknown_representations_are_those_of_the_dictionary() {
     holds(folder.path(), &OpenOptions::default(), "unknown");
     // A whole sequence, whose items are implicit: the positions of a file of many frames.
     let implicit = Encoding { explicit: false, ..PLAIN };
-    let item = |inside: &[u8]| [&[0xfe, 0xff, 0, 0xe0][..], &(inside.len() as u32).to_le_bytes(), inside].concat();
     let nested = |group: u16, number: u16, inside: &[Element]| (group, number, b"UN", item(&implicit.write(inside)), 1);
     let per_frame: Vec<u8> = (0..DIMS[2])
         .flat_map(|z| {
@@ -196,4 +200,60 @@ fn other_files_of_a_folder_are_left_out() {
 fn mosaics_are_refused() {
     let folder = series(&meta(Some(EXPLICIT)), PLAIN, "ORIGINAL\\PRIMARY\\M\\MOSAIC");
     refused(folder.path(), "a mosaic", "its slices are tiles of one picture (a Siemens mosaic): separate them");
+}
+
+/// A slice with other colours.
+fn colored(photometric: &str, more: Vec<Element>) -> (tempfile::TempDir, std::path::PathBuf) {
+    let is_changed = |element: &Element| more.iter().any(|other| (other.0, other.1) == (element.0, element.1));
+    let kept = slice(0, "ORIGINAL").into_iter().filter(|element| (element.0, element.1) != (0x28, 4) && !is_changed(element));
+    let mut elements: Vec<Element> = kept.chain([text(0x28, 4, b"CS", photometric)]).collect();
+    elements.extend(more);
+    elements.sort_by_key(|(group, number, ..)| (*group, *number));
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("IM0");
+    std::fs::write(&path, [meta(Some(EXPLICIT)), PLAIN.write(&elements)].concat()).unwrap();
+    (folder, path)
+}
+
+/// Indices are the values, and the palette is kept.
+#[test]
+fn palettes_are_read() {
+    let words = |number: u16, values: &[u16]| -> Element {
+        let vr = if number < 0x1200 { b"US" } else { b"OW" };
+        (0x28, number, vr, values.iter().flat_map(|n| n.to_le_bytes()).collect(), 2)
+    };
+    // Sixteen bits, and eight bits of which two share a word. The first two numbers have the first color.
+    let long = |part: u16| [words(0x1101 + part, &[4, 1, 16]), words(0x1201 + part, &[0, 65535, 257 * part, 0])];
+    let short = |part: u16| [words(0x1101 + part, &[4, 1, 8]), words(0x1201 + part, &[0xff00, part])];
+    for more in [(0..3).flat_map(long).collect::<Vec<_>>(), (0..3).flat_map(short).collect()] {
+        let (_folder, path) = colored("PALETTE COLOR", more);
+        let volume = Volume::open(&path, &OpenOptions::default()).unwrap();
+        assert_eq!(volume.value(4), f64::from(stored(1, 1, 0)) / 2.0 - 1024.0);
+        let colors = &volume.contents().palette;
+        assert_eq!((colors.len(), colors[0], colors[1], colors[2]), (5, [0.0; 3], [0.0; 3], [1.0; 3]));
+        assert_eq!(colors[3].map(|part| (part * 255.0).round()), [0.0, 1.0, 2.0]);
+    }
+    let (_folder, path) = colored("PALETTE COLOR", Vec::new());
+    refused(&path, "no palette", "its palette is missing, in segments or damaged");
+}
+
+/// Luminance and chrominance as pydicom converts them, interleaved and as planes.
+#[test]
+fn luminance_is_color() {
+    const STORED: [[u8; 3]; 6] = [[0, 128, 128], [255, 128, 128], [76, 85, 255], [149, 44, 21], [29, 255, 107], [200, 3, 250]];
+    const RGB: [[u8; 3]; 6] = [[0, 0, 0], [255, 255, 255], [254, 0, 0], [0, 254, 0], [0, 0, 254], [255, 156, 0]];
+    for planar in [0, 1] {
+        let interleaved: Vec<u8> = STORED.concat();
+        let planes = (0..3).flat_map(|part| STORED.map(|pixel| pixel[part])).collect();
+        let bits = [whole(0x28, 0x100, 8), whole(0x28, 0x101, 8), whole(0x28, 0x102, 7)];
+        let more = [whole(0x28, 2, 3), whole(0x28, 6, planar), text(0x28, 0x1052, b"DS", "0"), text(0x28, 0x1053, b"DS", "1")];
+        let pixels = (0x7fe0, 0x10, b"OB", if planar == 0 { interleaved } else { planes }, 1);
+        let (_folder, path) = colored("YBR_FULL", more.into_iter().chain(bits).chain([pixels]).collect());
+        for channel in 0..3 {
+            let volume = Volume::open(&path, &OpenOptions { channel: Some(channel), ..OpenOptions::default() }).unwrap();
+            assert_eq!([0, 1, 2, 3, 4, 5].map(|i| volume.value(i) as u8), RGB.map(|pixel| pixel[channel]), "planar {planar}");
+        }
+    }
+    let (_folder, path) = colored("YBR_FULL_422", vec![whole(0x28, 2, 3)]);
+    refused(&path, "half of the chrominance", "its colours are YBR_FULL_422 of 16 bits: convert them to RGB");
 }

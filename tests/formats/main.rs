@@ -5,6 +5,8 @@ mod channels;
 mod damage;
 #[cfg(feature = "dicom")]
 mod dicom_encodings;
+#[cfg(feature = "dicom")]
+mod dicom_segments;
 mod files;
 mod labels;
 mod magnitudes;

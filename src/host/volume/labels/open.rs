@@ -16,7 +16,8 @@ use std::sync::Arc;
 /// Ids that a message lists.
 const LISTED: usize = 8;
 
-/// The labels of a file, or of numbers in memory. Most files have one layer; in `.seg.nrrd` files whose segments overlap, each layer holds some of them.
+/// The labels of a file, or of numbers in memory. Most files have one layer; in `.seg.nrrd` files and segmentations of DICOM
+/// whose segments overlap, each layer holds some of them.
 ///
 /// ```
 /// use layersplat::volume::{Labels, OpenOptions};
@@ -71,7 +72,7 @@ impl Labels {
     /// others take the memory of their stored numbers, or a temporary file if these exceed [`OpenOptions::memory`].
     ///
     /// Names and colours come from the file `table` ([`LabelTable::open`]) if it is given, else from the volume's own metadata: of
-    /// `.seg.nrrd` files, of OME-Zarr's `image-label`, or from the file that a NIfTI file with the label intent names; else from a table
+    /// `.seg.nrrd` files, of segmentations of DICOM, of OME-Zarr's `image-label`, or from the file that a NIfTI file with the label intent names; else from a table
     /// beside the file that is called like it (`aal.txt`, `aal.nii.txt`, `aal.nii.lut` beside `aal.nii.gz`). Ids without an entry
     /// get the colour of the file's palette ([`Contents::palette`]), else a [default colour](LabelTable::default_color).
     ///
@@ -156,7 +157,8 @@ impl Labels {
         self
     }
 
-    /// Whether a file states that its voxels are ids of labels: `.seg.nrrd` files, OME-Zarr's `image-label`, and NIfTI's label intent.
+    /// Whether a file states that its voxels are ids of labels: `.seg.nrrd` files, binary segmentations and label maps of DICOM,
+    /// OME-Zarr's `image-label`, and NIfTI's label intent.
     ///
     /// # Errors
     /// If the file cannot be read, or its table is malformed.

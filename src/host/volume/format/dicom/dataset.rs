@@ -264,5 +264,5 @@ fn is_pixels(tag: Tag) -> bool {
 
 /// Whether an element may describe a volume; private elements and patient data do not.
 fn is_wanted(tag: Tag) -> bool {
-    matches!(tag.0, 0x0008 | 0x0018 | 0x0020 | 0x0028 | 0x3004)
+    matches!(tag.0, 0x0008 | 0x0018 | 0x0020 | 0x0028 | 0x0062 | 0x3004)
 }

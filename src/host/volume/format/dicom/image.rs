@@ -19,6 +19,8 @@ const MOST_FRAMES: usize = 1 << 20;
 #[derive(Clone, Copy, PartialEq)]
 pub(super) struct Kind {
     pub scalar: ScalarType,
+    /// Whether a pixel takes one bit.
+    pub is_bit: bool,
     /// Number of significant bits, and the position of the lowest one.
     pub bits: u32,
     pub shift: u32,
@@ -34,12 +36,17 @@ pub(super) struct Kind {
 }
 
 /// Geometry, rescaling and order of a slice.
+#[derive(Clone)]
 pub(super) struct Frame {
     /// Position of the first pixel, and directions of rows and columns, in LPS coordinates.
     pub position: Option<DVec3>,
     pub axes: Option<[DVec3; 2]>,
     /// Pixel spacing along x and y.
     pub spacing: Option<[f64; 2]>,
+    /// Whether the frame has a position of its own.
+    pub is_placed: bool,
+    /// Stated distance between slices.
+    pub between: Option<f64>,
     /// Distance between slices, for use if their positions do not give it.
     pub thickness: Option<f64>,
     pub slope: f64,
@@ -49,11 +56,14 @@ pub(super) struct Frame {
 }
 
 /// An image file.
+#[derive(Clone)]
 pub(super) struct Image {
     pub path: PathBuf,
     pub shape: Shape,
     pub kind: Kind,
     pub frames: Vec<Frame>,
+    /// Colours of the stored numbers, 0 to 1, if they are indices of a palette.
+    pub palette: Vec<[f64; 3]>,
     /// Distance between times of a series.
     pub frame_spacing: Option<FrameSpacing>,
     pub source: Source,
@@ -81,6 +91,7 @@ impl Image {
             shape: Shape { columns, rows, channels, bytes: kind.scalar.bytes() },
             kind,
             frames: frames(&dataset, count),
+            palette: palette(&dataset).map_err(wrong)?,
             frame_spacing: dataset.number(tags::TEMPORAL_RESOLUTION).and_then(|ms| FrameSpacing::new(ms, Some("ms"))),
             source,
             pixels,
@@ -122,23 +133,27 @@ fn kind(dataset: &Dataset, pixels: PixelData, channels: usize, syntax: &str, enc
     }
     let photometric = dataset.text(tags::PHOTOMETRIC_INTERPRETATION).unwrap_or_default();
     let luminance = photometric.starts_with("YBR");
-    if photometric == "PALETTE COLOR" || (luminance && channels == 3 && packing != Some(Packing::Jpeg)) {
-        return Err(format!("its colours are {photometric}: convert them to RGB, or to one number per pixel"));
-    }
     let allocated = dataset.whole(tags::BITS_ALLOCATED).unwrap_or(0);
+    if luminance && channels == 3 && packing != Some(Packing::Jpeg) && (photometric != "YBR_FULL" || allocated != 8) {
+        return Err(format!(
+            "its colours are {photometric} of {allocated} bits: convert them to RGB, or to one number per pixel"
+        ));
+    }
     let signed = dataset.whole(tags::PIXEL_REPRESENTATION) == Some(1);
     let (scalar, whole) = match (pixels.tag, allocated, signed) {
         (tags::FLOAT_PIXEL_DATA, ..) => (ScalarType::Float32, false),
         (tags::DOUBLE_FLOAT_PIXEL_DATA, ..) => (ScalarType::Float64, false),
+        (_, 1, _) if packing.is_none() => (ScalarType::Uint8, true),
         (_, 8, false) => (ScalarType::Uint8, true),
         (_, 8, true) => (ScalarType::Int8, true),
         (_, 16, false) => (ScalarType::Uint16, true),
         (_, 16, true) => (ScalarType::Int16, true),
         (_, 32, false) => (ScalarType::Uint32, true),
         (_, 32, true) => (ScalarType::Int32, true),
-        _ => return Err(format!("its pixels have {allocated} bits: expected 8, 16 or 32; convert it")),
+        _ => return Err(format!("its pixels have {allocated} bits: expected 1, 8, 16 or 32; convert it")),
     };
-    let all = 8 * scalar.bytes() as u32;
+    let is_bit = allocated == 1 && whole;
+    let all = if is_bit { 1 } else { 8 * scalar.bytes() as u32 };
     let declared = |tag: Tag| dataset.whole(tag).and_then(|n| u32::try_from(n).ok()).filter(|_| whole);
     let bits = declared(tags::BITS_STORED).filter(|bits| (1..=all).contains(bits)).unwrap_or(all);
     let highest = declared(tags::HIGH_BIT).filter(|&highest| highest < all && highest + 1 >= bits).unwrap_or(bits - 1);
@@ -149,6 +164,7 @@ fn kind(dataset: &Dataset, pixels: PixelData, channels: usize, syntax: &str, enc
     let planar = dataset.whole(tags::PLANAR_CONFIGURATION) == Some(1) && packing.is_none();
     Ok(Kind {
         scalar,
+        is_bit,
         bits,
         shift: highest + 1 - bits,
         signed,
@@ -158,6 +174,36 @@ fn kind(dataset: &Dataset, pixels: PixelData, channels: usize, syntax: &str, enc
         luminance,
         are_colors: channels == 3,
     })
+}
+
+/// The colours of a palette; none if the image has none.
+fn palette(dataset: &Dataset) -> Result<Vec<[f64; 3]>, String> {
+    if dataset.text(tags::PHOTOMETRIC_INTERPRETATION).as_deref() != Some("PALETTE COLOR") {
+        return Ok(Vec::new());
+    }
+    let wrong = || "its palette is missing, in segments or damaged: convert its colours to RGB".to_owned();
+    let table = |descriptor: Tag, data: Tag| {
+        let [entries, first, bits] = <[f64; 3]>::try_from(dataset.numbers(descriptor)).map_err(|_| wrong())?;
+        let entries = if entries == 0.0 { 1 << 16 } else { entries as usize };
+        let mut numbers = dataset.numbers(data);
+        if numbers.len() < entries && bits == 8.0 {
+            // Two to a word.
+            numbers = numbers.iter().flat_map(|word| [word % 256.0, (word / 256.0).floor()]).collect();
+        }
+        if !(first >= 0.0 && [8.0, 16.0].contains(&bits) && numbers.len() >= entries && entries > 0) {
+            return Err(wrong());
+        }
+        // Numbers before the first one have its colour.
+        let before = std::iter::repeat_n(numbers[0], first as usize);
+        Ok(before.chain(numbers[..entries].iter().copied()).map(|part| part / (bits.exp2() - 1.0)).collect::<Vec<f64>>())
+    };
+    let red = table(tags::RED_PALETTE_COLOR_LOOKUP_TABLE_DESCRIPTOR, tags::RED_PALETTE_COLOR_LOOKUP_TABLE_DATA)?;
+    let green = table(tags::GREEN_PALETTE_COLOR_LOOKUP_TABLE_DESCRIPTOR, tags::GREEN_PALETTE_COLOR_LOOKUP_TABLE_DATA)?;
+    let blue = table(tags::BLUE_PALETTE_COLOR_LOOKUP_TABLE_DESCRIPTOR, tags::BLUE_PALETTE_COLOR_LOOKUP_TABLE_DATA)?;
+    if red.len() != green.len() || red.len() != blue.len() {
+        return Err(wrong());
+    }
+    Ok((0..red.len()).map(|n| [red[n], green[n], blue[n]]).collect())
 }
 
 fn frames(dataset: &Dataset, count: usize) -> Vec<Frame> {
@@ -174,6 +220,7 @@ fn frames(dataset: &Dataset, count: usize) -> Vec<Frame> {
         let thickness = groups.numbers(measures, tags::SLICE_THICKNESS);
         let thickness = between.first().or(thickness.first()).copied().filter(|h| h.is_finite() && *h != 0.0);
         let own = count == 1 || groups.own().is_some();
+        let is_placed = count == 1 || groups.own().is_some_and(|own| own.item(tags::PLANE_POSITION_SEQUENCE, 0).is_some());
         // Frames without a position follow the first one along the normal.
         let behind = offsets.get(index).copied().or(thickness.map(|h| h * index as f64));
         let position = match (declared, axes) {
@@ -193,6 +240,8 @@ fn frames(dataset: &Dataset, count: usize) -> Vec<Frame> {
             position: position.filter(|position| position.is_finite()),
             axes,
             spacing: spacing.map(|[y, x]| [x, y]),
+            is_placed,
+            between: between.first().map(|h| h.abs()).filter(|h| h.is_finite() && *h > 0.0),
             thickness: thickness.map(f64::abs),
             slope: slope.filter(|slope| slope.is_finite() && *slope != 0.0).unwrap_or(1.0),
             intercept: intercept.filter(|intercept| intercept.is_finite()).unwrap_or(0.0),

@@ -12,13 +12,13 @@ use std::path::Path;
 /// Tolerance of slice directions.
 const SAME_DIRECTION: f64 = 1e-3;
 /// Fraction of a pixel within which slices share a position.
-const SAME_PLACE: f64 = 0.01;
+pub(super) const SAME_PLACE: f64 = 0.01;
 /// Deviation of a slice from even spacing that rounded positions have, as a fraction of the slice distance.
-const EVEN: f64 = 0.02;
+pub(super) const EVEN: f64 = 0.02;
 /// Allowed deviation of a slice from even spacing, as a fraction of the slice distance.
-const UNEVEN: f64 = 0.1;
+pub(super) const UNEVEN: f64 = 0.1;
 /// Allowed shift of the last slice against the first, as a fraction of a pixel. It accounts for rounded positions and is invisible.
-const SHIFTED: f64 = 0.5;
+pub(super) const SHIFTED: f64 = 0.5;
 
 /// A slice: index of the image, and of the frame in it.
 pub(super) type Slice = (usize, usize);
@@ -63,22 +63,27 @@ pub(super) fn stack(path: &Path, images: &[Image], options: &OpenOptions) -> Res
         _ => (heights[last] - heights[0]) / last as f64,
     };
     let axes = DMat3::from_cols(x * spacing[0], y * spacing[1], located.normal * between + shift);
-    let right_front_top = DMat3::from_diagonal(DVec3::new(-1.0, -1.0, 1.0));
-    let index_to_world = DAffine3 { matrix3: right_front_top * axes, translation: right_front_top * origin };
+    let index_to_world = to_world(axes, origin);
     let slices = chosen.into_iter().map(|(_, slice)| slice).collect();
     Ok(Stack { slices, index_to_world, is_anatomical: true, contents })
 }
 
+/// The transform of axes and an origin in LPS coordinates.
+pub(super) fn to_world(axes: DMat3, origin: DVec3) -> DAffine3 {
+    let right_front_top = DMat3::from_diagonal(DVec3::new(-1.0, -1.0, 1.0));
+    DAffine3 { matrix3: right_front_top * axes, translation: right_front_top * origin }
+}
+
 /// Parallel slices.
-struct Located {
-    axes: [DVec3; 2],
-    normal: DVec3,
+pub(super) struct Located {
+    pub axes: [DVec3; 2],
+    pub normal: DVec3,
     /// Position of each slice along the normal. Sorted by position, then by the order of the frames.
-    heights: Vec<(f64, Slice)>,
+    pub heights: Vec<(f64, Slice)>,
 }
 
 /// `None` if slices have no positions.
-fn located<'a>(path: &Path, slices: &[Slice], frame: impl Fn(Slice) -> &'a Frame) -> Result<Option<Located>, Error> {
+pub(super) fn located<'a>(path: &Path, slices: &[Slice], frame: impl Fn(Slice) -> &'a Frame) -> Result<Option<Located>, Error> {
     let Some([x, y]) = frame(slices[0]).axes else { return Ok(None) };
     let (axes, normal) = ([x.normalize(), y.normalize()], x.cross(y).normalize_or_zero());
     let mut heights = Vec::new();
