@@ -48,6 +48,18 @@ pub fn observer() -> Option<Arc<dyn Observer>> {
     OBSERVER.with(|own| own.borrow().clone())
 }
 
+/// Fails if the observer of this thread ends its tasks.
+///
+/// # Errors
+/// That the task was cancelled.
+pub fn check() -> io::Result<()> {
+    observer().map_or(Ok(()), |observer| still_wanted(observer.as_ref()))
+}
+
+fn still_wanted(observer: &dyn Observer) -> io::Result<()> {
+    if observer.is_cancelled() { Err(io::Error::other("it was cancelled")) } else { Ok(()) }
+}
+
 /// Total build time of programs in this process, in microseconds.
 static BUILDING: AtomicU64 = AtomicU64::new(0);
 
@@ -108,10 +120,7 @@ impl Task {
     /// # Errors
     /// That the task was cancelled.
     pub fn check(&self) -> io::Result<()> {
-        if self.observer.as_ref().is_some_and(|observer| observer.is_cancelled()) {
-            return Err(io::Error::other("it was cancelled"));
-        }
-        Ok(())
+        self.observer.as_deref().map_or(Ok(()), still_wanted)
     }
 
     /// Does some steps; none once the observer ends the task, which then uses no result of it.

@@ -7,7 +7,7 @@ use super::requests::SavedFormat;
 use crate::error::Error;
 use crate::settings::{Quality, Settings};
 use crate::viewport::Viewport;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::path::Path;
 
 /// What the program that shows the page knows: its options, and how they are written.
@@ -130,5 +130,15 @@ pub enum Source<'a> {
     /// One of the offered volumes, by its name.
     Offered(&'a str),
     /// A temporary file, which exists as long as its volume.
-    File(&'a Path),
+    File(&'a Path, RawLayout),
+}
+
+/// How a raw file holds its voxels, as far as its name does not say it.
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq)]
+#[serde(deny_unknown_fields)]
+pub struct RawLayout {
+    /// Whether the most significant byte of a number comes first.
+    pub big_endian: bool,
+    /// Bytes before the first voxel.
+    pub header_bytes: u64,
 }

@@ -62,7 +62,7 @@ pub use access::Access;
 pub use checks::check_message;
 pub use drawn::{Drawn, PageField};
 pub use first::{First, Opening, Time};
-pub use host::{FilmWanted, Host, Offered, Source, Wanted};
+pub use host::{FilmWanted, Host, Offered, RawLayout, Source, Wanted};
 pub use look::{Look, PageLight};
 pub use look_fields::{PageChannel, PageLabels};
 #[cfg(feature = "viewer")]

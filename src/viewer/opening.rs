@@ -2,7 +2,7 @@
 //! paths.
 
 use super::drops::{Dropped, Drops};
-use super::host::Source;
+use super::host::{RawLayout, Source};
 use super::outgoing::{Message, text};
 use super::replies::{Reply, Stage};
 use super::requests::OpenWanted;
@@ -88,12 +88,15 @@ impl Progress {
     fn opened(&self, served: &Served, scene: &SharedScene, wanted: &OpenWanted) -> Result<Arc<SharedScene>, String> {
         let dropped = match wanted {
             OpenWanted::Offered(_) => None,
-            OpenWanted::Dropped(number) => Some(served.drops.take(*number).ok_or(GONE)?),
+            OpenWanted::Dropped(number) | OpenWanted::Raw { dropped: number, .. } => {
+                Some(served.drops.take(*number).ok_or(GONE)?)
+            }
         };
         let path = dropped.as_ref().map(Dropped::path).transpose()?;
+        let layout = if let OpenWanted::Raw { layout, .. } = wanted { *layout } else { RawLayout::default() };
         let source = match (wanted, &path) {
             (OpenWanted::Offered(name), _) => Source::Offered(name),
-            (_, path) => Source::File(path.as_ref().expect("taken above")),
+            (_, path) => Source::File(path.as_ref().expect("taken above"), layout),
         };
         // Messages name the file as the user does, without the temporary folder.
         let folder = dropped.as_ref().map(Dropped::hidden);

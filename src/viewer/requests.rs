@@ -1,5 +1,6 @@
 //! Messages of a page, as JSON, and their limits.
 
+use super::host::RawLayout;
 use super::look::Look;
 use super::page_camera::PageCamera;
 use crate::error::Error;
@@ -96,6 +97,8 @@ pub enum OpenWanted {
     Offered(String),
     /// The file that was dropped last, by the number that it was answered with.
     Dropped(u32),
+    /// The same, if its raw voxels have another layout than the usual one.
+    Raw { dropped: u32, layout: RawLayout },
 }
 
 /// A place of a picture.

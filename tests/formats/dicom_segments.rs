@@ -13,7 +13,7 @@ const FRAMES: [(u16, usize); 6] = [(7, 5), (1, 1), (3, 1), (1, 0), (7, 3), (3, 4
 
 /// Whether a segment has a voxel.
 fn is_in(segment: u16, x: usize, y: usize, z: usize) -> bool {
-    FRAMES.contains(&(segment, z)) && (if segment == 7 { (x + z) % 2 == 0 } else { x > y + usize::from(segment / 2) })
+    FRAMES.contains(&(segment, z)) && (if segment == 7 { (x + z).is_multiple_of(2) } else { x > y + usize::from(segment / 2) })
 }
 
 fn places() -> impl Iterator<Item = [usize; 3]> {

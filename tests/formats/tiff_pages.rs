@@ -236,6 +236,8 @@ fn planes_of_ome_may_be_in_other_files() {
     refused_with(&own, &channel(1), "its OME-XML names the file b.tif, which is missing: put it into the same folder");
     std::fs::write(folder.path().join("b.tif"), file(&pages(4, ""), false)).unwrap();
     assert_eq!(slices(&own, 0, 1), [1.0, 2.0, 3.0]);
+    // Files that are dropped together onto the viewer's page come in a folder.
+    assert_eq!(slices(folder.path(), 0, 1), [1.0, 2.0, 3.0]);
     std::fs::write(folder.path().join("b.tif"), file(&pages(3, ""), false)).unwrap();
     refused_with(&own, &channel(1), "declares a plane 5 that has no page: it is incomplete");
     let outside = data.replace("b.tif", "../b.tif");

@@ -9,7 +9,7 @@ use crate::cli::scene::OpenedScene;
 use crate::cli::{Cli, Command};
 use crate::device::Device;
 use crate::error::Error;
-use crate::viewer::{Offered, Opening, Source, reorders};
+use crate::viewer::{Offered, Opening, RawLayout, Source, reorders};
 use crate::volume::BUILTIN;
 use clap::Parser;
 use std::ffi::OsString;
@@ -54,11 +54,12 @@ pub(super) fn open(
             })?;
             if known.is_builtin { known.name.clone() } else { Path::new(".").join(&known.name).to_string_lossy().into_owned() }
         }
-        Source::File(path) => path.to_string_lossy().into_owned(),
+        Source::File(path, _) => path.to_string_lossy().into_owned(),
     };
     let options = given.running.iter().chain(&given.drawing).flat_map(|option| option.words.clone());
-    let words: Vec<OsString> = ["layersplat".into(), "view".into(), volume].into_iter().chain(options).map(Into::into).collect();
-    let is_confined = matches!(source, Source::File(_));
+    let words = ["layersplat".into(), "view".into(), volume].into_iter().chain(layout_words(source)).chain(options);
+    let words: Vec<OsString> = words.map(Into::into).collect();
+    let is_confined = matches!(source, Source::File(..));
     // A run that began with channels shows the components of vectors, too.
     let even_vectors = given.reading.iter().any(|option| option.id == "channels");
     let (arguments, words) = with_all_channels(parsed(&words, is_confined)?, words, even_vectors)?;
@@ -67,6 +68,14 @@ pub(super) fn open(
     let opening = super::opening_of(&arguments.scene, scene, sequence)?;
     let host = PageHost::new(GivenOptions::of(words), arguments.scene.device, &opening);
     Ok((opening, host.offering(offered)))
+}
+
+/// Options for raw voxels whose layout is not the usual one.
+fn layout_words(source: &Source) -> Vec<String> {
+    let Source::File(_, RawLayout { big_endian, header_bytes }) = *source else { return Vec::new() };
+    let order = big_endian.then(|| ["--endian".into(), "big".into()]);
+    let header = (header_bytes > 0).then(|| ["--header-bytes".into(), header_bytes.to_string()]);
+    order.into_iter().chain(header).flatten().collect()
 }
 
 /// The arguments and words of a command: with all channels, if its file has several and no option chooses.

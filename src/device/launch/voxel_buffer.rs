@@ -3,8 +3,10 @@
 use super::{Argument, Parameter};
 use crate::device::{Buffer, Device, DeviceMemory};
 use crate::error::Error;
+use crate::progress;
 use crate::volume::{Held, VoxelType};
 use opencl3::kernel::Kernel as ClKernel;
+use std::path::Path;
 
 /// Voxels of any type on the device. Kernels that read them are built for the type.
 pub(crate) struct VoxelBuffer {
@@ -50,7 +52,10 @@ impl VoxelBuffer {
         const PIECE: usize = 16 << 20;
         held.for_each_piece(|first, bytes| {
             let mut pieces = bytes.chunks(PIECE).enumerate();
-            pieces.try_for_each(|(n, piece)| self.bytes.write_at(device, first + n * PIECE, piece))
+            pieces.try_for_each(|(n, piece)| {
+                progress::check().map_err(|e| Error::read(Path::new(held.description.name()), e))?;
+                self.bytes.write_at(device, first + n * PIECE, piece)
+            })
         })
     }
 

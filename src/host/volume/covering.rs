@@ -4,8 +4,10 @@ use super::grid::{Grid, check_plane, lengths};
 use super::{Rescale, Volume};
 use crate::error::Error;
 use crate::memory;
+use crate::progress::Task;
 use glam::{DAffine3, DMat3, DVec3};
 use rayon::prelude::*;
+use std::path::Path;
 
 impl Grid {
     /// The grid that covers voxels on any axes, of which (i, j, k) lies at `index_to_world · (i, j, k)` in world units, sheared or not. It
@@ -60,12 +62,16 @@ impl Volume<'static> {
         // Floats hold differences from the smallest value more precisely than values that are far from 0.
         let offset = self.range().0;
         let mut values = memory::zeroed::<f32>(self.name(), grid.voxel_count())?;
+        let task = Task::new(format!("resampling {}", self.name()), values.len() as u64);
         values.par_chunks_mut(x).enumerate().for_each(|(row, values)| {
-            for (i, value) in values.iter_mut().enumerate() {
-                let place = to_own.transform_point3(DVec3::new(i as f64, (row % y) as f64, (row / y) as f64));
-                *value = (self.linear(place, background) - offset) as f32;
-            }
+            task.work(x as u64, || {
+                for (i, value) in values.iter_mut().enumerate() {
+                    let place = to_own.transform_point3(DVec3::new(i as f64, (row % y) as f64, (row / y) as f64));
+                    *value = (self.linear(place, background) - offset) as f32;
+                }
+            });
         });
+        task.check().map_err(|e| Error::read(Path::new(self.name()), e))?;
         Ok(Volume::new(self.name(), grid, values)?.with_rescale(Rescale::new(1.0, offset)?))
     }
 

@@ -139,11 +139,12 @@ export class Files {
     }
     if (this.isBusy()) return;
     const isOne = files.length === 1;
-    const name = isOne ? await this.raw.named(file) : folder || file.name.replace(/\.[^.]*$/, "");
-    if (name === null) return;
+    const one = isOne ? await this.raw.named(file) : { name: folder || file.name.replace(/\.[^.]*$/, ""), layout: null };
+    if (one === null) return;
+    const { name, layout } = one;
     const named = files.map((each) => ({ file: each, name: isOne ? name : each.name }));
     const number = await this.sendAll(named, name, isOne ? "" : `&in=${encodeURIComponent(name)}`);
-    if (number !== null) this.open({ dropped: number }, name);
+    if (number !== null) this.open(layout ? { raw: { dropped: number, layout } } : { dropped: number }, name);
   }
 
   /** Sends the files of a volume one after another. @param {{ file: File, name: string }[]} files @param {string} shown

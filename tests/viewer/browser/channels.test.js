@@ -1,40 +1,20 @@
 // Several fields and labels, as a user shows and hides them.
 
 import assert from "node:assert/strict";
-import { copyFile, mkdtemp, rm, writeFile } from "node:fs/promises";
-import { tmpdir } from "node:os";
-import { join } from "node:path";
-import { after, before } from "node:test";
-import { answered, isDifferent, isSame, pages, pagesOf, set, state } from "./shared.js";
-import { launch, measured, refined, serveIn } from "./viewer.js";
+import { readFile } from "node:fs/promises";
+import { answered, isDifferent, isSame, pages, pagesIn, set, state } from "./shared.js";
+import { measured, refined } from "./viewer.js";
 
-const LABELS = new URL("../../formats/files/labels/layers.seg.nrrd", import.meta.url).pathname;
+const LABELS = await readFile(new URL("../../formats/files/labels/layers.seg.nrrd", import.meta.url));
 
 const two = pages("builtin:hydrogen@32", "--with", "builtin:gyroid@32,color=#3388ff,opacity=p60:0,p99:0.1");
 
 /** Labels of the left and the right half of 32³ voxels. */
 const HALVES = Uint8Array.from({ length: 32 ** 3 }, (_, n) => (n % 32 < 16 ? 3 : 7));
 
-let folder;
-let server;
-let tinted;
-let browser;
-before(async () => {
-  folder = await mkdtemp(join(tmpdir(), "layersplat-test-"));
-  await copyFile(LABELS, join(folder, "layers.seg.nrrd"));
-  server = await serveIn(folder, "layers.seg.nrrd");
-  await writeFile(join(folder, "halves_32x32x32_uint8.raw"), HALVES);
-  tinted = await serveIn(folder, "builtin:hydrogen@32", "--label-colors", "halves_32x32x32_uint8.raw", "--label", "3:#ff0000", "--label", "7:#0000ff");
-  browser = await launch();
-});
-after(async () => {
-  await browser.close();
-  await server.end();
-  await tinted.end();
-  await rm(folder, { recursive: true });
-});
-const labelled = pagesOf(() => [browser, server.url]);
-const colored = pagesOf(() => [browser, tinted.url]);
+const labelled = pagesIn({ "layers.seg.nrrd": LABELS }, "layers.seg.nrrd");
+const tints = ["--label-colors", "halves_32x32x32_uint8.raw", "--label", "3:#ff0000", "--label", "7:#0000ff"];
+const colored = pagesIn({ "halves_32x32x32_uint8.raw": HALVES }, "builtin:hydrogen@32", ...tints);
 
 two("channels are hidden, weighed and coloured, and undo takes it back", async (page, first) => {
   const second = page.locator("#channels li").nth(1);

@@ -1,35 +1,14 @@
 // Other volumes, as a user opens them.
 
 import assert from "node:assert/strict";
-import { mkdtemp, mkdir, readdir, rm, writeFile } from "node:fs/promises";
 import { tmpdir } from "node:os";
-import { join } from "node:path";
-import { after, before } from "node:test";
-import { pagesOf } from "./shared.js";
-import { launch, measured, refined, serveIn } from "./viewer.js";
+import { pagesIn } from "./shared.js";
+import { measured, refined } from "./viewer.js";
 
 /** A cube whose values grow along x. */
 const cube = (side) => Buffer.from(Array.from({ length: side ** 3 }, (_, n) => ((n % side) * 255) / (side - 1)));
 
-let folder;
-let server;
-let browser;
-before(async () => {
-  folder = await mkdtemp(join(tmpdir(), "layersplat-test-"));
-  await mkdir(join(folder, "temporary"));
-  await writeFile(join(folder, "cube_16x16x16_uint8.raw"), cube(16));
-  await writeFile(join(folder, "notes.txt"), "nothing");
-  server = await serveIn(folder);
-  browser = await launch();
-});
-after(async () => {
-  await browser.close();
-  await server.end();
-  assert.deepEqual(await readdir(join(folder, "temporary")), [], "dropped files are removed at the end");
-  await rm(folder, { recursive: true });
-});
-
-const on = pagesOf(() => [browser, server.url]);
+const on = pagesIn({ "cube_16x16x16_uint8.raw": cube(16), "notes.txt": "nothing" });
 
 const named = (page, name) => page.waitForFunction((text) => document.getElementById("name").textContent === text, name);
 
@@ -64,6 +43,23 @@ on("raw voxels without a size are asked for it", async (page) => {
   await refined(page);
 });
 
+on("raw voxels behind a header, or in another byte order than usual, are read as the user states", async (page) => {
+  const voxels = Buffer.alloc(100 + 2 * 12 ** 3);
+  cube(12).forEach((value, n) => voxels.writeUInt16BE(value, 100 + 2 * n));
+  // The name states a size that is not that of the file.
+  await page.locator("#volume-file").setInputFiles({ name: "c_12x12x12_uint16.raw", mimeType: "", buffer: voxels });
+  assert.match(await page.locator("#raw-size").textContent(), /3,456 bytes.*3,556/);
+  await page.locator("#raw-header").fill("100");
+  await page.locator("#raw-order").selectOption("big");
+  await page.locator("#raw button", { hasText: "Open" }).click();
+  await named(page, "c_12x12x12_uint16.raw");
+  await refined(page);
+  assert.match(await page.locator("#facts").textContent(), /uint16, 0 to 255/);
+  await page.locator("#copy").evaluate((button) => button.click());
+  await page.waitForFunction(() => document.getElementById("command").value);
+  assert.match(await page.locator("#command").inputValue(), /--endian big --header-bytes 100/);
+});
+
 on("a file that is dropped onto the picture is shown, and one that is no volume is a sentence", async (page) => {
   const dropped = (name, bytes) => page.evaluate(([text, numbers]) => {
     const data = new DataTransfer();
@@ -76,6 +72,6 @@ on("a file that is dropped onto the picture is shown, and one that is no volume 
   await dropped("notes.txt", Buffer.from("nothing"));
   await page.waitForFunction(() => !document.getElementById("problem").hidden);
   const problem = await page.locator("#problem").textContent();
-  assert.ok(problem.includes("notes.txt") && !problem.includes(folder), problem);
+  assert.ok(problem.includes("notes.txt") && !problem.includes(tmpdir()), problem);
   assert.equal(await page.locator("#name").textContent(), "cube_8x8x8_uint8.raw");
 });

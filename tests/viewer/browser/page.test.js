@@ -5,24 +5,13 @@ import { readFile, writeFile, mkdtemp } from "node:fs/promises";
 import { createRequire } from "node:module";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
-import { after, before, describe, test } from "node:test";
-import { answered, isDifferent, isSame, pagesOf, section, set } from "./shared.js";
-import { difference, drag, launch, measured, open, pixels, refined, serve } from "./viewer.js";
+import { describe, test } from "node:test";
+import { answered, isDifferent, isSame, pages, section, set } from "./shared.js";
+import { difference, drag, measured, open, pixels, refined, serve } from "./viewer.js";
 
-let refining;
-let fixed;
-let browser;
-before(async () => {
-  [refining, fixed] = [await serve("builtin:hydrogen@48"), await serve("builtin:hydrogen@48", "--quality", "standard")];
-  browser = await launch();
-});
-after(async () => {
-  await browser.close();
-  await Promise.all([refining.end(), fixed.end()]);
-});
 /** Pages whose pictures are refined up to the mean of 16 frames, and pages in a fixed quality, whose tests take a fraction of the time. */
-const onRefining = pagesOf(() => [browser, refining.url]);
-const on = pagesOf(() => [browser, fixed.url]);
+const onRefining = pages("builtin:hydrogen@48");
+const on = pages("builtin:hydrogen@48", "--quality", "standard");
 
 describe("opening", () => {
   onRefining("shows a picture, and the token has left the address", async (page, first) => {
@@ -86,14 +75,14 @@ describe("opening", () => {
     await page.waitForTimeout(500);
     const fragment = new URL(page.url()).hash;
     const again = await page.context().newPage();
-    await again.goto(refining.url + fragment);
+    await again.goto(onRefining.server().url + fragment);
     isSame(await refined(again), before, "from the new address");
     assert.ok(!again.url().includes("token"));
   });
 
   test("a page says that another run has no access for it", async () => {
     const first = await serve("builtin:hydrogen@16", "--quality", "standard");
-    const page = await open(browser, first.url);
+    const page = await open(on.browser(), first.url);
     await first.end();
     const { port } = new URL(first.url);
     const second = await serve("builtin:hydrogen@16", "--port", port);
@@ -103,7 +92,7 @@ describe("opening", () => {
   });
 
   test("two pages have views of their own", async () => {
-    const [a, b] = [await open(browser, refining.url), await open(browser, refining.url)];
+    const [a, b] = [await open(on.browser(), onRefining.server().url), await open(on.browser(), onRefining.server().url)];
     const before = await pixels(b);
     await drag(a, 120, 0);
     isDifferent(await refined(a), before, "the first page turned");

@@ -1,38 +1,51 @@
 // What the tests of the page share.
 
 import assert from "node:assert/strict";
+import { mkdir, mkdtemp, readdir, rm, writeFile } from "node:fs/promises";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
 import { after, before, test } from "node:test";
-import { difference, launch, open, pixels, serve } from "./viewer.js";
+import { difference, launch, open, pixels, serveIn } from "./viewer.js";
 
 /** Mean difference of pictures that a user would call different, in 8-bit steps. */
 export const DIFFERENT = 0.8;
 /** Of pictures of the same view, after rounding of angles. */
 export const SAME = 0.02;
 
-/** Makes tests with pages of their own, which must not report errors or ask others for anything. `where`: the browser and the server's address. */
-export const pagesOf = (where) => (name, body, context) => test(name, async () => {
-  const page = await open(...where(), context);
-  try {
-    await body(page, await pixels(page));
-    assert.deepEqual([page.errors, page.foreign], [[], []]);
-  } finally {
-    await page.context().close();
-  }
-});
+/** The browser of all tests of a file. */
+let browser;
 
 /** Serves a volume for the tests of a file. */
-export function pages(...options) {
+export const pages = (...options) => pagesIn({}, ...options);
+
+/** Serves the volumes of a folder, whose `files` have these bytes by their names, for the tests of a file. Returns what makes tests with pages of
+ * their own, which must not report errors or ask others for anything, and which knows the browser and the server. */
+export function pagesIn(files, ...options) {
+  let folder;
   let server;
-  let browser;
   before(async () => {
-    server = await serve(...options);
-    browser = await launch();
+    folder = await mkdtemp(join(tmpdir(), "layersplat-test-"));
+    await mkdir(join(folder, "temporary"));
+    await Promise.all(Object.entries(files).map(([name, bytes]) => writeFile(join(folder, name), bytes)));
+    server = await serveIn(folder, ...options);
+    browser ??= await launch();
   });
   after(async () => {
     await browser.close();
     await server.end();
+    assert.deepEqual(await readdir(join(folder, "temporary")), [], "temporary files are removed at the end");
+    await rm(folder, { recursive: true });
   });
-  return pagesOf(() => [browser, server.url]);
+  const on = (name, body, context) => test(name, async () => {
+    const page = await open(browser, server.url, context);
+    try {
+      await body(page, await pixels(page));
+      assert.deepEqual([page.errors, page.foreign], [[], []]);
+    } finally {
+      await page.context().close();
+    }
+  });
+  return Object.assign(on, { browser: () => browser, server: () => server });
 }
 
 export const isDifferent = (a, b, what) => assert.ok(difference(a, b) > DIFFERENT, `${what}: ${difference(a, b)}`);

@@ -1,37 +1,20 @@
 // What the page says of its picture: "refined" is said only of a picture of the present request, whatever was changed.
 
 import assert from "node:assert/strict";
-import { mkdtemp, mkdir, rm, writeFile } from "node:fs/promises";
-import { tmpdir } from "node:os";
-import { join } from "node:path";
-import { after, before, test } from "node:test";
-import { pagesOf } from "./shared.js";
-import { launch, refined, serveIn } from "./viewer.js";
+import { test } from "node:test";
+import { pagesIn } from "./shared.js";
+import { refined } from "./viewer.js";
 
-let folder;
-let server;
-let browser;
-before(async () => {
-  folder = await mkdtemp(join(tmpdir(), "layersplat-test-"));
-  await mkdir(join(folder, "temporary"));
-  const voxels = (count) => Buffer.from(Array.from({ length: count * 16 ** 3 }, (_, n) => (n % 16) * 17));
-  await writeFile(join(folder, "cube_16x16x16_uint8.raw"), voxels(1));
-  const header = (more) => `ObjectType = Image\nNDims = ${more.includes("16 16 16 2") ? 4 : 3}\n${more}ElementType = MET_UCHAR\nElementDataFile = LOCAL\n`;
-  await writeFile(join(folder, "channels.mha"), Buffer.concat([Buffer.from(header("DimSize = 16 16 16\nElementNumberOfChannels = 2\n")), voxels(2)]));
-  await writeFile(join(folder, "steps.mha"), Buffer.concat([Buffer.from(header("DimSize = 16 16 16 2\n")), voxels(2)]));
-  const segment = (n) => `Segment${n}_ID:=s${n}\nSegment${n}_Name:=part ${n}\nSegment${n}_LabelValue:=${17 * (n + 1)}\nSegment${n}_Layer:=0\n`;
-  const labels = `NRRD0004\ntype: uint8\ndimension: 3\nsizes: 16 16 16\nencoding: raw\n${segment(0)}${segment(1)}\n`;
-  await writeFile(join(folder, "labels.seg.nrrd"), Buffer.concat([Buffer.from(labels), voxels(1)]));
-  server = await serveIn(folder, "--quality", "draft");
-  browser = await launch();
-});
-after(async () => {
-  await browser.close();
-  await server.end();
-  await rm(folder, { recursive: true });
-});
-
-const on = pagesOf(() => [browser, server.url]);
+const voxels = (count) => Buffer.from(Array.from({ length: count * 16 ** 3 }, (_, n) => (n % 16) * 17));
+const header = (more) => `ObjectType = Image\nNDims = ${more.includes("16 16 16 2") ? 4 : 3}\n${more}ElementType = MET_UCHAR\nElementDataFile = LOCAL\n`;
+const segment = (n) => `Segment${n}_ID:=s${n}\nSegment${n}_Name:=part ${n}\nSegment${n}_LabelValue:=${17 * (n + 1)}\nSegment${n}_Layer:=0\n`;
+const labels = `NRRD0004\ntype: uint8\ndimension: 3\nsizes: 16 16 16\nencoding: raw\n${segment(0)}${segment(1)}\n`;
+const on = pagesIn({
+  "cube_16x16x16_uint8.raw": voxels(1),
+  "channels.mha": Buffer.concat([Buffer.from(header("DimSize = 16 16 16\nElementNumberOfChannels = 2\n")), voxels(2)]),
+  "steps.mha": Buffer.concat([Buffer.from(header("DimSize = 16 16 16 2\n")), voxels(2)]),
+  "labels.seg.nrrd": Buffer.concat([Buffer.from(labels), voxels(1)]),
+}, "--quality", "draft");
 
 /** Changes a control of the panel, and returns at once, before any answer: the page's words, and whether a picture is awaited. */
 const changed = (page, number) => page.evaluate((n) => {
@@ -161,7 +144,7 @@ on("a change that is refused is taken back", async (page) => {
 });
 
 test("before the first picture the page says what it waits for", async () => {
-  const page = await (await browser.newContext()).newPage();
+  const page = await (await on.browser().newContext()).newPage();
   await page.addInitScript(() => {
     globalThis.said = [];
     const note = () => {
@@ -171,7 +154,7 @@ test("before the first picture the page says what it waits for", async () => {
     };
     note();
   });
-  await page.goto(server.url);
+  await page.goto(on.server().url);
   await refined(page);
   const said = await page.evaluate(() => globalThis.said);
   assert.ok(said.length > 0 && said.every((text) => /(connecting|drawing|fitting the view|building programs|checking the device)/.test(text)), JSON.stringify(said));

@@ -1,13 +1,10 @@
 // Sequences in time, as a user plays them.
 
 import assert from "node:assert/strict";
-import { mkdtemp, mkdir, readFile, rm, writeFile } from "node:fs/promises";
+import { readFile } from "node:fs/promises";
 import { createRequire } from "node:module";
-import { tmpdir } from "node:os";
-import { join } from "node:path";
-import { after, before } from "node:test";
-import { isDifferent, isSame, pagesOf, section, set, state } from "./shared.js";
-import { drag, launch, measured, pixels, refined, serveIn } from "./viewer.js";
+import { isDifferent, isSame, pagesIn, section, set, state } from "./shared.js";
+import { drag, measured, pixels, refined } from "./viewer.js";
 
 const [SIDE, STEPS] = [16, 5];
 
@@ -17,24 +14,8 @@ const block = (step) => Buffer.from(Array.from({ length: SIDE ** 3 }, (_, n) => 
   return x >= 2 * step + 1 && x < 2 * step + 6 && y >= 5 && y < 11 && z >= 5 && z < 11 ? 80 + 40 * step : 0;
 }));
 
-let folder;
-let server;
-let browser;
-before(async () => {
-  folder = await mkdtemp(join(tmpdir(), "layersplat-test-"));
-  await mkdir(join(folder, "temporary"));
-  const names = Array.from({ length: STEPS }, (_, step) => `step${step}_16x16x16_uint8.raw`);
-  await Promise.all(names.map((name, step) => writeFile(join(folder, name), block(step))));
-  server = await serveIn(folder, "step%d_16x16x16_uint8.raw", "--azimuth", "0", "--elevation", "20");
-  browser = await launch();
-});
-after(async () => {
-  await browser.close();
-  await server.end();
-  await rm(folder, { recursive: true });
-});
-
-const on = pagesOf(() => [browser, server.url]);
+const steps = Object.fromEntries(Array.from({ length: STEPS }, (_, step) => [`step${step}_16x16x16_uint8.raw`, block(step)]));
+const on = pagesIn(steps, "step%d_16x16x16_uint8.raw", "--azimuth", "0", "--elevation", "20");
 
 const frame = async (page) => (await state(page)).look.frame;
 const isAt = (page, step) => page.waitForFunction((to) => globalThis.layersplat.state().look.frame === to, step);

@@ -24,6 +24,9 @@ pub(super) fn files(path: &Path) -> Result<Option<Vec<PathBuf>>, Error> {
             return Err(Error::volume(path, "the folder holds slices of several kinds: select one kind with NAME%d.EXTENSION"));
         }
         files.sort_by_key(|file| numbered(file));
+        if is_one_image(&files) {
+            files.truncate(1);
+        }
         return Ok(Some(files));
     }
     matching(path)
@@ -53,6 +56,18 @@ pub(super) fn matching(path: &Path) -> Result<Option<Vec<PathBuf>>, Error> {
     Ok(Some(files))
 }
 
+/// Whether the first file has all others: OME-XML that places the planes of an image in several files.
+fn is_one_image(files: &[PathBuf]) -> bool {
+    #[cfg(feature = "tiff")]
+    if let [first, others @ ..] = files
+        && !others.is_empty()
+    {
+        let names = super::tiff::files_of_image(first);
+        return others.iter().all(|file| file.file_name().is_some_and(|name| names.contains(&*name.to_string_lossy())));
+    }
+    false
+}
+
 fn ending(file: &Path) -> Option<String> {
     Some(file.extension()?.to_str()?.to_ascii_lowercase())
 }
@@ -73,6 +88,9 @@ fn numbered(file: &Path) -> Vec<(String, u128)> {
 
 /// Opens a volume of slices, of a channel and a time if their names number these.
 pub(super) fn open(path: &Path, files: Vec<PathBuf>, options: &OpenOptions) -> Result<Opened, Error> {
+    if let ([file], true) = (&files[..], path.is_dir()) {
+        return open_one(file, options);
+    }
     let Some(numbered) = numbered_in(path, &files)? else { return stacked(path, files, options) };
     let first = open_one(&numbered.slices(0, 0)[0], &OpenOptions { frame: Some(0), channel: Some(0), ..options.clone() })?.header;
     let (channels, times) = (numbered.channels.len(), numbered.times);

@@ -2,6 +2,7 @@
 
 use crate::error::Error;
 use crate::memory;
+use crate::progress::Task;
 use crate::volume::spool::Spool;
 use crate::volume::voxels::Voxel;
 use crate::volume::wide::Numbers;
@@ -67,9 +68,15 @@ impl Ids<'_> {
     /// [`Error::Volume`] if a value is no id, or there are more ids than [`MOST_IDS`].
     pub fn counts(&self) -> Result<BTreeMap<u32, u64>, Error> {
         let count = self.numbers.count();
+        let task = Task::new(format!("looking at {}", self.path.display()), count as u64);
         let block = |n: usize| -> Counted {
             let (mut counts, mut run) = (HashMap::new(), (0, 0));
-            for index in n * BLOCK..((n + 1) * BLOCK).min(count) {
+            let voxels = n * BLOCK..((n + 1) * BLOCK).min(count);
+            if task.check().is_err() {
+                return Ok(counts);
+            }
+            task.add(voxels.len() as u64);
+            for index in voxels {
                 let id = self.get(index).map_err(Refused::Bad)?;
                 if id != run.0 {
                     add(&mut counts, run)?;
@@ -88,6 +95,7 @@ impl Ids<'_> {
             (Err(e), _) | (_, Err(e)) => Err(e),
         };
         let counts = (0..count.div_ceil(BLOCK)).into_par_iter().map(block).reduce(|| Ok(HashMap::new()), merged);
+        task.check().map_err(|e| Error::read(self.path, e))?;
         counts.map(|counts| self.without_negative(counts)).map_err(|refused| match refused {
             Refused::Bad(bad) => self.no_id(&bad),
             Refused::TooManyNegative => {
@@ -146,8 +154,14 @@ impl Ids<'_> {
     }
 
     fn placed<T: Voxel + Zeroable>(&self, ids: &[u32], most: Option<u64>) -> Result<Storage<'static>, Error> {
+        let (name, count) = (self.path.display().to_string(), self.numbers.count());
+        let task = Task::new(format!("looking at {name}"), count as u64);
         let convert = |first: usize, voxels: &mut [T]| {
             voxels.par_chunks_mut(BLOCK).enumerate().for_each(|(block, voxels)| {
+                if task.check().is_err() {
+                    return;
+                }
+                task.add(voxels.len() as u64);
                 // Neighbours mostly have one id.
                 let mut last = (0, T::zeroed());
                 for (i, voxel) in voxels.iter_mut().enumerate() {
@@ -158,19 +172,19 @@ impl Ids<'_> {
                     *voxel = last.1;
                 }
             });
+            task.check().map_err(|e| Error::read(self.path, e))
         };
-        let (name, count) = (self.path.display().to_string(), self.numbers.count());
         let bytes = (count * size_of::<T>()) as u64;
         if most.is_none_or(|most| bytes <= most) {
             let mut voxels = memory::zeroed::<T>(&name, count)?;
-            convert(0, &mut voxels);
+            convert(0, &mut voxels)?;
             return Ok(voxels.into());
         }
         let mut spool = Spool::new(&name, bytes)?;
         let mut piece = memory::zeroed::<T>(&name, PIECE.min(count))?;
         for first in (0..count).step_by(PIECE) {
             let voxels = &mut piece[..PIECE.min(count - first)];
-            convert(first, voxels);
+            convert(first, voxels)?;
             spool.put(bytemuck::cast_slice(voxels))?;
         }
         Ok(Storage::from_bytes(spool.mapped()?, T::TYPE))

@@ -21,8 +21,8 @@ use layout::{Kind, Layout};
 use ome::{Ome, PlanePage};
 use page::{Packing, Page};
 use pages::{Pages, Place};
-use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
 use std::path::Path;
 
@@ -79,6 +79,12 @@ impl Format for Tiff {
         let bytes = Kept::new(Pages::new(wanted, sample, &document.page)?);
         Ok(Opened { header, bytes: Box::new(bytes), exact: false })
     }
+}
+
+/// Names of the other files in which OME-XML places planes of a file's image; none if the file is no such one.
+pub(super) fn files_of_image(path: &Path) -> BTreeSet<String> {
+    let found = Document::read(path, &OpenOptions::default());
+    found.map_or_else(|_| BTreeSet::new(), |found| found.planes.into_iter().flatten().filter_map(|(file, _)| file).collect())
 }
 
 /// A file whose tags have been read.
