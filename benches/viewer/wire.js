@@ -29,7 +29,9 @@ class Page {
       this.buffer = Buffer.concat([this.buffer, data]);
       this.waiting?.();
     });
-    socket.on("close", () => { this.isClosed = true; this.waiting?.(); });
+    // The viewer gives up pages that answer none of its pings, and this one may read nothing for minutes.
+    const pongs = setInterval(() => socket.write(Buffer.from([0x8a, 0x80, 0, 0, 0, 0])), 10_000);
+    socket.on("close", () => { clearInterval(pongs); this.isClosed = true; this.waiting?.(); });
   }
 
   more() {
