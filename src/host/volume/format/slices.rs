@@ -24,6 +24,7 @@ pub(super) fn files(path: &Path) -> Result<Option<Vec<PathBuf>>, Error> {
             return Err(Error::volume(path, "the folder holds slices of several kinds: select one kind with NAME%d.EXTENSION"));
         }
         files.sort_by_key(|file| numbered(file));
+        #[cfg(feature = "tiff")]
         if is_one_image(&files) {
             files.truncate(1);
         }
@@ -57,15 +58,12 @@ pub(super) fn matching(path: &Path) -> Result<Option<Vec<PathBuf>>, Error> {
 }
 
 /// Whether the first file has all others: OME-XML that places the planes of an image in several files.
+#[cfg(feature = "tiff")]
 fn is_one_image(files: &[PathBuf]) -> bool {
-    #[cfg(feature = "tiff")]
-    if let [first, others @ ..] = files
-        && !others.is_empty()
-    {
-        let names = super::tiff::files_of_image(first);
-        return others.iter().all(|file| file.file_name().is_some_and(|name| names.contains(&*name.to_string_lossy())));
-    }
-    false
+    let [first, others @ ..] = files else { return false };
+    let names = if others.is_empty() { Default::default() } else { super::tiff::files_of_image(first) };
+    let is_of_it = |file: &PathBuf| file.file_name().is_some_and(|name| names.contains(&*name.to_string_lossy()));
+    !others.is_empty() && others.iter().all(is_of_it)
 }
 
 fn ending(file: &Path) -> Option<String> {
