@@ -6,17 +6,20 @@ use glam::DVec3;
 
 /// Finer spacings up to this share of a voxel need no further voxels.
 const SLACK: f64 = 0.25;
+/// Share by which spacings may differ and still count as equal: those of rotated axes are rounded.
+const ROUNDING: f64 = 1e-6;
 /// How many voxels beyond its outermost ones a field reaches: the largest radius of kernels that several fields are reconstructed by.
 const REACH: f64 = 2.0;
 
-/// The grid of the field with the smallest spacing, refined along its axes where another field is finer, and extended to the union of all
+/// The grid of the first field with the smallest spacing, refined along its axes where another field is finer, and extended to the union of all
 /// extents. So that field keeps its values at its own voxels.
 ///
 /// # Errors
 /// If there would be more than [`Grid::MAX_VOXELS`] voxels.
 pub(super) fn common_grid(grids: &[&Grid]) -> Result<Grid, Error> {
-    let finest = grids.iter().min_by(|a, b| a.spacing().min_element().total_cmp(&b.spacing().min_element()));
-    let base = *finest.expect("a scene has a field");
+    let smallest = |grid: &Grid| grid.spacing().min_element();
+    let finest = grids.iter().map(|grid| smallest(grid)).fold(f64::INFINITY, f64::min);
+    let base = *grids.iter().find(|grid| smallest(grid) <= finest * (1.0 + ROUNDING)).expect("a scene has a field");
     if grids.iter().all(|grid| *grid == base) {
         return Ok(base.clone());
     }
@@ -52,6 +55,14 @@ mod tests {
     fn equal_grids_are_kept() {
         let grid = Grid::oriented([5, 6, 7], DVec3::new(1.0, 2.0, 3.0), DVec3::ONE, DMat3::IDENTITY).unwrap();
         assert_eq!(common_grid(&[&grid, &grid.clone()]).unwrap(), grid);
+    }
+
+    #[test]
+    fn the_first_of_equally_fine_fields_has_the_axes() {
+        let first = Grid::new([10; 3], DVec3::ONE).unwrap();
+        let turned = DMat3::from_axis_angle(DVec3::new(1.0, 2.0, 3.0).normalize(), 0.7);
+        let rotated = Grid::oriented([10; 3], DVec3::splat(1.0 - 1e-12), DVec3::ZERO, turned).unwrap();
+        assert_eq!(common_grid(&[&first, &rotated]).unwrap().direction(), DMat3::IDENTITY);
     }
 
     #[test]
