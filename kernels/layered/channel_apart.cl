@@ -6,13 +6,26 @@
 // The plane in which sub-layer l lies.
 static inline float plane_of(int s, int l) { return (float)l / s - RADIUS; }
 
-// The rays of a patch among the voxels of a field.
-static inline void set_own_rays(Channel *c, int patch) {
-    const SampleRays rays = patch_rays(&c->lattice, &c->tile, patch);
-    const realv origin[3] = {rays.centre_u, rays.centre_v, (realv)(c->lattice.centre_layer)};
-    const realv step[3] = {rays.shear_u, rays.shear_v, (realv)(1.0f)};
-    to_own_voxels(c->field.place, origin, 1.0f, c->apart.rays[patch].origin);
-    to_own_voxels(c->field.place, step, 0.0f, c->apart.rays[patch].step);
+// The rays of a tile among the voxels of a field.
+static inline void set_own_rays(Channel *c) {
+    OwnBeam *whole = &c->apart.whole;
+    for (int n = 0; n < c->tile.bands * PATCH_ROWS; n++) {
+        OwnRays *rays = &c->apart.rays[n];
+        OwnBeam *beam = &c->apart.beams[n];
+        const SampleRays patch = patch_rays(&c->lattice, &c->tile, n);
+        const realv origin[3] = {patch.centre_u, patch.centre_v, (realv)(c->lattice.centre_layer)};
+        const realv step[3] = {patch.shear_u, patch.shear_v, (realv)(1.0f)};
+        to_own_voxels(c->field.place, origin, 1.0f, rays->origin);
+        to_own_voxels(c->field.place, step, 0.0f, rays->step);
+        for (int i = 0; i < 3; i++) {
+            beam->origin[0][i] = smallest_lane(rays->origin[i]), beam->origin[1][i] = largest_lane(rays->origin[i]);
+            beam->step[0][i] = smallest_lane(rays->step[i]), beam->step[1][i] = largest_lane(rays->step[i]);
+            whole->origin[0][i] = n ? MIN(whole->origin[0][i], beam->origin[0][i]) : beam->origin[0][i];
+            whole->origin[1][i] = n ? MAX(whole->origin[1][i], beam->origin[1][i]) : beam->origin[1][i];
+            whole->step[0][i] = n ? MIN(whole->step[0][i], beam->step[0][i]) : beam->step[0][i];
+            whole->step[1][i] = n ? MAX(whole->step[1][i], beam->step[1][i]) : beam->step[1][i];
+        }
+    }
 }
 
 // Where they cross plane k.
@@ -54,22 +67,17 @@ static inline void light_apart(const Channel *c, int s, int patches, Layer *laye
 // Most steps from plane to plane in which cells are tested. Where rays cross more, boxes are.
 #define MOST_STEPS 4
 
-// Whether a field with voxels anywhere can be visible, in some patches, between the front of slab q and the back of slab `end`. Slab q lies
+// Whether a field with voxels anywhere can be visible, within a beam, between the front of slab q and the back of slab `end`. Slab q lies
 // between the planes q - RADIUS and q - RADIUS + 1.
-static inline bool is_shown_apart(const Channel *c, int first_patch, int last_patch, int q, int end) {
-    const float planes[2] = {min(q, end) - RADIUS, max(q, end) - RADIUS + 1};
-    realv lowest[3], highest[3];
-    for (int n = first_patch; n <= last_patch; n++)
-        for (int i = 0; i < 2; i++) {
-            realv own[3];
-            own_patch_points(c, n, planes[i], own);
-            const bool is_first = n == first_patch && i == 0;
-            for (int axis = 0; axis < 3; axis++) {
-                lowest[axis] = is_first ? own[axis] : MIN(lowest[axis], own[axis]);
-                highest[axis] = is_first ? own[axis] : MAX(highest[axis], own[axis]);
-            }
-        }
-    return box_visible(c->visible, c->field.place->blocks_u, c->field.place->blocks_v, &c->field.view, lowest, highest);
+static inline bool is_shown_apart(const Channel *c, const OwnBeam *beam, int q, int end) {
+    const float from = min(q, end) - RADIUS - c->lattice.centre_layer, to = max(q, end) - RADIUS + 1 - c->lattice.centre_layer;
+    float lowest[3], highest[3];
+    for (int i = 0; i < 3; i++) {
+        const float least = beam->step[0][i], most = beam->step[1][i];
+        lowest[i] = beam->origin[0][i] + MIN(MIN(from * least, from * most), MIN(to * least, to * most));
+        highest[i] = beam->origin[1][i] + MAX(MAX(from * least, from * most), MAX(to * least, to * most));
+    }
+    return visible_between(c->visible, c->field.place->blocks_u, c->field.place->blocks_v, &c->field.view, lowest, highest);
 }
 
 // Patches, of some, in which rays cross plane k in cells where a field with voxels anywhere can be visible.
@@ -101,8 +109,9 @@ static inline int hidden_apart(Channel *c, int q, int last, int enters) {
     if (q >> 3 != c->chunk.index) {
         c->chunk.index = q >> 3, c->chunk.bits = 0;
         c->apart.plane[0] = c->apart.plane[1] = INT_MIN;
-        for (int n = 0; n < patches; n++)
-            c->chunk.bits |= (is_shown_apart(c, n, n, q, end) ? 1 : 0) << n;
+        if (is_shown_apart(c, &c->apart.whole, q, end))
+            for (int n = 0; n < patches; n++)
+                c->chunk.bits |= (is_shown_apart(c, &c->apart.beams[n], q, end) ? 1 : 0) << n;
     }
     const int near = c->chunk.bits;
     if (!near)
@@ -110,7 +119,7 @@ static inline int hidden_apart(Channel *c, int q, int last, int enters) {
     if (c->apart.steps_per_slab > MOST_STEPS) {
         for (int left = near; left; left &= left - 1) {
             const int n = LOWEST_BIT(left);
-            c->over |= (is_shown_apart(c, n, n, q, q) ? 1 : 0) << n;
+            c->over |= (is_shown_apart(c, &c->apart.beams[n], q, q) ? 1 : 0) << n;
         }
         return !c->over;
     }

@@ -171,8 +171,7 @@ __kernel void channel_lattice(SHADED_CHANNELS, PER_CHANNEL(__global const int4 *
         channel->lattice = p, channel->tile = tile;
         if (place->placed == APART) {
             channel->apart.steps_per_slab = steps_per_slab(place, &tile);
-            for (int n = 0; n < patches; n++)
-                set_own_rays(channel, n);
+            set_own_rays(channel);
         }
         channel->lattice.blocks_u = place->blocks_u, channel->lattice.blocks_v = place->blocks_v;
         int first_layer = channel->field.view.first_a;
@@ -244,7 +243,7 @@ __kernel void channel_lattice(SHADED_CHANNELS, PER_CHANNEL(__global const int4 *
         }
         const int ahead = q - RADIUS + 1 - enters + (RADIUS + 1) * p.layer_step;
         for (int c = 0; c < count; c++)
-            if (channels[c].over)
+            if (channels[c].over && channels[c].field.place->placed != APART)
                 fetch_ahead(channels[c].field.voxels, &channels[c].field.view, &p, &tile, ahead);
         for (int i = 0; i < s; i++) {
             const int l0 = enters ? (q + 1) * s - i : q * s + i, l1 = l0 + p.layer_step;

@@ -11,10 +11,16 @@ typedef struct {
     realv origin[3], step[3];
 } OwnRays;
 
-// Of a field with voxels anywhere: the rays of patches, the steps in which its cells are tested from plane to plane, two planes, and the
-// patches that can be visible there.
+// Smallest and largest of such numbers.
+typedef struct {
+    float origin[2][3], step[2][3];
+} OwnBeam;
+
+// Of a field with voxels anywhere: the rays of patches, between which they lie, and between which all do; the steps in which its cells are
+// tested from plane to plane, two planes, and the patches that can be visible there.
 typedef struct {
     OwnRays rays[TILE_ROWS];
+    OwnBeam beams[TILE_ROWS], whole;
     int steps_per_slab, plane[2], shown_at[2];
 } Apart;
 

@@ -19,13 +19,13 @@ static inline intv cells_visible(__global const uchar *visible, int blocks_u, in
     return -(bits >> (q & 7) & 1);
 }
 
-// Whether anything can be visible in the bounding box of two sets of ray points.
-static inline bool box_visible(__global const uchar *visible, int blocks_u, int blocks_v, const VolumeView *view, const realv *one,
-                               const realv *other) {
+// Whether anything can be visible in a box.
+static inline bool visible_between(__global const uchar *visible, int blocks_u, int blocks_v, const VolumeView *view, const float *lowest,
+                                   const float *highest) {
     int lo[3], hi[3];
     for (int i = 0; i < 3; i++) {
-        lo[i] = (int)CLAMP(smallest_lane(MIN(one[i], other[i])) - 1e-3f, -1e6f, 1e6f);
-        hi[i] = (int)CLAMP(largest_lane(MAX(one[i], other[i])) + 1e-3f, -1e6f, 1e6f);
+        lo[i] = (int)CLAMP(lowest[i] - 1e-3f, -1e6f, 1e6f);
+        hi[i] = (int)CLAMP(highest[i] + 1e-3f, -1e6f, 1e6f);
         // (int) rounds towards 0.
         lo[i] -= 1;
     }
@@ -38,4 +38,13 @@ static inline bool box_visible(__global const uchar *visible, int blocks_u, int 
                 if (visible[((size_t)q * blocks_v + c) * blocks_u + b])
                     return true;
     return false;
+}
+
+// Whether anything can be visible in the bounding box of two sets of ray points.
+static inline bool box_visible(__global const uchar *visible, int blocks_u, int blocks_v, const VolumeView *view, const realv *one,
+                               const realv *other) {
+    float lowest[3], highest[3];
+    for (int i = 0; i < 3; i++)
+        lowest[i] = smallest_lane(MIN(one[i], other[i])), highest[i] = largest_lane(MAX(one[i], other[i]));
+    return visible_between(visible, blocks_u, blocks_v, view, lowest, highest);
 }
