@@ -61,6 +61,26 @@ ALWAYS_INLINE Row TYPED(voxel_row)(__global const ELEMENT *voxels, const VolumeV
         return row;
     }
 #endif
+#if VW > 1 && !defined(FAR_VOXELS) && !defined(EDGE_GOES_ON)
+    if (view->dims_u >= 4) {
+        // Rows that cross the edge are moved into the volume, and their voxels back. In place of rows outside, the first one is read.
+        const intv v = c->j + dj, layer = c->k + dk, first = CLAMP_INTV(c->i - 1, 0, view->dims_u - 4);
+        const intv outside = v < 0 || v >= view->dims_v || layer < 0 || layer >= view->dims_a;
+        const intv at = first + v * (int)view->stride_v + (layer - view->first_a) * (int)view->stride_a;
+        const Row within = TYPED(four_voxels)(voxels, outside ? 0 : at);
+        const intv moved = outside ? 4 : c->i - 1 - first;
+        const realv *from = (const realv *)&within;
+        realv *to = (realv *)&row;
+#pragma unroll
+        for (int e = 0; e < 4; e++) {
+            to[e] = view->background;
+#pragma unroll
+            for (int n = 0; n < 4; n++)
+                to[e] = moved == n - e ? ELEMENT_VALUES(view, from[n]) : to[e];
+        }
+        return row;
+    }
+#endif
     float *out = (float *)&row;
     for (int n = 0; n < VW; n++)
         for (int e = 0; e < 4; e++)
