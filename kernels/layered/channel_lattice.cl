@@ -148,7 +148,7 @@ static inline bool is_open(const Channel *channels, int count, int n, intv has_r
 }
 
 __kernel void channel_lattice(SHADED_CHANNELS, PER_CHANNEL(__global const int4 *, integrals),
-                              PER_CHANNEL(__global const int *, shown_slabs), RayLatticeParams p, ulong first_item) {
+                              PER_CHANNEL(__global const int *, shown_slabs), RayLatticeParams p, CHANNEL_COLORS ulong first_item) {
     const int order = first_item + get_global_id(0);
     if (order >= p.tiles_u * p.tiles_v)
         return;
@@ -160,6 +160,7 @@ __kernel void channel_lattice(SHADED_CHANNELS, PER_CHANNEL(__global const int4 *
     const int patches = tile.bands * PATCH_ROWS;
     Channel channels[CHANNELS];
     SET_CHANNELS(channels, count);
+    SET_COLORS(channels, count);
     int lowest = INT_MAX, highest = INT_MIN;
     for (int c = 0; c < count; c++) {
         Channel *channel = &channels[c];

@@ -125,7 +125,11 @@ static inline void composite_channel_subsegments(Channel *channels, int count, i
             if (p->light.shading)
                 e.depth *= e.lighting.extinction_scale;
 #endif
-            add_emission(p, d.r * per_extinction, d.g * per_extinction, d.b * per_extinction, &e, sum);
+            realv r = d.r * per_extinction, g = d.g * per_extinction, b = d.b * per_extinction;
+#ifdef TINTED
+            mix_color(&channel->shading.tint, point_on_span(&spans[c], SEGMENT_PARAMETER(part, 0.5f * (t + next_t))), &r, &g, &b);
+#endif
+            add_emission(p, r, g, b, &e, sum);
             whole_depth += e.depth;
             values[c] = next_value, nodes[c] = next;
         }
@@ -156,10 +160,15 @@ static inline void composite_channels(Channel *channels, int count, int n, const
             continue;
         const Segment *s = &channel->segments[n];
         const LitSample *front = &channel->front->lit[n], *back = &channel->back->lit[n];
+        const realv origin = SEGMENT_PARAMETER(&channel->parts[n], visible_origin(s, depth));
         if (channel->field.sample.light.shading)
-            emissions[c].lighting =
-                interpolate_lighting(&channel->field.sample, front, back, SEGMENT_PARAMETER(&channel->parts[n], visible_origin(s, depth)));
-        add_emission(&channel->field.sample, s->r, s->g, s->b, &emissions[c], sum);
+            emissions[c].lighting = interpolate_lighting(&channel->field.sample, front, back, origin);
+        realv r = s->r, g = s->g, b = s->b;
+#ifdef TINTED
+        if (ANY(s->depth > 0.0f))
+            mix_color(&channel->shading.tint, point_on_span(&spans[c], origin), &r, &g, &b);
+#endif
+        add_emission(&channel->field.sample, r, g, b, &emissions[c], sum);
     }
 #ifdef DIMMED
     const Accumulator before = *a;

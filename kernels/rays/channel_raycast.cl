@@ -57,6 +57,10 @@ ALWAYS_INLINE void add_sample(const Channel *c, const realv *point, const realv 
         return;
     realv r, g, b, extinction;
     table_entries(c->table, index, &r, &g, &b, &extinction);
+#ifdef TINTED
+    const Point colored = {own[0], own[1], own[2]};
+    mix_color(&c->shading.tint, colored, &r, &g, &b);
+#endif
     Emission e;
     e.depth = needed ? extinction * (length * sample->classification.table_unit) : (realv)(0.0f);
     if (sample->light.shading) {
@@ -103,13 +107,14 @@ ALWAYS_INLINE void accumulate_step(const struct Marched *m, const MarchParams *p
     accumulate_emission(sum, depth, opacity, gathered);
 }
 
-__kernel void channel_raycast(SHADED_CHANNELS, ScreenParams s, MarchParams p, ulong first_item) {
+__kernel void channel_raycast(SHADED_CHANNELS, ScreenParams s, MarchParams p, CHANNEL_COLORS ulong first_item) {
     const int id = first_item + get_global_id(0);
     if (id >= s.tiles_u * s.tiles_v)
         return;
     struct Marched marched;
     marched.count = count;
     SET_CHANNELS(marched.channels, count);
+    SET_COLORS(marched.channels, count);
     for (int c = 0; c < count; c++)
         marched.channels[c].shown = true;
     const SampleParams *first = &marched.channels[0].field.sample;

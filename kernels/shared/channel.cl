@@ -19,6 +19,12 @@
 #define SHADED_CHANNELS                                                                                       \
     CHANNEL_FIELDS, LIGHT_BUFFERS, PER_CHANNEL(__global const uchar *, visible), PER_CHANNEL(__global const float4 *, tables), \
         RayEnds ray_ends, OUTPUT
+// Colours of the fields' voxels, in programs with TINTED (voxel_colors.cl).
+#ifdef TINTED
+#define CHANNEL_COLORS PER_CHANNEL(__global const uchar *, colors),
+#else
+#define CHANNEL_COLORS
+#endif
 #define EACH(name) {name##_0, name##_1, name##_2, name##_3, name##_4, name##_5, name##_6, name##_7}
 
 // Number of fields, which is known of one.
@@ -55,6 +61,22 @@ ALWAYS_INLINE ShadingSource shading_of(const ChannelField *field) {
 #endif
     return source;
 }
+
+#ifdef TINTED
+// The colours of a field's voxels.
+ALWAYS_INLINE Tint tint_of(__global const ChannelParams *params, const ChannelField *field, __global const uchar *colors) {
+    const Tint tint = {colors, &field->view, {params->color_stride_u, params->color_stride_v, params->color_stride_a}};
+    return tint;
+}
+
+// Gives them to all fields of a kernel with the arguments CHANNEL_COLORS.
+#define SET_COLORS(channels, count)                                                                       \
+    __global const uchar *const all_colors[MAX_CHANNELS] = EACH(colors);                                  \
+    for (int c = 0; c < (count); c++)                                                                     \
+        (channels)[c].shading.tint = tint_of(channel_params + c, &(channels)[c].field, all_colors[c]);
+#else
+#define SET_COLORS(channels, count)
+#endif
 
 // Points of the frame, or directions in it, as positions among the voxels of a field. `one`: 1 for points, 0 for directions.
 ALWAYS_INLINE void to_own_voxels(__global const FieldPlacement *c, const realv *frame, float one, realv *own) {

@@ -38,7 +38,7 @@ static inline void composite_subsegments(__global const VOXEL *voxels, const Vol
             lighting = interpolate_lighting(p, lit_front, lit_back, SEGMENT_PARAMETER(part, 0.5f * (t + next_t)));
         realv r = d.r * per_extinction, g = d.g * per_extinction, b = d.b * per_extinction;
 #ifdef TINTED
-        mix_label_color(&shading->tint, point_on_span(span, SEGMENT_PARAMETER(part, 0.5f * (t + next_t))), &r, &g, &b);
+        mix_color(&shading->tint, point_on_span(span, SEGMENT_PARAMETER(part, 0.5f * (t + next_t))), &r, &g, &b);
 #endif
         accumulate_lit(p, r, g, b, opacity, &lighting, a);
         t = next_t, value = next_value, node = next;
@@ -55,7 +55,7 @@ ALWAYS_INLINE void composite_span(__global const VOXEL *voxels, const VolumeView
     // Where the segment's visible light originates, as its lighting.
     Segment tinted = *s;
     if (ANY(s->depth > 0.0f))
-        mix_label_color(&shading->tint, point_on_span(span, SEGMENT_PARAMETER(part, visible_origin(s, s->depth))), &tinted.r, &tinted.g,
+        mix_color(&shading->tint, point_on_span(span, SEGMENT_PARAMETER(part, visible_origin(s, s->depth))), &tinted.r, &tinted.g,
                         &tinted.b);
     s = &tinted;
 #endif

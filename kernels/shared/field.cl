@@ -5,6 +5,7 @@
 #include "shared/reconstruction.cl"
 #include "shared/table_entries.cl"
 #include "shared/tint.cl"
+#include "shared/voxel_colors.cl"
 #include "shared/volume.cl"
 
 #ifndef VOXEL_BYTES
@@ -66,7 +67,8 @@ typedef struct {
 #define SHADED_FIELD \
     __global const VOXEL *voxels, VolumeView view, __global const GRADIENT_VOXEL *gradient_voxels, VolumeView gradient_view, LIGHT_BUFFERS
 
-// What samples are shaded from: the voxels that gradients are estimated from, light volumes, and the colours of labels (tint.cl).
+// What samples are shaded from: the voxels that gradients are estimated from, light volumes, and colours of voxels (tint.cl,
+// voxel_colors.cl).
 // SHADING_SOURCE: those of a kernel with the arguments `gradient_voxels`, `gradient_view`, `light` and `sky`, whose `voxels` begin at the
 // first one.
 typedef struct {

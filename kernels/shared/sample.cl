@@ -56,7 +56,7 @@ ALWAYS_INLINE void accumulate_sample(const SampleParams *p, __global const float
     const realv opacity = sample_opacity(p, w, share, dt);
     *active += COUNT_IF(opacity > 0.0f);
 #ifdef TINTED
-    mix_label_color(sample_tint(source), sample_point(source), &r, &g, &b);
+    mix_color(sample_tint(source), sample_point(source), &r, &g, &b);
 #endif
     if (p->light.shading && !*lit) {
         *lighting = shade(p, sample_light(source), sample_point(source), value, sample_gradient(source));

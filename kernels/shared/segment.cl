@@ -79,7 +79,7 @@ ALWAYS_INLINE void accumulate_crossing(__global const VOXEL *voxels, const Volum
 #endif
     realv r = c->iso_r, g = c->iso_g, b = c->iso_b;
 #ifdef TINTED
-    mix_label_color(&shading->tint, point_on_span(span, t), &r, &g, &b);
+    mix_color(&shading->tint, point_on_span(span, t), &r, &g, &b);
 #endif
     accumulate_lit(p, r, g, b, CONVERT_REALV(COUNT_IF(crosses)), &lighting, a);
 }

@@ -1,4 +1,4 @@
-// Colours of labels over a scan, in programs with TINTED.
+// Colours of labels over a scan that is drawn alone, in programs with TINTED. Those of fields among several: voxel_colors.cl.
 //
 // A voxel of the labels has the index of a colour: red, green and blue times their weight, and the weight, as bytes, so that voxels without
 // a label do not bleed a colour. Colour 0 is that of no label. These four are interpolated linearly, on a grid of their own. Beyond it, the
@@ -8,7 +8,7 @@
 #include "shared/point.cl"
 #include "shared/words.cl"
 
-#ifdef TINTED
+#if defined(TINTED) && !defined(CHANNELS)
 
 // Arguments of a kernel, and the last member of the ShadingSource that it makes of them.
 #define TINT_ARGUMENTS __global const uchar *label_voxels, __global const uchar *label_colors, TintParams tint_params,
@@ -34,7 +34,7 @@ static inline intv label_cell(int dims, realv position, realv *within) {
 }
 
 // Mixes a colour with that of the labels at a point: (1 - w) C + c, where c is their colour times the weight w.
-ALWAYS_INLINE void mix_label_color(const Tint *tint, Point point, realv *r, realv *g, realv *b) {
+ALWAYS_INLINE void mix_color(const Tint *tint, Point point, realv *r, realv *g, realv *b) {
     const TintParams *p = tint->params;
     const realv x = label_position(p, 0, point), y = label_position(p, 1, point), z = label_position(p, 2, point);
     const float before = -p->beyond, behind = p->beyond - 1.0f;

@@ -165,6 +165,11 @@ impl UploadedColors {
         self.shaded.description()
     }
 
+    /// The value at the surface of labels that have one opacity: half of it.
+    pub(super) fn surface(&self) -> Option<f64> {
+        self.fields.labels.as_ref().map(|labels| 0.5 * labels.surface.most())
+    }
+
     /// The extinction as a field, and the transfer function of which it is the extinction: 1 − e^(−τ); or the opacity of labels, and the one
     /// that has their surfaces. It shows where there is any, and what dims the light; colours are drawn without it.
     pub(super) fn visibility(&self) -> (UploadedVolume, TransferFunction) {

@@ -54,6 +54,11 @@ impl LabelSurface {
         (0.5 - 0.5 * self.width) * self.levels.first().unwrap_or(&0.0)
     }
 
+    /// The largest opacity.
+    pub fn most(&self) -> f64 {
+        self.most
+    }
+
     pub fn params(&self) -> LabelParams {
         LabelParams { least: self.least() as f32, most: self.most as f32, per_share: (1.0 / self.width) as f32 }
     }

@@ -76,7 +76,8 @@ pub(super) fn inputs(
     let gradients = scene.gradient_voxels(AXIS, kernel, &layout)?;
     let (region, length) = (Region::marched(scene, kernel, step), scene.steps(1).shortest());
     let place = scene.placement(AXIS.frame(), kernel, &region, &visible);
-    Ok(FieldInputs { layout, gradients, visible, sample, region, place, length })
+    let colors = scene.voxel_colors(AXIS);
+    Ok(FieldInputs { layout, gradients, visible, sample, region, place, length, colors })
 }
 
 /// What rays with post-classified samples read, and their table.
@@ -137,6 +138,8 @@ impl MarchedRays {
                 channels: merged.shaded(&fields, &tables, light, ray_ends, drawn.output()),
                 s: screen_params(scene, steps, AXIS.frame(), drawn.tiles),
                 p: params(merged.blocks()),
+                // Depths have none.
+                colors: if depths { None } else { merged.colors() },
             };
             let variant = (merged.kind, kernel, rendering, merged.channels());
             return self.channels.launch(device, variant, &arguments);

@@ -1,5 +1,6 @@
 //! Inputs shared by all passes: a view of a field through a transfer function.
 
+use super::channels::PackedColors;
 use super::classification::{Classification, Integrals, PreparationKernels, Table, VisibleBlocks};
 use super::colors::ColorFields;
 use super::field::{Field, Layout};
@@ -9,7 +10,7 @@ use super::lighting::Lighting;
 use super::region::Region;
 use super::sampling::Steps;
 use super::store::Inputs;
-use crate::device::Device;
+use crate::device::{Buffer, Device};
 use crate::device::launch::Tint;
 use crate::device::launch::structs::{ClassificationParams, FieldPlacement, SampleParams, SegmentParams};
 use crate::error::Error;
@@ -50,6 +51,8 @@ pub(super) struct Scene<'a> {
     absorbers: Vec<OtherField<'a>>,
     /// The other fields of colours, if the scene's field is one.
     colors: Option<&'a ColorFields>,
+    /// Colours of the field's voxels, among several.
+    voxel_colors: Option<&'a PackedColors>,
     /// Colours of labels over the scene's field.
     label_colors: Option<&'a LabelColors>,
 }
@@ -60,6 +63,7 @@ pub(super) struct OtherField<'a> {
     pub classification: &'a mut Classification,
     /// In normalised world units.
     pub settings: Settings,
+    pub voxel_colors: Option<&'a PackedColors>,
 }
 
 impl<'a> Scene<'a> {
@@ -70,8 +74,23 @@ impl<'a> Scene<'a> {
         kernels: &'a mut PreparationKernels,
         light: &'a mut LightVolumes,
     ) -> Self {
-        let (others, absorbers, colors, label_colors) = (Vec::new(), Vec::new(), None, None);
-        Self { device, field, classification, kernels, light, rays, viewport, settings, others, absorbers, colors, label_colors }
+        let (others, absorbers) = (Vec::new(), Vec::new());
+        let (colors, voxel_colors, label_colors) = (None, None, None);
+        Self {
+            device,
+            field,
+            classification,
+            kernels,
+            light,
+            rays,
+            viewport,
+            settings,
+            others,
+            absorbers,
+            colors,
+            voxel_colors,
+            label_colors,
+        }
     }
 
     /// Adds fields that are drawn together with this one.
@@ -82,6 +101,11 @@ impl<'a> Scene<'a> {
     /// Sweeps light through these fields.
     pub fn with_absorbers(self, absorbers: Vec<OtherField<'a>>) -> Self {
         Self { absorbers, ..self }
+    }
+
+    /// Draws the scene's field, among others, in the colours of its voxels.
+    pub fn with_voxel_colors(self, voxel_colors: Option<&'a PackedColors>) -> Self {
+        Self { voxel_colors, ..self }
     }
 
     /// Makes the scene's field one of colours.
@@ -104,9 +128,15 @@ impl<'a> Scene<'a> {
         self.colors.is_some() || self.draws_fields_together()
     }
 
-    /// Whether kernels of several fields draw the scene: also one field whose voxels are not those of the frame.
+    /// Whether kernels of several fields draw the scene: also one field whose voxels are not those of the frame, or have colours.
     pub fn draws_fields_together(&self) -> bool {
-        self.channels() > 1 || self.field.is_framed()
+        self.channels() > 1 || self.field.is_framed() || self.voxel_colors.is_some()
+    }
+
+    /// The colours of the field's voxels, and the bytes from one to the next in the layout for a layer axis.
+    pub fn voxel_colors(&self, axis: Axis) -> Option<(Arc<Buffer<u8>>, [i32; 3])> {
+        let colors = self.voxel_colors?;
+        Some((colors.bytes.clone(), colors.strides(self.field.own_axis(axis).frame())))
     }
 
     /// The fields of colours beside the scene's, if it shows colours.
@@ -138,9 +168,10 @@ impl<'a> Scene<'a> {
     pub fn for_each_channel<T>(&mut self, mut work: impl FnMut(&mut Scene) -> Result<T, Error>) -> Result<Vec<T>, Error> {
         let mut results = vec![work(self)?];
         let Self { device, kernels, light, rays, viewport, .. } = self;
-        for OtherField { field, classification, settings } in &mut self.others {
+        for OtherField { field, classification, settings, voxel_colors } in &mut self.others {
             let view = View { device, rays, viewport: *viewport, settings };
-            results.push(work(&mut Scene::new(view, field, classification, kernels, light))?);
+            let mut scene = Scene::new(view, field, classification, kernels, light).with_voxel_colors(*voxel_colors);
+            results.push(work(&mut scene)?);
         }
         Ok(results)
     }
@@ -151,7 +182,7 @@ impl<'a> Scene<'a> {
             return self.for_each_channel(work);
         }
         let Self { device, kernels, light, rays, viewport, .. } = self;
-        let each = self.absorbers.iter_mut().map(|OtherField { field, classification, settings }| {
+        let each = self.absorbers.iter_mut().map(|OtherField { field, classification, settings, .. }| {
             let view = View { device, rays, viewport: *viewport, settings };
             work(&mut Scene::new(view, field, classification, kernels, light))
         });

@@ -8,4 +8,5 @@ mod common;
 mod label_colors;
 mod label_surfaces;
 mod methods;
+mod mixed;
 mod sheared;

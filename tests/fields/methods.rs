@@ -97,6 +97,15 @@ fn several_fields() {
 }
 
 #[test]
+fn colors_among_fields() {
+    let (uploaded, volume, transfer) = block();
+    let components = [(); 4].map(|()| uploaded.clone());
+    let colors = UploadedColors::from_components(&components, ColorOpacity::Alpha, &transfer).unwrap();
+    let channels = [Channel::new(&uploaded, &transfer), Channel::from_colors(&colors).unwrap()];
+    assert_drawn(&mut Renderer::from_channels(&channels).unwrap(), &volume, FieldKind::Mixed);
+}
+
+#[test]
 fn colors_of_labels() {
     let (uploaded, volume, transfer) = block();
     let mut renderer = Renderer::from_uploaded(&uploaded, &transfer).unwrap();

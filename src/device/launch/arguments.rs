@@ -9,10 +9,10 @@ pub(crate) trait Argument {
     /// Sets them, from this index on. Returns the next index.
     fn set(&self, kernel: &ClKernel, index: u32) -> opencl3::Result<u32>;
 
-    /// Describes each. `name`: of a single one. `tinted`: with the colours of labels.
+    /// Describes each. `name`: of a single one. `tinted`: with colours of voxels.
     fn parameters(name: &str, tinted: bool) -> Vec<Parameter>;
 
-    /// Whether the colours of labels are among them.
+    /// Whether colours of voxels are among them.
     fn is_tinted(&self) -> bool {
         false
     }

@@ -3,7 +3,7 @@
 use super::layered::{PointLattice, Segments};
 use super::rays::march_defines;
 use super::structs::{
-    ColorVoxelParams, Float4, LabelParams, LabelVoxelParams, MarchParams, RayEnds, RayLatticeParams, SampleParams, ScreenParams,
+    ColorVoxelParams, Float4, LabelParams, LabelVoxelParams, MarchParams, PackedColorParams, RayEnds, RayLatticeParams, SampleParams, ScreenParams,
 };
 use super::{
     Defines, Floats, Items, Output, Rendering, ShadedField, VoxelBuffer, VoxelKind, arguments, kernel, large_grid, tiles,
@@ -102,6 +102,21 @@ kernel! {
         out_green: Floats<'a>,
         out_blue: Floats<'a>,
         out_extinction: Floats<'a>,
+    }
+}
+
+kernel! {
+    /// Packs the four fields of colours into bytes, for fields that are drawn together.
+    PackColors = "volume/pack_colors.cl", pack_colors, "colors", Items::Tiles;
+    defines |tuning, voxels: VoxelKind| Defines::new(tuning.vector_width).with_values(voxels);
+    items |a, _| a.p.dims[1..].iter().map(|&n| n as usize).product();
+    arguments PackColorsArguments<'a> {
+        red: &'a VoxelBuffer,
+        green: &'a VoxelBuffer,
+        blue: &'a VoxelBuffer,
+        extinction: &'a VoxelBuffer,
+        p: PackedColorParams,
+        out: &'a Buffer<u8>,
     }
 }
 

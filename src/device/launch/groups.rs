@@ -58,13 +58,21 @@ arguments! {
     }
 }
 
-impl Argument for Option<Tint<'_>> {
+arguments! {
+    /// Colours of the fields' voxels: CHANNEL_COLORS of kernels/shared/channel.cl. Programs with them are built with TINTED.
+    ChannelColors<'a> {
+        /// Red, green, blue and weight.
+        colors: PerChannel<&'a Buffer<u8>>,
+    }
+}
+
+impl<T: Argument> Argument for Option<T> {
     fn set(&self, kernel: &ClKernel, index: u32) -> opencl3::Result<u32> {
-        self.map_or(Ok(index), |tint| tint.set(kernel, index))
+        self.as_ref().map_or(Ok(index), |colors| colors.set(kernel, index))
     }
 
     fn parameters(name: &str, tinted: bool) -> Vec<Parameter> {
-        if tinted { Tint::parameters(name, tinted) } else { Vec::new() }
+        if tinted { T::parameters(name, tinted) } else { Vec::new() }
     }
 
     fn is_tinted(&self) -> bool {

@@ -26,7 +26,7 @@ pub(crate) use arguments::{Argument, MAX_CHANNELS, PerChannel};
 use arguments::{Parameter, arguments};
 use defines::Defines;
 pub(crate) use defines::{BlendMode, Gradients, Rendering};
-pub(crate) use groups::{ChannelFields, LightBuffers, Output, ShadedField, Tint};
+pub(crate) use groups::{ChannelColors, ChannelFields, LightBuffers, Output, ShadedField, Tint};
 pub(crate) use request::KernelRequest;
 pub(crate) use voxel_buffer::{Floats, VoxelBuffer, VoxelKind};
 
@@ -52,7 +52,7 @@ pub(crate) trait Launch {
     /// Kernel arguments. Every kernel has one more at the end, `ulong first_item`: the work-items of a launch count from it, so that a
     /// launch can be divided into bands.
     type Arguments<'a>: Argument;
-    /// Key of the program permutation, besides the device's tuning and the colours of labels.
+    /// Key of the program permutation, besides the device's tuning and the colours of voxels.
     type Variant: Copy + Eq + Hash;
 
     /// `-D` options of a variant, without TINTED.
@@ -65,7 +65,7 @@ pub(crate) trait Launch {
     }
 }
 
-/// A variant of a kernel, and whether it has the colours of labels.
+/// A variant of a kernel, and whether it has colours of voxels.
 type Permutation<K> = (<K as Launch>::Variant, bool);
 
 /// Work of one work-item.

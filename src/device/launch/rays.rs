@@ -2,7 +2,7 @@
 
 use super::layered::{Channels, Segments, ShadedChannels};
 use super::structs::{Float4, MarchParams, RayEnds, SampleParams, ScreenParams};
-use super::{Defines, Items, Output, Rendering, ShadedField, Tint, VoxelKind, arguments, kernel, tiles};
+use super::{ChannelColors, Defines, Items, Output, Rendering, ShadedField, Tint, VoxelKind, arguments, kernel, tiles};
 use crate::device::{Buffer, Tuning};
 use crate::layers::Kernel;
 
@@ -73,6 +73,7 @@ kernel! {
         channels: ShadedChannels<'a>,
         s: ScreenParams,
         p: MarchParams,
+        colors: Option<ChannelColors<'a>>,
     }
 }
 

@@ -289,6 +289,18 @@ kernel_struct! {
         gradient_view: VolumeView,
         sample: SampleParams,
         place: FieldPlacement,
+        /// Bytes from the colour of a voxel to the next along u, v, a of `view` (voxel_colors.cl); 0 without colours.
+        color_stride as [color_stride_u, color_stride_v, color_stride_a]: i32,
+        padding: f32,
+    }
+}
+
+kernel_struct! {
+    /// Volumes of colours that are packed into bytes.
+    PackedColorParams {
+        dims as [dims_x, dims_y, dims_z]: i32,
+        /// Largest extinction, more than 0.
+        largest: f32,
     }
 }
 
@@ -576,6 +588,7 @@ pub(in crate::device) fn typedefs() -> String {
         FieldPlacement::typedef(),
         ChannelParams::typedef(),
         ColorVoxelParams::typedef(),
+        PackedColorParams::typedef(),
         ResampleParams::typedef(),
         RayEnds::typedef(),
         LayerOffset::typedef(),

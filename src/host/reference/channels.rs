@@ -35,6 +35,8 @@ struct Summand<'a> {
     field: Field,
     /// How far the field reaches beyond its grid, in voxels.
     reach: f64,
+    /// Of a volume of colours: extinction times red, green and blue, and extinction. `field` is the extinction then.
+    colors: Option<[Field; 4]>,
 }
 
 impl<'a> Sum<'a> {
@@ -42,8 +44,18 @@ impl<'a> Sum<'a> {
     pub fn with_field(mut self, volume: &'a Volume<'a>, transfer: &'a TransferFunction, factor: f64, kernel: Kernel) -> Self {
         let field = Field::new(volume, transfer, Blend::Composite, kernel);
         let field = field.with_gradient(GradientEstimator::for_kernel(kernel));
-        self.fields.push(Summand { volume, transfer, factor, field, reach: f64::from(kernel.radius()) });
+        self.fields.push(Summand { volume, transfer, factor, field, reach: f64::from(kernel.radius()), colors: None });
         self
+    }
+
+    /// Adds a volume of colours: extinction times red, green and blue, and extinction, whose `transfer` is 1 - e^(-τ). `kernel` reconstructs
+    /// the extinction; colours are interpolated linearly, weighted by it.
+    pub fn with_colors(self, volumes: [&'a Volume<'a>; 4], transfer: &'a TransferFunction, factor: f64, kernel: Kernel) -> Self {
+        let mut sum = self.with_field(volumes[3], transfer, factor, kernel);
+        if let Some(field) = sum.fields.last_mut() {
+            field.colors = Some(volumes.map(|volume| Field::new(volume, transfer, Blend::Composite, Kernel::Linear)));
+        }
+        sum
     }
 
     /// Adds a field on a grid of its own, as it is resampled: by Catmull-Rom, up to one voxel beyond its grid.
@@ -148,7 +160,14 @@ impl Summand<'_> {
             return (0.0, [0.0; 3]);
         }
         let look = ShadingInputs { shading, gradient_opacity: None, extinction: Extinction::Exponential, reached: reached() };
-        let (color, _) = look.at(self.volume, || self.field.gradient(p), seen.to_eye, self.transfer.color(value), 1.0);
+        let color = match &self.colors {
+            None => self.transfer.color(value),
+            Some(fields) => {
+                let [r, g, b, weight] = fields.each_ref().map(|field| field.reconstructed(p));
+                [r, g, b].map(|c| if weight > 0.0 { c / weight } else { 0.0 })
+            }
+        };
+        let (color, _) = look.at(self.volume, || self.field.gradient(p), seen.to_eye, color, 1.0);
         (extinction * length / self.volume.grid().spacing().min_element(), color)
     }
 }

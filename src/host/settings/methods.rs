@@ -85,6 +85,8 @@ pub enum FieldKind {
     LabelColors,
     /// Several fields.
     Several,
+    /// Several fields, of which some have colours instead of values, or labels.
+    Mixed,
     /// Colours.
     Colors,
     /// Labels, which are drawn as colours.
@@ -96,6 +98,7 @@ choices! {
     One = "one field",
     LabelColors = "in the colours of labels",
     Several = "several fields",
+    Mixed = "colours or labels among them",
     Colors = "colours",
     Labels = "labels",
 }
@@ -111,7 +114,7 @@ impl FieldKind {
     pub fn check(self, settings: &Settings) -> Result<(), Error> {
         self.check_method(Method::of(settings.algorithm), settings.blend)?;
         match (self, settings.algorithm) {
-            (Self::Colors | Self::Labels, Algorithm::Raycast { kernel: Kernel::Gaussian, .. }) => {
+            (Self::Colors | Self::Labels | Self::Mixed, Algorithm::Raycast { kernel: Kernel::Gaussian, .. }) => {
                 let problem = "reconstructs single values, which volumes of colours and labels do not have: choose another";
                 Err(Error::Settings { field: "kernel", problem: problem.into() })
             }
@@ -133,7 +136,7 @@ impl FieldKind {
     /// The table: why a method does not draw this with a blend mode.
     fn refusal(self, method: Method, blend: Blend) -> Option<Refusal> {
         use Blend::{Average, Composite, Iso, Maximum, Minimum};
-        use FieldKind::{Colors, LabelColors, Labels, One, Several};
+        use FieldKind::{Colors, LabelColors, Labels, Mixed, One, Several};
         use Method::*;
         let refusal = match (self, method, blend) {
             // These exist for nothing that is drawn.
@@ -162,19 +165,30 @@ impl FieldKind {
                 ("label_colors", "this algorithm does not show them: omit them, or choose pre-integrated layers or ray casting")
             }
 
+            (Mixed, _, Maximum | Minimum | Average) => {
+                ("blend", "takes values, and colours and labels have none: hide them, or draw the composited picture")
+            }
+            (Mixed, Preintegrated | Rays | Depths, Composite) => return None,
+            (Mixed, Preintegrated | Rays | Depths, Iso(_)) => {
+                ("blend", "draws surfaces at a value, and colours have none: hide them, or draw the composited picture")
+            }
+            (Mixed, Splats, _) => {
+                ("classification", "splats values, and colours and labels among the fields have none: omit it, or hide them")
+            }
+
             (Several, Preintegrated | Splats, _) | (Several, Rays | Depths, Composite) => return None,
             (Several, Rays, _) => (
                 "channels",
                 "rays of this blend mode show one channel: show one alone, or choose layers, and a view that their lattice covers",
             ),
             (Several, Depths, _) => ("channels", "depths of surfaces are those of one channel: show one alone"),
-            (Several, PreintegratedPixels | SplatPixels, _) => {
+            (Several | Mixed, PreintegratedPixels | SplatPixels, _) => {
                 ("channels", "layers per pixel show one channel: show one alone, or choose layers on a lattice or ray casting")
             }
-            (Several, Slicing | AxisSheets | ViewSheets, _) => {
+            (Several | Mixed, Slicing | AxisSheets | ViewSheets, _) => {
                 ("channels", "this algorithm shows one channel: choose pre-integrated layers or ray casting")
             }
-            (Several, Slices, _) => ("channels", "slices show one channel: show one alone"),
+            (Several | Mixed, Slices, _) => ("channels", "slices show one channel: show one alone"),
 
             (Colors | Labels, Slices, _) => ("channels", "slices show single values, which colours and labels do not have"),
             (Colors, _, Maximum | Minimum | Average | Iso(_)) => {

@@ -2,7 +2,7 @@
 
 use super::super::classification::{Classification, TableSizes};
 use super::super::field::{Field, FieldShape, UploadedVolume};
-use super::{Channel, ChannelLook};
+use super::{Channel, ChannelLook, PackedColors};
 use crate::device::Device;
 use crate::error::Error;
 use crate::settings::Blend;
@@ -14,6 +14,8 @@ pub(in crate::renderer) struct ClassifiedField {
     pub field: Field,
     pub classification: Classification,
     pub look: ChannelLook,
+    /// Colours of its voxels, among several.
+    pub colors: Option<PackedColors>,
 }
 
 /// Properties of a field on which tables depend.
@@ -35,13 +37,13 @@ impl Numbers {
 impl ClassifiedField {
     pub(super) fn new(volume: &UploadedVolume, transfer: &TransferFunction) -> Self {
         let field = volume.field.for_renderer();
-        Self { classification: Classification::new(transfer, &field), field, look: ChannelLook::default() }
+        Self { classification: Classification::new(transfer, &field), field, look: ChannelLook::default(), colors: None }
     }
 
     /// A copy for rehearsals, with empty caches.
     pub(super) fn for_rehearsal(&self, dimmed: Option<bool>) -> Self {
         let (field, classification) = (self.field.for_rehearsal(), self.classification.for_rehearsal(dimmed));
-        Self { field, classification, look: self.look }
+        Self { field, classification, look: self.look, colors: self.colors.clone() }
     }
 
     /// Replaces the field. Tables are made again if the stored numbers differ.
@@ -77,6 +79,7 @@ impl ClassifiedField {
         self.set_transfer_function(&channel.transfer);
         self.classification.set_factor(channel.look.factor);
         self.look = channel.look;
+        self.colors = channel.colors.clone();
     }
 
     /// Invalidates the tables if the stored numbers of the field have changed.
@@ -95,6 +98,11 @@ impl ClassifiedField {
     pub(super) fn shows(&self, blend: Blend) -> bool {
         let opaque = || self.look.factor > 0.0 && self.classification.shows_anything();
         self.look.visible && (blend != Blend::Composite || opaque())
+    }
+
+    /// Whether a picture has colours of its voxels, rather than surfaces at a value.
+    pub(super) fn shows_colors(&self, blend: Blend) -> bool {
+        self.colors.is_some() && self.shows(blend) && !(matches!(blend, Blend::Iso(_)) && self.look.iso.is_some())
     }
 
     pub(super) fn sizes(&self) -> (FieldShape, TableSizes<'_>) {

@@ -6,7 +6,7 @@ use super::super::region::Region;
 use super::super::scene::GradientVoxels;
 use crate::device::launch::layered::{Channels, ShadedChannels};
 use crate::device::launch::structs::{ChannelParams, FieldPlacement, Float4, RayEnds, SampleParams};
-use crate::device::launch::{ChannelFields, LightBuffers, Output, PerChannel, Rendering, ShadedField, VoxelKind};
+use crate::device::launch::{ChannelColors, ChannelFields, LightBuffers, Output, PerChannel, Rendering, ShadedField, VoxelKind};
 use crate::device::{Buffer, Device};
 use crate::error::Error;
 use std::sync::Arc;
@@ -22,6 +22,8 @@ pub(in crate::renderer) struct FieldInputs {
     pub place: FieldPlacement,
     /// A length of all fields, in unit distances of this one.
     pub length: f64,
+    /// Colours of the voxels, and the bytes from one to the next along the axes of the layout.
+    pub colors: Option<(Arc<Buffer<u8>>, [i32; 3])>,
 }
 
 impl FieldInputs {
@@ -104,6 +106,12 @@ impl<'a> MergedInputs<'a> {
         }
     }
 
+    /// Kernel arguments, if voxels of any field have colours.
+    pub fn colors(&self) -> Option<ChannelColors<'a>> {
+        let any = self.fields.iter().find_map(|field| Some(&*field.colors.as_ref()?.0))?;
+        Some(ChannelColors { colors: self.each(|field| field.colors.as_ref().map_or(any, |(bytes, _)| bytes)) })
+    }
+
     pub fn visible(&self) -> PerChannel<&'a Buffer<u8>> {
         self.each(|field| &field.visible.flags)
     }
@@ -125,10 +133,11 @@ impl<'a> MergedInputs<'a> {
     /// Parameters, with lengths in unit distances of the first field.
     pub fn params(&self, device: &Device, name: &str) -> Result<Buffer<ChannelParams>, Error> {
         let params = |field: &&FieldInputs| {
-            let &FieldInputs { ref layout, ref gradients, mut sample, place, length, .. } = *field;
+            let &FieldInputs { ref layout, ref gradients, mut sample, place, length, ref colors, .. } = *field;
             sample.classification.table_unit *= (length / self.fields[0].length) as f32;
             sample.light = place.lighting(sample.light);
-            ChannelParams { view: layout.view, gradient_view: gradients.layout.view, sample, place }
+            let color_stride = colors.as_ref().map_or([0; 3], |(_, strides)| *strides);
+            ChannelParams { view: layout.view, gradient_view: gradients.layout.view, sample, place, color_stride, padding: 0.0 }
         };
         Buffer::from_slice(device, &self.fields.iter().map(params).collect::<Vec<_>>(), name)
     }

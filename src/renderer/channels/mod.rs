@@ -5,12 +5,14 @@ mod common_grid;
 mod fields;
 mod inputs;
 mod on_frame;
+mod packed_colors;
 mod scenes;
 #[cfg(test)]
 mod tests;
 
 pub(super) use fields::Fields;
 pub(super) use inputs::{FieldInputs, MergedInputs};
+pub(super) use packed_colors::PackedColors;
 
 use super::field::UploadedVolume;
 use super::frame::{Declaring, Resources, Slot};
@@ -31,6 +33,8 @@ pub struct Channel {
     pub(super) volume: UploadedVolume,
     pub(super) transfer: TransferFunction,
     pub(super) look: ChannelLook,
+    /// Colours of its voxels, instead of those of the transfer function.
+    colors: Option<PackedColors>,
 }
 
 /// Their kernel arguments.
@@ -67,7 +71,7 @@ impl Channel {
 
     /// A visible channel.
     pub fn new(volume: &UploadedVolume, transfer: &TransferFunction) -> Self {
-        Self { volume: volume.clone(), transfer: transfer.clone(), look: ChannelLook::default() }
+        Self { volume: volume.clone(), transfer: transfer.clone(), look: ChannelLook::default(), colors: None }
     }
 
     /// Multiplies the extinction by a factor. Opacity α becomes 1 − (1−α)^factor; with

@@ -63,7 +63,7 @@ impl Resampled {
         let ends = ends(source);
         let field = source.field.on_frame(&mut kernels.field, device, ends)?;
         let classification = Classification::new(source.classification.transfer_function(), &field);
-        let mut field = ClassifiedField { field, classification, look: source.look };
+        let mut field = ClassifiedField { field, classification, look: source.look, colors: None };
         field.classify_as(source);
         Ok(Self { source: source.field.version(), ends, field })
     }

@@ -18,10 +18,11 @@ const FAR: DVec3 = DVec3::splat(1e12);
 
 /// Fields in a scene with others.
 fn others_of<'a>(fields: Vec<&'a mut ClassifiedField>, settings: &Settings, world: World) -> Vec<OtherField<'a>> {
-    let other = |ClassifiedField { field, classification, look }: &'a mut ClassifiedField| OtherField {
+    let other = |ClassifiedField { field, classification, look, colors }: &'a mut ClassifiedField| OtherField {
         field,
         classification,
         settings: look.settings(settings, world),
+        voxel_colors: colors.as_ref(),
     };
     fields.into_iter().map(other).collect()
 }
@@ -96,9 +97,13 @@ impl Fields {
 
     /// What frames of a blend mode draw.
     pub fn kind(&self, blend: Blend) -> FieldKind {
+        let is_colored = || self.all().any(|field| field.shows(blend) && field.colors.is_some());
         match (&self.colors, &self.label_colors) {
             (Some(colors), _) => colors.kind,
-            _ if self.base().is_framed() || self.all().filter(|field| field.shows(blend)).count() > 1 => FieldKind::Several,
+            _ if self.all().any(|field| field.shows_colors(blend)) => FieldKind::Mixed,
+            _ if self.base().is_framed() || is_colored() || self.all().filter(|field| field.shows(blend)).count() > 1 => {
+                FieldKind::Several
+            }
             (_, Some(_)) => FieldKind::LabelColors,
             _ => FieldKind::One,
         }
@@ -106,7 +111,7 @@ impl Fields {
 
     /// Whether frames are of several fields or of colours.
     pub fn are_tiled(&self, blend: Blend) -> bool {
-        matches!(self.kind(blend), FieldKind::Colors | FieldKind::Labels | FieldKind::Several)
+        matches!(self.kind(blend), FieldKind::Colors | FieldKind::Labels | FieldKind::Several | FieldKind::Mixed)
     }
 
     /// The shapes and the tables of the visible fields, beginning with the one that scenes begin with.
@@ -146,7 +151,7 @@ impl Fields {
         let view = View { settings: &settings, ..view };
         let scene = Scene::new(view, &base.field, &mut base.classification, kernels, light);
         let scene = scene.with_others(others).with_absorbers(absorbers);
-        let scene = scene.with_colors(colors.as_ref());
+        let scene = scene.with_voxel_colors(base.colors.as_ref()).with_colors(colors.as_ref());
         work(&mut scene.with_label_colors(label_colors.as_ref()))
     }
 }

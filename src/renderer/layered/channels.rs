@@ -57,6 +57,7 @@ impl ChannelLayers {
             integrals: PerChannel::new(&integrals),
             shown_slabs: merged.shown_slabs(),
             p: view.params(merged.blocks(), scene.settings.culling),
+            colors: merged.colors(),
         };
         let variant = (merged.kind, view.kernel, segments, view.rendering(merged.rendering), merged.channels());
         self.lattice.launch(device, variant, &arguments)

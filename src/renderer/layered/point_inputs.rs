@@ -66,7 +66,9 @@ impl PointInputs {
         let (region, segments) = (Region::new(scene, kernel, per_layer), segments(scene, &integrals, per_layer));
         let length = steps.shortest() * f64::from(per_layer);
         let place = scene.placement(view.frame(), kernel, &region, &visible);
-        Ok(Self { field: FieldInputs { layout, gradients, visible, sample, region, place, length }, integrals, table, segments })
+        let colors = scene.voxel_colors(axis);
+        let field = FieldInputs { layout, gradients, visible, sample, region, place, length, colors };
+        Ok(Self { field, integrals, table, segments })
     }
 }
 

@@ -339,7 +339,7 @@ impl SplatInputs {
         let gradients = scene.gradient_voxels(axis, Kernel::Cubic, &layout)?;
         let length = steps.shortest() * f64::from(samples);
         let place = scene.placement(frame, Kernel::Cubic, &region, &visible);
-        Ok(Self { field: FieldInputs { layout, gradients, visible, sample, region, place, length }, table, steps })
+        Ok(Self { field: FieldInputs { layout, gradients, visible, sample, region, place, length, colors: None }, table, steps })
     }
 }
 

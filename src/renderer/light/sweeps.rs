@@ -227,7 +227,7 @@ impl Scene<'_> {
         let sample = self.light_samples(axis.frame(), ClassificationParams::from_integrals(self, &integrals));
         let region = Region::for_light(self);
         let place = self.placement(axis.frame(), KERNEL, &region, &visible);
-        Ok(Absorber { field: FieldInputs { layout, gradients, visible, sample, region, place, length }, integrals })
+        Ok(Absorber { field: FieldInputs { layout, gradients, visible, sample, region, place, length, colors: None }, integrals })
     }
 
     /// The voxels from which gradients are estimated that change the opacity along rays from a light.

@@ -2,7 +2,7 @@
 
 use super::super::structs::{FieldPlacement, Float4, RayEnds, RayLatticeParams};
 use super::super::{
-    ChannelFields, Defines, Items, LightBuffers, Output, PerChannel, Rendering, VoxelKind, arguments, kernel, tiles,
+    ChannelColors, ChannelFields, Defines, Items, LightBuffers, Output, PerChannel, Rendering, VoxelKind, arguments, kernel, tiles,
 };
 use super::{PointLattice, Segments};
 use crate::device::Buffer;
@@ -61,5 +61,6 @@ kernel! {
         integrals: PerChannel<&'a Buffer<[i32; 4]>>,
         shown_slabs: PerChannel<&'a Buffer<i32>>,
         p: RayLatticeParams,
+        colors: Option<ChannelColors<'a>>,
     }
 }
