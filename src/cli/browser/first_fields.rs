@@ -30,7 +30,9 @@ impl FirstFields {
     pub fn missing_in_python(&self) -> Option<&'static str> {
         match self.kind {
             FieldKind::One | FieldKind::LabelColors => None,
-            FieldKind::Several | FieldKind::Mixed => Some("all fields but the first, factors and visibilities: see layersplat.Channel"),
+            FieldKind::Several | FieldKind::Mixed => {
+                Some("all fields but the first, factors and visibilities: see layersplat.Channel")
+            }
             FieldKind::Colors => Some("colours: see layersplat.Colors"),
             FieldKind::Labels => Some("labels: see layersplat.Labels"),
         }

@@ -3,7 +3,8 @@
 use super::layered::{PointLattice, Segments};
 use super::rays::march_defines;
 use super::structs::{
-    ColorVoxelParams, Float4, LabelParams, LabelVoxelParams, MarchParams, PackedColorParams, RayEnds, RayLatticeParams, SampleParams, ScreenParams,
+    ColorVoxelParams, Float4, LabelParams, LabelVoxelParams, MarchParams, PackedColorParams, RayEnds, RayLatticeParams,
+    SampleParams, ScreenParams,
 };
 use super::{
     Defines, Floats, Items, Output, Rendering, ShadedField, VoxelBuffer, VoxelKind, arguments, kernel, large_grid, tiles,

@@ -165,6 +165,7 @@ impl FieldKind {
                 ("label_colors", "this algorithm does not show them: omit them, or choose pre-integrated layers or ray casting")
             }
 
+            (Several | Mixed, Slices, _) => ("channels", "slices show one channel: show one alone"),
             (Mixed, _, Maximum | Minimum | Average) => {
                 ("blend", "takes values, and colours and labels have none: hide them, or draw the composited picture")
             }
@@ -188,7 +189,6 @@ impl FieldKind {
             (Several | Mixed, Slicing | AxisSheets | ViewSheets, _) => {
                 ("channels", "this algorithm shows one channel: choose pre-integrated layers or ray casting")
             }
-            (Several | Mixed, Slices, _) => ("channels", "slices show one channel: show one alone"),
 
             (Colors | Labels, Slices, _) => ("channels", "slices show single values, which colours and labels do not have"),
             (Colors, _, Maximum | Minimum | Average | Iso(_)) => {

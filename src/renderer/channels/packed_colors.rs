@@ -40,10 +40,7 @@ impl PackedColors {
             green: green.voxels(),
             blue: blue.voxels(),
             extinction: colors.shaded.voxels(),
-            p: PackedColorParams {
-                dims: dims.map(|n| n as i32),
-                largest: (description.range().1 as f32).max(f32::MIN_POSITIVE),
-            },
+            p: PackedColorParams { dims: dims.map(|n| n as i32), largest: (description.range().1 as f32).max(f32::MIN_POSITIVE) },
             out: &bytes,
         };
         Launcher::<PackColors>::default().launch(device, red.voxel_kind(), &arguments)?;

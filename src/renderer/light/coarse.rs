@@ -123,7 +123,10 @@ impl Scene<'_> {
         let sample = self.light_samples(Axis::Z.frame(), ClassificationParams::from_table(self, &table));
         let (visible, region) = (unculled.clone(), Region::for_light(self));
         let place = self.placement(Axis::Z.frame(), KERNEL, &region, &visible);
-        Ok(Source { field: FieldInputs { layout, gradients, visible, sample, region, place, length, colors: None }, transmittance })
+        Ok(Source {
+            field: FieldInputs { layout, gradients, visible, sample, region, place, length, colors: None },
+            transmittance,
+        })
     }
 
     /// The transmittance of a length in unit distances, for each table entry.

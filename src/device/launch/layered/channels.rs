@@ -2,7 +2,8 @@
 
 use super::super::structs::{FieldPlacement, Float4, RayEnds, RayLatticeParams};
 use super::super::{
-    ChannelColors, ChannelFields, Defines, Items, LightBuffers, Output, PerChannel, Rendering, VoxelKind, arguments, kernel, tiles,
+    ChannelColors, ChannelFields, Defines, Items, LightBuffers, Output, PerChannel, Rendering, VoxelKind, arguments, kernel,
+    tiles,
 };
 use super::{PointLattice, Segments};
 use crate::device::Buffer;
