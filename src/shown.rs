@@ -4,10 +4,10 @@ use crate::annotation::{Legend, LegendEntry};
 use crate::device::Device;
 use crate::error::Error;
 use crate::framing::Framing;
-use crate::renderer::{ColorOpacity, LabelColors, UploadedColors, UploadedVolume};
+use crate::renderer::{Channel, ColorOpacity, LabelColors, UploadedColors, UploadedVolume};
 use crate::settings::FieldKind;
 use crate::transfer::TransferFunction;
-use crate::volume::{Description, Label, LabelChange, LabelLayer, LabelTable, Labels, Volume, VoxelType};
+use crate::volume::{Description, Grid, Label, LabelChange, LabelLayer, LabelTable, Labels, Volume, VoxelType};
 
 /// What a picture shows instead of values.
 pub enum Shown {
@@ -70,6 +70,17 @@ impl IndexedLabels {
         Ok(Self { labels, indices })
     }
 
+    /// Opacities of the visible labels of each layer, ascending.
+    fn opacities(&self, tables: &[LabelTable]) -> Vec<Vec<f64>> {
+        let of_layer = |palette: Vec<[f64; 4]>| {
+            let mut opacities: Vec<f64> = palette.iter().map(|entry| entry[3]).filter(|&opacity| opacity > 0.0).collect();
+            opacities.sort_by(f64::total_cmp);
+            opacities.dedup();
+            opacities
+        };
+        self.palettes(tables).into_iter().map(of_layer).collect()
+    }
+
     /// The layers with the volumes of their indices.
     pub fn layers(&self) -> impl Iterator<Item = (&LabelLayer, &Volume<'static>)> {
         self.labels.layers().iter().zip(&self.indices)
@@ -106,6 +117,32 @@ impl Shown {
             Self::Components(volumes, _) | Self::Labels(IndexedLabels { indices: volumes, .. }) => &volumes[0],
             Self::Vectors { norms, .. } => norms,
         }
+    }
+
+    /// All of it on other grids.
+    ///
+    /// # Errors
+    /// Those of `place`.
+    pub fn placed(self, place: impl Fn(&Grid) -> Result<Grid, Error>) -> Result<Self, Error> {
+        let placed = |volume: Volume<'static>| {
+            let grid = place(volume.grid())?;
+            volume.with_grid(grid)
+        };
+        let all = |volumes: Vec<Volume<'static>>| volumes.into_iter().map(placed).collect::<Result<Vec<_>, Error>>();
+        Ok(match self {
+            Self::Components(components, opacity) => Self::Components(all(components)?, opacity),
+            Self::Vectors { components, norms } => {
+                Self::Vectors { components: all(components)?, norms: Box::new(placed(*norms)?) }
+            }
+            Self::Labels(IndexedLabels { labels, indices }) => {
+                Self::Labels(IndexedLabels { labels: labels.placed(&place)?, indices: all(indices)? })
+            }
+        })
+    }
+
+    /// Bytes of a field that is drawn beside others on the device: extinctions and colours.
+    pub(crate) fn voxel_bytes(&self) -> u64 {
+        8 * self.volume().grid().voxel_count() as u64
     }
 
     /// What a renderer draws of it.
@@ -204,6 +241,43 @@ impl Shown {
                 UploadedColors::from_labels(&layers, all.labels.surfaces())
             }
         }
+    }
+}
+
+impl Shown {
+    /// Number of channels that draw it beside other fields: one, and of labels one for each layer and opacity. `tables`: those of
+    /// [`tables`](Self::tables).
+    pub fn channel_count(&self, tables: &[LabelTable]) -> usize {
+        match self {
+            Self::Components(..) | Self::Vectors { .. } => 1,
+            Self::Labels(all) => all.opacities(tables).iter().map(Vec::len).sum(),
+        }
+    }
+
+    /// These channels, of voxels that were [uploaded](Self::upload).
+    ///
+    /// # Errors
+    /// As [`colors`](Self::colors) and [`Channel::from_colors`].
+    pub fn channels(
+        &self,
+        device: &Device,
+        uploaded: &[UploadedVolume],
+        transfer: &TransferFunction,
+        tables: &[LabelTable],
+    ) -> Result<Vec<Channel>, Error> {
+        let Self::Labels(all) = self else {
+            return Ok(vec![Channel::from_colors(&self.colors(device, uploaded, transfer, tables)?)?]);
+        };
+        let mut channels = Vec::new();
+        for ((indices, palette), opacities) in uploaded.iter().zip(all.palettes(tables)).zip(all.opacities(tables)) {
+            for opacity in opacities {
+                let own = |&entry: &[f64; 4]| if entry[3] == opacity { entry } else { [0.0; 4] };
+                let entries: Vec<[f64; 4]> = palette.iter().map(own).collect();
+                let colors = UploadedColors::from_labels(&[(indices, &entries)], all.labels.surfaces())?;
+                channels.push(Channel::from_colors(&colors)?);
+            }
+        }
+        Ok(channels)
     }
 }
 

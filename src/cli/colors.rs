@@ -11,7 +11,7 @@ use crate::renderer::{ColorOpacity, vector_norms};
 use crate::settings::FieldKind;
 use crate::shown::{IndexedLabels, Shown};
 use crate::viewport::Viewport;
-use crate::volume::Sequence;
+use crate::volume::{Sequence, Volume};
 use clap::{Args, ValueEnum};
 
 /// Components as colours.
@@ -19,22 +19,22 @@ use clap::{Args, ValueEnum};
 #[command(next_help_heading = "Channels")]
 pub(super) struct ColorOptions {
     /// Draw components of the file as colours: direct, as red, green, blue and possibly opacity; direction, as vectors whose direction is the colour and whose norm, by the transfer function, the opacity; none [default: direct if the file says that they are colours, else none]
-    #[arg(long, value_name = "HOW", conflicts_with_all = ["channels", "channel", "with", "scene", "labels", "label", "label_colors", "label_surfaces", "mask", "field"])]
+    #[arg(long, value_name = "HOW", conflicts_with_all = ["channels", "channel", "labels", "label", "label_colors", "label_surfaces", "mask"])]
     colors: Option<Colors>,
     /// Opacity of colours: alpha, luminance (then by --opacity), or a colour that is transparent, as white [default: alpha if there is one, else luminance]
     #[arg(long, value_name = "FROM", value_parser = color_opacity, requires = "colors")]
     color_opacity: Option<ColorOpacity>,
 }
 
-#[derive(Clone, Copy, ValueEnum)]
-enum Colors {
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+pub(super) enum Colors {
     Direct,
     Direction,
     None,
 }
 
 /// Parses `alpha`, `luminance` or a colour.
-fn color_opacity(text: &str) -> Result<ColorOpacity, String> {
+pub(super) fn color_opacity(text: &str) -> Result<ColorOpacity, String> {
     match text {
         "alpha" => Ok(ColorOpacity::Alpha),
         "luminance" => Ok(ColorOpacity::Luminance),
@@ -54,7 +54,7 @@ impl ColorOptions {
     /// How components are drawn as colours: as options say, or directly if the file says that they are colours and no option chooses else.
     fn chosen(&self, options: &SceneOptions) -> Option<Colors> {
         let SceneOptions { volume, channels, labels, camera, .. } = options;
-        let direct = || !channels.are_given() && !labels.is_given() && volume.declares_colors(camera.size);
+        let direct = || !channels.choose_components() && !labels.is_given() && volume.declares_colors(camera.size);
         self.colors.or_else(|| direct().then_some(Colors::Direct))
     }
 
@@ -82,8 +82,8 @@ impl ColorOptions {
     /// [`Error::Settings`] for the directions of vectors.
     pub fn kind_in_time(&self, scene: &SceneOptions) -> Result<Option<FieldKind>, Error> {
         let are_labels =
-            || scene.labels.is_given() || !scene.channels.are_given() && scene.volume.declares_labels(scene.camera.size);
-        match self.chosen(scene) {
+            || scene.labels.is_given() || !scene.channels.choose_components() && scene.volume.declares_labels(scene.camera.size);
+        let kind = match self.chosen(scene) {
             Some(Colors::Direct) => Ok(Some(FieldKind::Colors)),
             Some(Colors::Direction) => {
                 let problem = "plays values, colours and labels: directions of vectors are drawn at one moment, by --frame; omit one of both";
@@ -91,7 +91,12 @@ impl ColorOptions {
             }
             None if are_labels() => Ok(Some(FieldKind::Labels)),
             Some(Colors::None) | None => Ok(None),
+        }?;
+        if kind.is_some() && scene.channels.are_given() {
+            let problem = "are not played beside colours or labels: omit them, choose one component by --channel N, or draw one moment by --frame";
+            return refuse("channels", problem).map(|()| None);
         }
+        Ok(kind)
     }
 
     /// The steps of a sequence of colours or labels.
@@ -108,17 +113,24 @@ impl ColorOptions {
             let problem = "direction takes opacities of the norm by the transfer function: omit it".into();
             return Err(Error::Settings { field: "color_opacity", problem });
         }
-        let first = options.open_component(&Component::Number(0), Some(size))?;
-        let count = first.contents().channels;
-        if count != 3 {
-            let problem = format!("direction needs 3 components, and {} has {count}: omit it", first.name());
-            return Err(Error::Settings { field: "colors", problem });
-        }
-        let others = (1..count).map(|number| options.open_component(&Component::Number(number), Some(size)));
-        let components = std::iter::once(Ok(first)).chain(others).collect::<Result<Vec<_>, _>>()?;
-        let norms = Box::new(vector_norms(&components)?);
-        Ok(Shown::Vectors { components, norms })
+        vectors_of(|number| options.open_component(&Component::Number(number), Some(size)))
     }
+}
+
+/// The vectors of a file with these components.
+///
+/// # Errors
+/// [`Error::Settings`] for other numbers of components than three; those of reading them.
+pub(super) fn vectors_of(component: impl Fn(usize) -> Result<Volume<'static>, Error>) -> Result<Shown, Error> {
+    let first = component(0)?;
+    let count = first.contents().channels;
+    if count != 3 {
+        let problem = format!("direction needs 3 components, and {} has {count}: omit it", first.name());
+        return Err(Error::Settings { field: "colors", problem });
+    }
+    let components = std::iter::once(Ok(first)).chain((1..count).map(component)).collect::<Result<Vec<_>, _>>()?;
+    let norms = Box::new(vector_norms(&components)?);
+    Ok(Shown::Vectors { components, norms })
 }
 
 /// Rejects options for values, which colours and labels do not have.
@@ -129,12 +141,12 @@ pub(super) fn reject_value_options(shown: &Shown, options: &SceneOptions) -> Res
     let SceneOptions { volume, transfer, labels, channels, .. } = options;
     match shown {
         Shown::Labels(_) => {
-            if channels.name_fields() {
-                let problem = "are named beside labels: name the scan first and the labels as one of its fields, as `render SCAN --with LABELS`";
+            if channels.choose_components() {
+                let problem = "are components of values, and the file holds labels: omit them";
                 return refuse("channels", problem);
             }
             reject_beside_labels(transfer, volume, labels)?;
-            if channels.change_fields() {
+            if channels.change_fields() && !channels.name_fields() {
                 return refuse("field", INSTEAD_OF_VALUES);
             }
         }
@@ -157,7 +169,8 @@ pub(super) fn reject_value_options(shown: &Shown, options: &SceneOptions) -> Res
     if volume.has_background_value() {
         return refuse("background_value", NOTHING_AROUND);
     }
-    if let Some(Kernel::CatmullRom | Kernel::BSpline) = options.quality.given_kernel() {
+    let is_alone = !channels.name_fields();
+    if let Some(Kernel::CatmullRom | Kernel::BSpline) = options.quality.given_kernel().filter(|_| is_alone) {
         let problem = "would make negative extinctions of colours and labels: choose cubic, linear or gaussian, or omit it";
         return refuse("kernel", problem);
     }

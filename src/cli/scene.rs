@@ -157,8 +157,10 @@ impl OpenedScene {
             },
             Some(sequence) => sequence.step(0)?,
         };
-        let mut fields = options.channels.open(&options.volume, &volume, options.camera.size, others)?;
-        let volume = fields.first.take().unwrap_or(volume);
+        let mut fields = options.channels.open(&options.volume, (&volume, shown.as_ref()), options.camera.size, others)?;
+        let (first, first_shown) = (fields.first.take(), fields.first_shown.take());
+        let shown = if first.is_some() { first_shown } else { shown };
+        let volume = first.unwrap_or(volume);
         // Steps of a sequence are masked when they are read.
         let volume = if sequence.is_some() { volume } else { options.labels.masked(volume, options.volume.placement())? };
         let overview = sequence.map(Sequence::overview).transpose()?;
@@ -195,7 +197,7 @@ impl OpenedScene {
             .transpose()?;
         let entries = fields.entries(&volume, &transfer)?;
         let of_shown = || in_time.map_or_else(|| shown.as_ref()?.legend(&labels), ShownSteps::legend);
-        let legend = fields.legend(&entries).or_else(of_shown);
+        let legend = fields.legend(&entries, shown.as_ref())?.or_else(of_shown);
         let legend = match &label_colors {
             Some(labels) if legend.is_none() => Some(legend_of(labels, &labels.changed_tables(&[])?)),
             _ => legend,
@@ -310,7 +312,18 @@ impl OpenedScene {
             None => framing,
         };
         let visible = self.others.iter().filter(|field| field.is_visible());
-        visible.fold(framing, |framing, field| framing.joined(self.visible_part(&field.volume, &field.transfer, field.iso())))
+        visible.fold(framing, |framing, field| framing.joined(self.framing_of_field(field)))
+    }
+
+    /// Bounds of the visible part of another field.
+    fn framing_of_field(&self, field: &Field) -> Framing {
+        match &field.shown {
+            // The labels are those of the file with all changes.
+            Some(shown) => {
+                shown.tables(&[]).map_or_else(|_| Framing::whole(&field.volume), |tables| shown.framing(&field.transfer, &tables))
+            }
+            None => self.visible_part(&field.volume, &field.transfer, field.iso()),
+        }
     }
 
     /// Bounds of the visible part of one field. `iso`: the value of its surface, unless it is that of the settings.

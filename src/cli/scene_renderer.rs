@@ -1,5 +1,6 @@
 //! Renderer of a scene: resident, streamed or distributed, behind one interface.
 
+use super::channels::Field;
 use super::scene::OpenedScene;
 use crate::camera::Camera;
 #[cfg(feature = "mpi")]
@@ -62,10 +63,12 @@ impl SceneRenderer {
 fn whole_renderer(scene: &OpenedScene) -> Result<Option<Renderer>, Error> {
     let OpenedScene { device, volume, transfer, .. } = scene;
     let mut renderer = match &scene.shown {
-        Some(shown) => Renderer::from_colors(&shown.colors(device, &shown.upload(device)?, transfer, &scene.labels)?)?,
-        None if scene.has_channels() => Renderer::from_channels(&channels(scene)?)?,
-        None if scene.label_colors.is_some() => Renderer::new(device, volume, transfer)?,
-        None => return Ok(None),
+        Some(shown) if !scene.has_channels() => {
+            Renderer::from_colors(&shown.colors(device, &shown.upload(device)?, transfer, &scene.labels)?)?
+        }
+        _ if scene.has_channels() => Renderer::from_channels(&channels(scene)?)?,
+        _ if scene.label_colors.is_some() => Renderer::new(device, volume, transfer)?,
+        _ => return Ok(None),
     };
     if let Some(labels) = &scene.label_colors {
         renderer.set_label_colors(Some(&LabelColors::from_labels(device, labels)?))?;
@@ -75,8 +78,10 @@ fn whole_renderer(scene: &OpenedScene) -> Result<Option<Renderer>, Error> {
 
 /// The fields of a scene. Hidden ones are not uploaded, but for the first.
 fn channels(scene: &OpenedScene) -> Result<Vec<Channel>, Error> {
-    let OpenedScene { device, volume, transfer, look, .. } = scene;
-    let others = scene.others.iter().filter(|field| field.is_visible());
-    let others = others.map(|field| field.look.channel(device, &field.volume, &field.transfer));
-    std::iter::once(look.channel(device, volume, transfer)).chain(others).collect()
+    let OpenedScene { device, volume, transfer, look, shown, .. } = scene;
+    let mut channels = look.channels(device, volume, shown.as_ref(), transfer)?;
+    for Field { volume, shown, transfer, look } in scene.others.iter().filter(|field| field.is_visible()) {
+        channels.extend(look.channels(device, volume, shown.as_ref(), transfer)?);
+    }
+    Ok(channels)
 }

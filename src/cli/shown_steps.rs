@@ -8,8 +8,9 @@ use crate::renderer::ColorOpacity;
 use crate::settings::FieldKind;
 use crate::shown::{IndexedLabels, Shown, legend_of_all};
 use crate::viewport::Viewport;
-use crate::volume::{ColorChannels, Label, LabelTable, Labels, Sequence};
+use crate::volume::{ChannelDescription, ColorChannels, Label, LabelTable, Labels, Sequence, Volume};
 use std::collections::BTreeMap;
+use std::path::Path;
 use tracing::subscriber::{NoSubscriber, with_default};
 
 /// Opens the colours of a file. `opacity`: as the options choose it.
@@ -17,9 +18,19 @@ use tracing::subscriber::{NoSubscriber, with_default};
 /// # Errors
 /// [`Error::Settings`] for a file with fewer than three components, or without the alpha that is chosen; those of reading it.
 pub(super) fn open_colors(volume: &VolumeOptions, size: Viewport, opacity: Option<ColorOpacity>) -> Result<Shown, Error> {
-    let file = volume.volume.display();
     let described = volume.channel_descriptions(Some(size))?;
-    let channels = ColorChannels::of(&described).ok_or_else(|| {
+    colors_of(&volume.volume, &described, opacity, |number| volume.open_component(&Component::Number(number), Some(size)))
+}
+
+/// The colours of a file with these channels. See [`open_colors`].
+pub(super) fn colors_of(
+    file: &Path,
+    described: &[ChannelDescription],
+    opacity: Option<ColorOpacity>,
+    component: impl Fn(usize) -> Result<Volume<'static>, Error>,
+) -> Result<Shown, Error> {
+    let file = file.display();
+    let channels = ColorChannels::of(described).ok_or_else(|| {
         let problem = format!("direct needs 3 or 4 components, and {file} has {}: omit it", described.len());
         Error::Settings { field: "colors", problem }
     })?;
@@ -27,8 +38,7 @@ pub(super) fn open_colors(volume: &VolumeOptions, size: Viewport, opacity: Optio
         let problem = format!("alpha is a fourth component, and {file} has none: choose another");
         return Err(Error::Settings { field: "color_opacity", problem });
     }
-    let component = |&number: &usize| volume.open_component(&Component::Number(number), Some(size));
-    let components = channels.numbers().iter().map(component).collect::<Result<Vec<_>, _>>()?;
+    let components = channels.numbers().iter().map(|&number| component(number)).collect::<Result<Vec<_>, _>>()?;
     let default = if channels.has_alpha() { ColorOpacity::Alpha } else { ColorOpacity::Luminance };
     Ok(Shown::Components(channels.straight(components)?, opacity.unwrap_or(default)))
 }

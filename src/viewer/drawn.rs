@@ -9,7 +9,7 @@ use crate::renderer::{Channel, UploadedColors, UploadedVolume, VolumeRenderer};
 use crate::settings::{FieldKind, GradientOpacity};
 use crate::shown::{IndexedLabels, Shown};
 use crate::transfer::TransferFunction;
-use crate::volume::{Labels, Volume};
+use crate::volume::{LabelTable, Labels, Volume};
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// What a page draws.
@@ -30,8 +30,10 @@ pub enum Drawn {
 pub struct PageField {
     /// Name.
     pub name: String,
-    /// Its volume.
+    /// Its volume; of colours and labels, the one that stands for them.
     pub volume: Volume<'static>,
+    /// Colours or labels instead of values.
+    pub shown: Option<Shown>,
     /// Its first transfer function.
     pub transfer: TransferFunction,
     /// Value of its iso-surface, if it has one of its own.
@@ -45,9 +47,16 @@ pub(super) enum Uploaded {
     /// None: the volume is streamed, or a step of a sequence, which each page has on its own.
     Own,
     One(Box<UploadedVolume>),
-    Several(Vec<UploadedVolume>),
+    Several(Vec<UploadedField>),
     /// Components or indices of labels, and the colours that pages have made of them.
     Shown(Vec<UploadedVolume>, LastColors<UploadedColors>),
+}
+
+/// A field that all pages share.
+pub(super) enum UploadedField {
+    Values(UploadedVolume),
+    /// As [`Uploaded::Shown`], and the channels that pages have made.
+    Shown(Vec<UploadedVolume>, LastColors<Vec<Channel>>),
 }
 
 /// The colours that a page made last, and what of: pages that show the same ones, and pictures that are saved, share them.
@@ -95,6 +104,7 @@ impl Drawn {
     pub fn kind(&self) -> FieldKind {
         match self {
             Self::One => FieldKind::One,
+            Self::Several(fields) if fields.iter().any(|field| field.shown.is_some()) => FieldKind::Mixed,
             Self::Several(_) => FieldKind::Several,
             Self::Shown(shown) => shown.kind(),
             Self::LabelColors(_) => FieldKind::LabelColors,
@@ -115,7 +125,7 @@ impl Drawn {
         Ok(match self {
             Self::One | Self::LabelColors(_) => None,
             Self::Several(fields) => {
-                let uploaded = fields.iter().map(|field| UploadedVolume::new(device, &field.volume));
+                let uploaded = fields.iter().map(|field| field.upload(device));
                 Some(Uploaded::Several(uploaded.collect::<Result<_, _>>()?))
             }
             Self::Shown(shown) => Some(Uploaded::Shown(shown.upload(device)?, LastColors::default())),
@@ -129,14 +139,41 @@ impl Drawn {
 }
 
 impl PageField {
-    pub(super) fn channel(
+    fn upload(&self, device: &Device) -> Result<UploadedField, Error> {
+        Ok(match &self.shown {
+            None => UploadedField::Values(UploadedVolume::new(device, &self.volume)?),
+            Some(shown) => UploadedField::Shown(shown.upload(device)?, LastColors::default()),
+        })
+    }
+
+    /// Names and looks of its labels.
+    ///
+    /// # Errors
+    /// As [`Shown::tables`].
+    pub(super) fn tables(&self) -> Result<Vec<LabelTable>, Error> {
+        self.shown.as_ref().map_or_else(|| Ok(Vec::new()), |shown| shown.tables(&[]))
+    }
+
+    /// Its channels: one, and of labels one for each layer and opacity.
+    pub(super) fn channels(
         &self,
-        volume: &UploadedVolume,
+        device: &Device,
+        uploaded: &UploadedField,
         transfer: &TransferFunction,
-        shown: &PageChannel,
-    ) -> Result<Channel, Error> {
-        let channel = Channel::new(volume, transfer).with_visibility(shown.visible).with_factor(shown.factor)?;
-        let channel = self.gradient_opacity.map_or(channel.clone(), |opacity| channel.with_gradient_opacity(opacity));
-        Ok(self.iso.map_or(channel.clone(), |value| channel.with_iso(value)))
+        look: &PageChannel,
+    ) -> Result<Vec<Channel>, Error> {
+        let channels = match (uploaded, &self.shown) {
+            (UploadedField::Shown(uploaded, made), Some(shown)) => {
+                let key = ColorKey::Opacities(transfer.opacities().to_vec());
+                made.get(key, || shown.channels(device, uploaded, transfer, &self.tables()?))?.to_vec()
+            }
+            (UploadedField::Values(volume), _) => {
+                let channel = Channel::new(volume, transfer);
+                let channel = self.gradient_opacity.map_or(channel.clone(), |opacity| channel.with_gradient_opacity(opacity));
+                vec![self.iso.map_or(channel.clone(), |value| channel.with_iso(value))]
+            }
+            (UploadedField::Shown(..), None) => unreachable!("a field is uploaded as it is shown"),
+        };
+        channels.into_iter().map(|channel| channel.with_visibility(look.visible).with_factor(look.factor)).collect()
     }
 }

@@ -1,6 +1,6 @@
 //! The renderers of pages: what they draw, and how a page shows it.
 
-use super::drawn::{ColorKey, CurrentLook, Drawn, LastColors, PageField, PageRenderer, Uploaded};
+use super::drawn::{ColorKey, CurrentLook, Drawn, LastColors, PageField, PageRenderer, Uploaded, UploadedField};
 use super::look::Look;
 use super::look_fields::PageChannel;
 use super::scene::SharedScene;
@@ -86,14 +86,14 @@ impl SharedScene {
         Ok(())
     }
 
-    fn channels(&self, uploaded: &[UploadedVolume], now: CurrentLook) -> Result<Vec<Channel>, Error> {
+    fn channels(&self, uploaded: &[UploadedField], now: CurrentLook) -> Result<Vec<Channel>, Error> {
         let shown = now.look.channels_of(uploaded.len())?;
         let fields = self.opening.drawn.fields().iter().zip(uploaded);
-        fields
-            .zip(now.transfers)
-            .zip(shown)
-            .map(|(((field, volume), transfer), shown)| field.channel(volume, transfer, shown))
-            .collect()
+        let mut channels = Vec::new();
+        for (((field, uploaded), transfer), shown) in fields.zip(now.transfers).zip(shown) {
+            channels.extend(field.channels(&self.opening.device, uploaded, transfer, shown)?);
+        }
+        Ok(channels)
     }
 
     fn colors(
@@ -132,10 +132,15 @@ impl SharedScene {
             Drawn::Several(fields) if fields.len() < 2 => Ok(None),
             Drawn::Several(fields) => {
                 let shown = fields.iter().zip(look.channels_of(fields.len())?).filter(|(_, shown)| shown.visible);
-                let entry = |(field, shown): (&PageField, &PageChannel)| {
-                    Ok(LegendEntry { name: field.name.clone(), color: shown.color()? })
+                let entries_of = |(field, look): (&PageField, &PageChannel)| {
+                    Ok(match &field.shown {
+                        None => vec![LegendEntry { name: field.name.clone(), color: look.color()? }],
+                        // Colours have none.
+                        Some(shown) => shown.legend(&field.tables()?).map_or_else(Vec::new, |legend| legend.entries),
+                    })
                 };
-                Ok(Some(Legend { entries: shown.map(entry).collect::<Result<_, Error>>()? }))
+                let entries = shown.map(entries_of).collect::<Result<Vec<_>, Error>>()?;
+                Ok(Some(Legend { entries: entries.into_iter().flatten().collect() }))
             }
             Drawn::Shown(shown) => Ok(shown.legend(&self.tables(look)?)),
             Drawn::LabelColors(all) => Ok(Some(legend_of(all.labels(), &self.tables(look)?))),
@@ -154,11 +159,15 @@ impl SharedScene {
         };
         let shown = now.look.channels_of(fields.len())?;
         let visible = fields.iter().zip(now.transfers).zip(shown).filter(|(_, shown)| shown.visible);
-        let framings = visible.map(|((field, transfer), _)| match settings.blend {
-            Blend::Composite => Framing::visible(&field.volume, transfer, settings.unit_distance),
-            Blend::Iso(value) => Framing::iso(&field.volume, field.iso.unwrap_or(value)),
-            _ => Framing::whole(&field.volume),
-        });
+        let framing = |((field, transfer), _): ((&PageField, _), _)| {
+            Ok(match (&field.shown, settings.blend) {
+                (Some(shown), _) => shown.framing(transfer, &field.tables()?),
+                (None, Blend::Composite) => Framing::visible(&field.volume, transfer, settings.unit_distance),
+                (None, Blend::Iso(value)) => Framing::iso(&field.volume, field.iso.unwrap_or(value)),
+                (None, _) => Framing::whole(&field.volume),
+            })
+        };
+        let framings = visible.map(framing).collect::<Result<Vec<_>, Error>>()?.into_iter();
         Ok(Some(framings.reduce(Framing::joined).unwrap_or_else(|| Framing::whole(&self.opening.volume))))
     }
 }

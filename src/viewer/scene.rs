@@ -14,6 +14,7 @@ use crate::files::Scratch;
 use crate::framing::Fixed;
 use crate::renderer::{LabelColors, UploadedVolume};
 use crate::settings::{FieldKind, Settings};
+use crate::shown::Shown;
 use crate::transfer::TransferFunction;
 use crate::viewport::Viewport;
 use crate::volume::{Statistics, Volume};
@@ -104,7 +105,9 @@ impl SharedScene {
         let bytes = |volume: &Volume| volume.grid().voxel_count() as u64 * volume.voxel_type().bytes() as u64;
         match self.opening.drawn.fields() {
             [] => bytes(&self.opening.volume),
-            fields => fields.iter().map(|field| bytes(&field.volume)).sum(),
+            fields => {
+                fields.iter().map(|field| field.shown.as_ref().map_or_else(|| bytes(&field.volume), Shown::voxel_bytes)).sum()
+            }
         }
     }
 

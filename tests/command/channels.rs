@@ -187,8 +187,7 @@ fn options_that_cannot_apply_are_refused() {
     ];
     let of_labels = [
         (["--field", "0,factor=2"], "field:"),
-        (["--with", "rgb.nrrd"], "--with LABELS"),
-        (["--channels", "0"], "--with LABELS"),
+        (["--channels", "0"], "the file holds labels"),
         (["--mask", "l.seg.nrrd"], "--label IDS:only"),
         (["--label-colors", "l.seg.nrrd"], "label_colors:"),
     ];
@@ -206,6 +205,8 @@ fn options_that_cannot_apply_are_refused() {
     for (keys, options, code, problem) in [
         (",opacity=3:1", &[][..], 1, "label=liver"),
         (",label=99:hide", &[], 2, "99"),
+        (",color=#ff0000", &[], 1, "label=liver"),
+        (",label=1-99:hide", &[], 1, "none of its labels"),
         ("", &["--blend", "maximum"], 2, "labels have none"),
     ] {
         let with = beside(keys);
@@ -217,6 +218,63 @@ fn options_that_cannot_apply_are_refused() {
         );
     }
     refused(f, &["render", "builtin:cube@8", "--channels", "0", "--color-opacity", "alpha", "-o", "no.png"], 2, &["color"]);
+}
+
+/// Colours beside a scan: in any order, by options and by a scene; a hidden field changes nothing, and values are drawn where they are chosen.
+#[test]
+fn colors_are_drawn_beside_a_scan() {
+    let folder = tempfile::tempdir().unwrap();
+    let f = folder.path();
+    components(f);
+    // On the grid of the file of colours.
+    let header = "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 8 8 8\nencoding: raw\n\n";
+    let bytes: Vec<u8> = (0..512usize).map(|n| (n % 8 * 30) as u8).collect();
+    std::fs::write(f.join("scan.nrrd"), [header.as_bytes(), &bytes].concat()).unwrap();
+    let scan = ["scan.nrrd", "--opacity", "0:0,90:0,210:0.2"];
+    let with = |keys: &str| picture(f, &[&scan[..], &["--with", &format!("rgb.nrrd{keys}")]].concat());
+    let both = with("");
+    assert!(both != picture(f, &scan) && both != with(",channel=0") && both != with(",factor=0.2"));
+    assert!(both != with(",color-opacity=white") && both == with(",color-opacity=luminance") && both == with(",colors=direct"));
+    assert!(with(",visible=off") == picture(f, &[&scan[..], &["--fit", "visible"]].concat()));
+    let swapped = picture(f, &["rgb.nrrd", "--with", "scan.nrrd,transfer=grey,opacity=0:0,90:0,210:0.2"]);
+    let first = picture(f, &["scan.nrrd", "--transfer", "grey", "--opacity", "0:0,90:0,210:0.2", "--with", "rgb.nrrd"]);
+    let apart = swapped.iter().zip(&first).map(|(a, b)| a.abs_diff(*b)).max();
+    assert!(apart <= Some(1), "{apart:?}");
+    let scene = r#"{"fields": [{"file": "rgb.nrrd"}, {"file": "scan.nrrd", "transfer": "grey", "opacity": "0:0,90:0,210:0.2"}]}"#;
+    std::fs::write(f.join("scene.json"), scene).unwrap();
+    assert!(picture(f, &["--scene", "scene.json"]) == swapped);
+    for (keys, code, words) in [
+        (",color=#ff0000", 1, ["rgb.nrrd", "channel=N"]),
+        (",channel=0,colors=direct", 1, ["rgb.nrrd", "omit one of both"]),
+        (",colors=some", 2, ["colors", "direction"]),
+        (",channel=0,color-opacity=white", 1, ["rgb.nrrd", "colors=direct"]),
+        (",color-opacity=alpha", 2, ["color_opacity", "fourth component"]),
+    ] {
+        let with = format!("rgb.nrrd{keys}");
+        refused(f, &["render", "scan.nrrd", "--with", &with, "-o", "no.png"], code, &words);
+    }
+    refused(f, &["render", "scan.nrrd", "--with", "rgb.nrrd", "--mip", "-o", "no.png"], 2, &["colours and labels have none"]);
+    refused(f, &["render", "scan.nrrd", "--with", "rgb.nrrd", "--field", "1,iso=3", "-o", "no.png"], 1, &["rgb.nrrd", "iso"]);
+    refused(f, &["slice", "scan.nrrd", "--with", "rgb.nrrd", "-o", "no.png"], 2, &["slices draw alone"]);
+}
+
+/// Any number of labels beside a scan, first or after it; each opacity is a field.
+#[test]
+fn many_labels_are_drawn_beside_a_scan() {
+    let folder = tempfile::tempdir().unwrap();
+    let f = folder.path();
+    let header = "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 8 8 8\nencoding: raw\n\n";
+    let bytes: Vec<u8> = (0..512usize).map(|n| (n / 5) as u8).collect();
+    std::fs::write(f.join("ids.nrrd"), [header.as_bytes(), &bytes].concat()).unwrap();
+    let scan = ["builtin:gyroid@8", "--legend"];
+    let with = |keys: &str| picture(f, &[&scan[..], &["--with", &format!("ids.nrrd,labels={keys}")]].concat());
+    let all = with("");
+    assert!(all != picture(f, &scan) && all != with(",label=50:hide") && all != with(",label=50:#ff0000"));
+    let first = picture(f, &["ids.nrrd", "--labels", "--with", "builtin:gyroid@8"]);
+    assert!(first != picture(f, &["ids.nrrd", "--labels"]));
+    let opacities: String = (1..=8).map(|n| format!(",label={n}:0.{n}")).collect();
+    let with = format!("ids.nrrd,labels={opacities}");
+    refused(f, &["render", "builtin:gyroid@8", "--with", &with, "-o", "no.png"], 2, &["10 fields", "once for each opacity"]);
 }
 
 /// Depths of labels come with the ids that are seen there: of visible ones, and none beside them.

@@ -5,9 +5,7 @@ use crate::cli::channels;
 use crate::cli::scene::OpenedScene;
 use crate::error::Error;
 use crate::settings::FieldKind;
-use crate::transfer::TransferFunction;
 use crate::viewer::{Drawn, IndexedLabels, Look, PageChannel, PageField};
-use crate::volume::Volume;
 
 /// How the fields of a page are shown at first.
 #[derive(Clone)]
@@ -67,22 +65,19 @@ pub(super) fn drawn_of(scene: &mut OpenedScene) -> Result<(Drawn, Vec<PageChanne
         }
         return Ok((Drawn::LabelColors(IndexedLabels::new(labels)?), Vec::new()));
     }
-    if let Some(shown) = scene.shown.take() {
-        return Ok((Drawn::Shown(shown), Vec::new()));
-    }
     if !scene.has_channels() {
-        return Ok((Drawn::One, Vec::new()));
+        return Ok((scene.shown.take().map_or(Drawn::One, Drawn::Shown), Vec::new()));
     }
-    let first = (scene.volume.clone(), scene.transfer.clone(), scene.look);
-    let others = std::mem::take(&mut scene.others).into_iter().map(|field| (field.volume, field.transfer, field.look));
-    let fields = std::iter::once(first).chain(others).zip(&scene.entries);
-    let described =
-        |((volume, transfer, look), entry): ((Volume<'static>, TransferFunction, channels::FieldLook), &LegendEntry)| {
-            let channels::FieldLook { factor, visible, iso, gradient_opacity } = look;
-            let color = entry.color.iter().map(|c| format!("{:02x}", (c * 255.0).round() as u8)).collect::<String>();
-            let field = PageField { name: entry.name.clone(), volume, transfer, iso, gradient_opacity };
-            (field, PageChannel { visible, factor, color: format!("#{color}") })
-        };
+    let (volume, transfer) = (scene.volume.clone(), scene.transfer.clone());
+    let first = channels::Field { volume, transfer, look: scene.look, shown: scene.shown.take() };
+    let fields = std::iter::once(first).chain(std::mem::take(&mut scene.others)).zip(&scene.entries);
+    let described = |(field, entry): (channels::Field, &LegendEntry)| {
+        let channels::Field { volume, shown, transfer, look } = field;
+        let channels::FieldLook { factor, visible, iso, gradient_opacity } = look;
+        let color = entry.color.iter().map(|c| format!("{:02x}", (c * 255.0).round() as u8)).collect::<String>();
+        let field = PageField { name: entry.name.clone(), volume, shown, transfer, iso, gradient_opacity };
+        (field, PageChannel { visible, factor, color: format!("#{color}") })
+    };
     let (fields, channels) = fields.map(described).unzip();
     Ok((Drawn::Several(fields), channels))
 }

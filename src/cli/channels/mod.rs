@@ -1,5 +1,7 @@
 //! Several fields in one picture: components of a file, other files, and scenes of fields.
 
+mod opening;
+mod placement;
 mod scene_file;
 mod spec;
 mod steps;
@@ -12,10 +14,12 @@ use crate::device::Device;
 use crate::error::Error;
 use crate::renderer::{Channel, UploadedVolume};
 use crate::settings::{Blend, GradientOpacity};
+use crate::shown::Shown;
 use crate::transfer::TransferFunction;
 use crate::viewport::Viewport;
 use crate::volume::{ChannelDescription, OpenOptions, Volume};
 use clap::Args;
+use opening::Opened;
 use spec::{FieldChange, FieldSpec};
 use std::path::{Path, PathBuf};
 pub(super) use steps::{FieldSteps, PlayedField};
@@ -27,7 +31,7 @@ pub(super) struct ChannelOptions {
     /// Draw these components of the file together, e.g. 0,2, DAPI,GFP, or all, in the colours that the file states or by their names; other options are for the first [default: the first alone]
     #[arg(long, value_parser = components, value_name = "N,NAME|all", conflicts_with_all = ["channel", "scene"])]
     channels: Option<Components>,
-    /// Draw another volume together with this one. Keys: transfer, range, opacity, color, factor, iso, gradient-opacity, channel, frame, array, spacing, origin, at, mask, labels, label, visible; see the guide. Repeatable
+    /// Draw another volume together with this one. Keys: transfer, range, opacity, color, factor, iso, gradient-opacity, channel, frame, array, spacing, origin, at, mask, labels, label, colors, color-opacity, visible; see the guide. Repeatable
     #[arg(long, value_parser = FieldSpec::from_text, value_name = "FILE[,KEY=VALUE]", conflicts_with = "scene")]
     with: Vec<FieldSpec>,
     /// Draw the fields of a scene file together: JSON, see the guide
@@ -78,7 +82,10 @@ fn numbers_of(listed: &[Component], all: &[ChannelDescription], file: &Path) -> 
 
 /// A field beside the first one.
 pub(super) struct Field {
+    /// Of colours and labels, the volume that stands for them.
     pub volume: Volume<'static>,
+    /// Colours or labels instead of values.
+    pub shown: Option<Shown>,
     pub transfer: TransferFunction,
     pub look: FieldLook,
 }
@@ -98,17 +105,16 @@ impl Default for FieldLook {
     }
 }
 
-/// Fields of one file, with their specs.
-type Opened = Result<Vec<(FieldSpec, Volume<'static>)>, Error>;
-
 /// The fields of a picture.
 pub(super) struct Fields {
     /// Replaces the volume of the command, which names none, or of which a mask leaves a part.
     pub first: Option<Volume<'static>>,
+    /// Colours or labels that it shows instead of values.
+    pub first_shown: Option<Shown>,
     /// Transfer function and look of the first field, unless options choose the former.
     first_spec: FieldSpec,
     others: Vec<FieldSpec>,
-    opened: Vec<Volume<'static>>,
+    opened: Vec<Opened>,
     /// Of fields in time, the values of all steps.
     overviews: Vec<Volume<'static>>,
     /// Whether the fields are channels of one picture, each in its colour.
@@ -123,6 +129,11 @@ impl ChannelOptions {
             Some(Components::All) => Some(Component::Number(0)),
             None => None,
         }
+    }
+
+    /// Whether options choose components of the file, which are values.
+    pub fn choose_components(&self) -> bool {
+        self.channels.is_some()
     }
 
     /// Whether options ask for several fields, or say how they are shown.
@@ -145,29 +156,32 @@ impl ChannelOptions {
         self.scene.is_some()
     }
 
-    /// Opens the fields beside `first`, the volume of the command. `steps`: those of fields in time, else none.
-    pub fn open(&self, options: &VolumeOptions, first: &Volume, size: Viewport, steps: &[FieldSteps]) -> Result<Fields, Error> {
+    /// Opens the fields beside `first`, the volume of the command, of which colours or labels may be shown. `steps`: those of fields in time,
+    /// else none.
+    pub fn open(
+        &self,
+        options: &VolumeOptions,
+        (first, shown): (&Volume, Option<&Shown>),
+        size: Viewport,
+        steps: &[FieldSteps],
+    ) -> Result<Fields, Error> {
         let mut steps = steps.iter();
-        // The field of a spec, or several; in time, its first step.
-        let mut open = |fields: &mut Fields, spec: FieldSpec, still: &dyn Fn(FieldSpec, usize) -> Opened| {
-            match steps.next() {
+        // The field of a spec; in time, its first step.
+        let mut open = |fields: &mut Fields, spec: FieldSpec, still: &dyn Fn(&FieldSpec) -> Result<Opened, Error>| {
+            let opened = match steps.next() {
                 Some(steps) => {
-                    fields.opened.push(steps.step(0)?);
                     fields.overviews.push(steps.overview()?);
-                    fields.others.push(spec);
+                    Opened { volume: steps.step(0)?, shown: None }
                 }
-                None => {
-                    let most = Channel::MOST.saturating_sub(1 + fields.others.len());
-                    for (spec, volume) in still(spec, most)? {
-                        fields.opened.push(volume);
-                        fields.others.push(spec);
-                    }
-                }
-            }
+                None => still(&spec)?,
+            };
+            fields.opened.push(opened);
+            fields.others.push(spec);
             Ok::<_, Error>(())
         };
         let mut fields = Fields {
             first: None,
+            first_shown: None,
             first_spec: FieldSpec::default(),
             others: Vec::new(),
             opened: Vec::new(),
@@ -188,8 +202,8 @@ impl ChannelOptions {
             };
             fields.first_spec = spec(numbers[0]);
             for &number in numbers.iter().skip(1) {
-                open(&mut fields, spec(number), &|spec, _| {
-                    Ok(vec![(spec, options.open_component(&Component::Number(number), Some(size))?)])
+                open(&mut fields, spec(number), &|_| {
+                    Ok(Opened { volume: options.open_component(&Component::Number(number), Some(size))?, shown: None })
                 })?;
             }
         }
@@ -199,19 +213,37 @@ impl ChannelOptions {
             specs = scene_file::read(path)?;
             if options.is_default() || specs[0].file.is_none() {
                 let spec = specs.remove(0);
-                fields.first = if spec.file.is_some() { Some(spec.open(unstated)?) } else { spec.masked(first, unstated)? };
+                match &spec.file {
+                    Some(_) => {
+                        let Opened { volume, shown } = spec.open_any(unstated)?;
+                        (fields.first, fields.first_shown) = (Some(volume), shown);
+                    }
+                    None => fields.first = spec.masked(first, unstated)?,
+                }
                 fields.first_spec = spec;
             }
         }
         for spec in specs {
-            open(&mut fields, spec, &|spec, most| spec.open_all(unstated, most))?;
-        }
-        let count = 1 + fields.others.len();
-        if count > Channel::MOST {
-            let problem = format!("{count} fields; at most {} are drawn together", Channel::MOST);
-            return Err(Error::Settings { field: "channels", problem });
+            open(&mut fields, spec, &|spec| spec.open_any(unstated))?;
         }
         self.field.iter().try_for_each(|change| fields.change(change))?;
+        let first_file = fields.first_spec.file.as_deref().unwrap_or(&options.volume);
+        let shown = if fields.first.is_some() && fields.first_spec.file.is_some() { fields.first_shown.as_ref() } else { shown };
+        shown.map_or(Ok(()), |shown| fields.first_spec.check_shown(shown, first_file))?;
+        let all = std::iter::once(shown).chain(fields.opened.iter().map(|opened| opened.shown.as_ref()));
+        let counts = all.map(|shown| shown.map_or(Ok(1), |shown| Ok(shown.channel_count(&shown.tables(&[])?))));
+        let count = counts.sum::<Result<usize, Error>>()?;
+        if count > Channel::MOST && !fields.others.is_empty() {
+            let problem = format!(
+                "{count} fields; at most {} are drawn together, and labels count once for each opacity that they have: give several labels one",
+                Channel::MOST
+            );
+            return Err(Error::Settings { field: "channels", problem });
+        }
+        for (spec, opened) in fields.others.iter().zip(&fields.opened) {
+            let file = spec.file.as_deref().unwrap_or(&options.volume);
+            opened.shown.as_ref().map_or(Ok(()), |shown| spec.check_shown(shown, file))?;
+        }
         fields.choose_colors();
         Ok(fields)
     }
@@ -252,7 +284,7 @@ impl Fields {
         if !self.has_channel_colors && !self.first_spec.chooses_transfer() {
             return Ok(None);
         }
-        self.first_spec.transfer(volume, blend).map(Some)
+        self.first_spec.transfer(volume, None, blend).map(Some)
     }
 
     /// The look of the first field.
@@ -262,16 +294,28 @@ impl Fields {
 
     /// Name and colour of each field. `first`, `transfer`: the first one, and the transfer function with which it is drawn.
     pub fn entries(&self, first: &Volume, transfer: &TransferFunction) -> Result<Vec<LegendEntry>, Error> {
-        let other = |(spec, volume): (&FieldSpec, &Volume)| Ok(spec.legend_entry(volume, spec.named_transfer(volume)?.as_ref()));
+        let other = |(spec, Opened { volume, .. }): (&FieldSpec, &Opened)| {
+            Ok(spec.legend_entry(volume, spec.named_transfer(volume)?.as_ref()))
+        };
         let first = Ok(self.first_spec.legend_entry(first, Some(transfer)));
         std::iter::once(first).chain(self.others.iter().zip(&self.opened).map(other)).collect()
     }
 
-    /// Name and colour of each visible field, if several are drawn. `entries`: those of all fields.
-    pub fn legend(&self, entries: &[LegendEntry]) -> Option<Legend> {
-        let visible = self.specs().zip(entries).filter(|(spec, _)| spec.is_visible());
-        let entries = visible.map(|(_, entry)| entry.clone()).collect();
-        (!self.others.is_empty()).then_some(Legend { entries })
+    /// Name and colour of each visible field and label, if several are drawn; colours have none. `entries`: those of all fields; `first`:
+    /// colours or labels of the first.
+    pub fn legend(&self, entries: &[LegendEntry], first: Option<&Shown>) -> Result<Option<Legend>, Error> {
+        if self.others.is_empty() {
+            return Ok(None);
+        }
+        let shown = std::iter::once(first).chain(self.opened.iter().map(|opened| opened.shown.as_ref()));
+        let mut listed = Vec::new();
+        for ((_, entry), shown) in self.specs().zip(entries).zip(shown).filter(|((spec, _), _)| spec.is_visible()) {
+            match shown {
+                None => listed.push(entry.clone()),
+                Some(shown) => listed.extend(shown.legend(&shown.tables(&[])?).into_iter().flat_map(|legend| legend.entries)),
+            }
+        }
+        Ok(Some(Legend { entries: listed }))
     }
 
     fn specs(&self) -> impl Iterator<Item = &FieldSpec> {
@@ -281,21 +325,39 @@ impl Fields {
     /// The other fields.
     pub fn into_others(self, blend: Blend) -> Result<Vec<Field>, Error> {
         let mut overviews = self.overviews.into_iter();
-        let field = |(spec, volume): (FieldSpec, Volume<'static>)| {
+        let field = |(spec, Opened { volume, shown }): (FieldSpec, Opened)| {
             let overview = overviews.next();
             let values = overview.as_ref().unwrap_or(&volume);
-            let (transfer, look) = (spec.transfer(values, blend)?, spec.look(values));
-            Ok(Field { volume, transfer, look })
+            let (transfer, look) = (spec.transfer(values, shown.as_ref(), blend)?, spec.look(values));
+            Ok(Field { volume, shown, transfer, look })
         };
         self.others.into_iter().zip(self.opened).map(field).collect()
     }
 }
 
 impl FieldLook {
-    /// A channel of the renderer.
+    /// The channels of a renderer: of colours or labels, or of the values of a volume.
+    pub fn channels(
+        &self,
+        device: &Device,
+        volume: &Volume,
+        shown: Option<&Shown>,
+        transfer: &TransferFunction,
+    ) -> Result<Vec<Channel>, Error> {
+        let channels = match shown {
+            Some(shown) => shown.channels(device, &shown.upload(device)?, transfer, &shown.tables(&[])?)?,
+            None => return Ok(vec![self.channel(device, volume, transfer)?]),
+        };
+        channels.into_iter().map(|channel| self.applied_to(channel)).collect()
+    }
+
+    /// A channel of the values of a volume.
     pub fn channel(&self, device: &Device, volume: &Volume, transfer: &TransferFunction) -> Result<Channel, Error> {
-        let channel = Channel::new(&UploadedVolume::new(device, volume)?, transfer).with_visibility(self.visible);
-        let channel = channel.with_factor(self.factor)?;
+        self.applied_to(Channel::new(&UploadedVolume::new(device, volume)?, transfer))
+    }
+
+    fn applied_to(&self, channel: Channel) -> Result<Channel, Error> {
+        let channel = channel.with_visibility(self.visible).with_factor(self.factor)?;
         let channel = self.gradient_opacity.map_or(channel.clone(), |opacity| channel.with_gradient_opacity(opacity));
         Ok(self.iso.map_or(channel.clone(), |value| channel.with_iso(value)))
     }

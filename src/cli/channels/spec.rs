@@ -1,16 +1,18 @@
 //! A field beside the volume, as text: `FILE,KEY=VALUE,…`.
 
-use super::{FieldLook, open_options};
+use super::FieldLook;
 use crate::annotation::LegendEntry;
-use crate::cli::options::Mask;
+use crate::cli::colors::{Colors, color_opacity};
 use crate::cli::parse;
 use crate::cli::values::{Component, Opacities};
 use crate::error::Error;
-use crate::files;
+use crate::renderer::ColorOpacity;
 use crate::settings::{Blend, GradientOpacity};
+use crate::shown::Shown;
 use crate::transfer::{TransferFunction, Value};
-use crate::volume::{ChannelDescription, Grid, LabelChange, LabelField, Labels, OpenOptions, Placement, Sequence, Volume};
-use glam::{DAffine3, DMat3, DVec3};
+use crate::volume::{ChannelDescription, LabelChange, Volume};
+use clap::ValueEnum;
+use glam::DVec3;
 use std::path::{Path, PathBuf};
 
 /// A field and how it is shown.
@@ -23,22 +25,23 @@ pub(super) struct FieldSpec {
     pub array: Option<String>,
     pub spacing: Option<DVec3>,
     pub origin: Option<DVec3>,
-    transfer: Option<PathBuf>,
-    range: Option<(Value, Value)>,
-    opacity: Option<Opacities>,
-    color: Option<[f64; 3]>,
+    pub(super) transfer: Option<PathBuf>,
+    pub(super) range: Option<(Value, Value)>,
+    pub(super) opacity: Option<Opacities>,
+    pub(super) color: Option<[f64; 3]>,
     factor: Option<f64>,
-    iso: Option<Value>,
-    gradient_opacity: Option<GradientOpacity>,
+    pub(super) iso: Option<Value>,
+    pub(super) gradient_opacity: Option<GradientOpacity>,
     /// File of the transform from its world to that of the scene.
-    at: Option<PathBuf>,
+    pub(super) at: Option<PathBuf>,
     /// Labels within which it shows: `FILE` or `FILE:IDS`. Which of the two is known only once the file's folder is.
-    mask: Option<String>,
+    pub(super) mask: Option<String>,
     /// Voxels are ids of labels, with the names and colours of a table, or of their own.
-    labels: Option<Option<PathBuf>>,
-    label_changes: Vec<LabelChange>,
-    /// Whether the field is one of labels: its values are their shares.
-    is_label: bool,
+    pub(super) labels: Option<Option<PathBuf>>,
+    pub(super) label_changes: Vec<LabelChange>,
+    /// How components are drawn as colours, unless the file says it.
+    pub(super) colors: Option<Colors>,
+    pub(super) color_opacity: Option<ColorOpacity>,
     hidden: bool,
     name: Option<String>,
     /// Colour beside those of the other fields, unless `color` is given.
@@ -47,7 +50,7 @@ pub(super) struct FieldSpec {
 
 /// Keys, for messages.
 const KEYS: &str = "transfer, range, opacity, color, factor, iso, gradient-opacity, channel, frame, array, spacing, origin, at, mask, labels, label, \
-                    visible and name";
+                    colors, color-opacity, visible and name";
 
 impl FieldSpec {
     /// Parses `FILE,KEY=VALUE,…`.
@@ -116,6 +119,11 @@ impl FieldSpec {
             "gradient-opacity" => self.gradient_opacity = Some(parse::gradient_opacity(value)?),
             "at" => self.at = Some(value.into()),
             "mask" => self.mask = Some(value.into()),
+            "colors" => {
+                let names = || "expected direct, direction or none".to_owned();
+                self.colors = Some(Colors::from_str(value, false).map_err(|_| names())?);
+            }
+            "color-opacity" => self.color_opacity = Some(color_opacity(value)?),
             "labels" => self.labels = Some(Some(value).filter(|value| !value.is_empty()).map(Into::into)),
             "label" => self.label_changes.push(parse::label(value)?),
             "name" => self.name = Some(value.into()),
@@ -142,123 +150,16 @@ impl FieldSpec {
         self
     }
 
-    /// Opens the fields of its file: one, or of labels one for each look, `most` at most. `unstated`: the placement of files that state none.
-    pub fn open_all(self, unstated: Placement, most: usize) -> Result<Vec<(Self, Volume<'static>)>, Error> {
-        if self.holds_labels(unstated)? {
-            return self.open_labels(unstated, most);
-        }
-        if !self.label_changes.is_empty() {
-            let problem =
-                "its key label changes labels, and the file does not say that it holds any: add labels= or labels=TABLE";
-            return Err(Error::volume(self.path(), problem));
-        }
-        let volume = self.open_values(unstated)?;
-        Ok(vec![(self, volume)])
-    }
-
-    fn path(&self) -> &Path {
-        self.file.as_deref().expect("a field beside the first one names its file")
-    }
-
-    fn holds_labels(&self, unstated: Placement) -> Result<bool, Error> {
-        let options = OpenOptions { unstated, ..open_options(self) };
-        Ok(self.labels.is_some() || Labels::are_declared(self.path(), &options)?)
-    }
-
-    fn open_labels(self, unstated: Placement, most: usize) -> Result<Vec<(Self, Volume<'static>)>, Error> {
-        let file = self.path();
-        let is_changed = self.chooses_transfer() || self.iso.is_some() || self.gradient_opacity.is_some() || self.mask.is_some();
-        if is_changed || self.channel.is_some() {
-            let problem = "it holds labels, which have looks of their own: of the keys, label, labels, factor, at, frame, array, spacing, \
-                           origin, visible and name go with them, as label=liver:#cc3311:0.4";
-            return Err(Error::volume(file, problem));
-        }
-        let options = OpenOptions { unstated, ..open_options(&self) };
-        let mut labels = Labels::open(file, &options, self.labels.clone().flatten().as_deref())?;
-        self.label_changes.iter().try_for_each(|change| labels.change(change))?;
-        let placement = self.placement()?;
-        let spec = |field: LabelField| {
-            let opacities = field.opacities().into_iter().map(|(share, opacity)| (Value::Number(share), opacity)).collect();
-            let spec = Self {
-                color: Some(field.color),
-                opacity: Some(Opacities(opacities)),
-                iso: Some(Value::Number(LabelField::SURFACE)),
-                name: Some(self.name.as_ref().map_or(field.name.clone(), |name| format!("{name}: {}", field.name))),
-                is_label: true,
-                ..self.clone()
-            };
-            Ok((spec, placement.applied_to(field.volume)?))
-        };
-        labels.fields(most)?.into_iter().map(spec).collect()
-    }
-
-    /// Opens its file, which has values. `unstated`: the placement of files that state none.
-    pub fn open(&self, unstated: Placement) -> Result<Volume<'static>, Error> {
-        self.reject_labels(unstated)?;
-        self.open_values(unstated)
-    }
-
-    fn open_values(&self, unstated: Placement) -> Result<Volume<'static>, Error> {
-        let options = OpenOptions { unstated, ..open_options(self) };
-        let volume = Volume::open(self.path(), &options)?;
-        self.placement()?.applied_to(self.masked(&volume, unstated)?.unwrap_or(volume))
-    }
-
-    /// The steps of its file in time, or the one that it names. See [`open`](Self::open).
-    pub fn sequence(&self, unstated: Placement) -> Result<Sequence, Error> {
-        self.reject_labels(unstated)?;
-        let file = self.path();
-        let options = OpenOptions { unstated, frame: None, ..open_options(self) };
-        let sequence = Sequence::open(&[file], &options)?;
-        let sequence = match self.frame {
-            Some(frame) => sequence.only(frame)?,
-            None => sequence,
-        };
-        match self.mask()? {
-            Some(mask) => mask.applied_to_steps(sequence, unstated),
-            None => Ok(sequence),
-        }
-    }
-
-    fn reject_labels(&self, unstated: Placement) -> Result<(), Error> {
-        if !self.holds_labels(unstated)? {
-            return Ok(());
-        }
-        let problem = "it holds labels, whose ids are no values: in a still picture, name a scan first and the labels by --with; a film draws a \
-                       scan in their colours (--label-colors), or the labels alone";
-        Err(Error::volume(self.path(), problem))
-    }
-
-    fn mask(&self) -> Result<Option<Mask>, Error> {
-        let mask = self.mask.as_ref().map(|text| Mask::from_text(text)).transpose();
-        mask.map_err(|problem| Error::Settings { field: "mask", problem })
-    }
-
-    /// What of a volume lies within the labels of the mask, or `None` without one. The mask is in the world of the field's file.
-    pub fn masked(&self, volume: &Volume, unstated: Placement) -> Result<Option<Volume<'static>>, Error> {
-        self.mask()?.map(|mask| mask.applied_to(volume, unstated)).transpose()
-    }
-
-    /// Where `at` places volumes.
-    pub fn placement(&self) -> Result<FieldPlacement, Error> {
-        let transform = self.at.as_deref().map(|path| Ok::<_, Error>((path.to_owned(), read_transform(path)?))).transpose()?;
-        Ok(FieldPlacement(transform))
-    }
-
     /// Whether the spec chooses colours or opacities.
     pub fn chooses_transfer(&self) -> bool {
         self.transfer.is_some() || self.color.is_some() || self.range.is_some() || self.opacity.is_some()
     }
 
-    /// The transfer function.
-    pub fn transfer(&self, volume: &Volume, blend: Blend) -> Result<TransferFunction, Error> {
+    /// The transfer function; of colours, their opacities. `volume`: with all values.
+    pub fn transfer(&self, volume: &Volume, shown: Option<&Shown>, blend: Blend) -> Result<TransferFunction, Error> {
         let color = self.color.unwrap_or(self.channel_color);
-        if self.is_label && blend.gathers_values() {
-            let problem = "takes values, and labels have none: hide them, or draw surfaces or the composited picture";
-            return Err(Error::Settings { field: "blend", problem: problem.into() });
-        }
-        let mut transfer = match self.named_transfer(volume)? {
-            Some(named) => named,
+        let mut transfer = match self.named_transfer(volume)?.or_else(|| shown?.opacities()) {
+            Some(given) => given,
             None if blend.gathers_values() => TransferFunction::channel_ramp(volume, color),
             None => TransferFunction::channel(volume, color),
         };
@@ -342,42 +243,6 @@ impl FieldChange {
     }
 }
 
-/// A transform from the world of a field's file to that of the scene, and its file.
-pub(super) struct FieldPlacement(Option<(PathBuf, DAffine3)>);
-
-impl FieldPlacement {
-    /// The volume where the transform places it.
-    pub fn applied_to(&self, volume: Volume<'static>) -> Result<Volume<'static>, Error> {
-        let Some((path, transform)) = &self.0 else { return Ok(volume) };
-        let index_to_world = *transform * volume.grid().index_to_world();
-        match Grid::from_affine(volume.grid().dims(), index_to_world) {
-            Ok(grid) => volume.with_grid(grid),
-            // Axes that are not at right angles.
-            Err(_) => volume.covering(index_to_world, false).map_err(|error| Error::volume(path, error.to_string())),
-        }
-    }
-}
-
-/// Largest file of a transform in bytes.
-const MAX_BYTES: u64 = 1 << 16;
-
-/// Reads a 4 x 4 or 3 x 4 matrix, row by row, whose numbers are separated by spaces, commas or line ends.
-fn read_transform(path: &Path) -> Result<DAffine3, Error> {
-    let text = files::read_text(path, MAX_BYTES)?;
-    let wrong =
-        |problem: String| Error::volume(path, format!("{problem}; a transform has 4 rows of 4 numbers, the last 0 0 0 1"));
-    let words = text.split(|c: char| c.is_whitespace() || c == ',').filter(|word| !word.is_empty());
-    let number =
-        |word: &str| word.parse::<f64>().ok().filter(|n| n.is_finite()).ok_or_else(|| wrong(format!("'{word}' is no number")));
-    let numbers = words.map(number).collect::<Result<Vec<_>, _>>()?;
-    if !(numbers.len() == 12 || (numbers.len() == 16 && numbers[12..] == [0.0, 0.0, 0.0, 1.0])) {
-        return Err(wrong(format!("it has {} numbers, or another last row", numbers.len())));
-    }
-    let row = |n: usize| DVec3::new(numbers[4 * n], numbers[4 * n + 1], numbers[4 * n + 2]);
-    let matrix3 = DMat3::from_cols(row(0), row(1), row(2)).transpose();
-    Ok(DAffine3 { matrix3, translation: DVec3::new(numbers[3], numbers[7], numbers[11]) })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -420,19 +285,6 @@ mod tests {
         ] {
             let message = FieldChange::from_text(text).err().unwrap();
             assert!(message.contains(problem), "{text}: {message}");
-        }
-    }
-
-    #[test]
-    fn transforms_are_matrices() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("at.txt");
-        std::fs::write(&path, "0 -1 0 5\n1 0 0 6\n0 0 1 7\n0 0 0 1\n").unwrap();
-        let transform = read_transform(&path).unwrap();
-        assert_eq!(transform.transform_point3(DVec3::new(1.0, 2.0, 3.0)), DVec3::new(3.0, 7.0, 10.0));
-        for text in ["1 2 3", "a", &"1 ".repeat(16), "1 0 0 0 0 1 0 0 0 0 1 nan"] {
-            std::fs::write(&path, text).unwrap();
-            assert!(read_transform(&path).is_err(), "{text}");
         }
     }
 }

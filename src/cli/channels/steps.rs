@@ -1,6 +1,6 @@
 //! Fields beside the first one, in time.
 
-use super::spec::FieldPlacement;
+use super::placement::FieldPlacement;
 use super::{ChannelOptions, Components, FieldSpec};
 use crate::cli::options::VolumeOptions;
 use crate::cli::values::Component;

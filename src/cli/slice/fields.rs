@@ -1,13 +1,16 @@
 //! Slices of several fields in one picture.
 
+use super::labels::slice_of_labels;
 use crate::cli::channels::Field;
 use crate::device::Device;
 use crate::error::Error;
 use crate::image::Frame;
 use crate::layers::Kernel;
 use crate::renderer::Renderer;
+use crate::shown::Shown;
 use crate::slice::{Slice, SliceColors};
 use crate::viewport::Viewport;
+use crate::volume::Labels;
 
 /// Optical depth of opaque values.
 const OPAQUE: f64 = 50.0;
@@ -32,11 +35,30 @@ impl SliceView<'_> {
         renderer.slice(self.slice, self.size, self.kernel, colors)
     }
 
+    /// The colours of labels, whose extinction is multiplied by a factor.
+    fn labels(&self, labels: &Labels, factor: f64) -> Result<Frame, Error> {
+        let frame = slice_of_labels(labels, self.slice, self.size)?;
+        let thick = |pixel: &[f32; 4]| {
+            let opacity = 1.0 - (1.0 - f64::from(pixel[3])).powf(self.thickness * factor);
+            pixel.map(|c| if pixel[3] > 0.0 { (f64::from(c) * opacity / f64::from(pixel[3])) as f32 } else { 0.0 })
+        };
+        Ok(Frame::new(self.size, frame.pixels().iter().map(thick).collect()))
+    }
+
     /// The colours of all visible fields, each on its own grid: their extinctions add, as in pictures.
     pub fn together(&self, first: Option<Frame>, others: &[Field]) -> Result<Frame, Error> {
         let others = others.iter().filter(|field| field.is_visible());
-        let others =
-            others.map(|field| self.colors(&mut Renderer::new(self.device, &field.volume, &field.transfer)?, field.look.factor));
+        let others = others.map(|field| match &field.shown {
+            None => self.colors(&mut Renderer::new(self.device, &field.volume, &field.transfer)?, field.look.factor),
+            Some(Shown::Labels(all)) => self.labels(all.labels(), field.look.factor),
+            Some(_) => {
+                let problem = format!(
+                    "{} has colours, which slices draw alone: slice it, hide it by visible=off, or choose a component by channel=N",
+                    field.volume.name()
+                );
+                Err(Error::Settings { field: "channels", problem })
+            }
+        });
         let frames = first.into_iter().map(Ok).chain(others).collect::<Result<Vec<_>, _>>()?;
         let pixel = |n: usize| mixed(frames.iter().map(|frame| frame.pixels()[n]));
         Ok(Frame::new(self.size, (0..self.size.pixels()).map(pixel).collect()))

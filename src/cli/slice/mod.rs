@@ -211,7 +211,12 @@ impl Arguments {
             Some(first) => self.volume.open_component(&first, Some(size))?,
             None => self.volume.open(Some(size), None)?,
         };
-        let mut fields = self.channels.open(&self.volume, &volume, size, &[])?;
+        let mut fields = self.channels.open(&self.volume, (&volume, None), size, &[])?;
+        if fields.first_shown.is_some() {
+            let problem =
+                "begins with colours or labels, which slices draw alone: slice their file, or name the scan first".into();
+            return Err(Error::Settings { field: "scene", problem });
+        }
         let volume = fields.first.take().unwrap_or(volume);
         Ok((self.labels.masked(volume, self.volume.placement())?, Content::Values(Box::new(fields))))
     }

@@ -43,7 +43,7 @@ pub use format::{Level, OpenOptions, Placement};
 pub use grid::Grid;
 #[doc(hidden)]
 pub use labels::grid_over;
-pub use labels::{Label, LabelChange, LabelField, LabelLayer, LabelSurfaces, LabelTable, LabelVisibility, Labels};
+pub use labels::{Label, LabelChange, LabelLayer, LabelSurfaces, LabelTable, LabelVisibility, Labels};
 #[doc(hidden)]
 pub use part::Held;
 pub use part::VolumePart;

@@ -113,9 +113,9 @@ impl fmt::Debug for Mask {
 }
 
 /// A layer of labels, and which of them show.
-pub(super) struct Layer {
-    pub indices: Volume<'static>,
-    pub shown: Vec<bool>,
+struct Layer {
+    indices: Volume<'static>,
+    shown: Vec<bool>,
 }
 
 /// A layer over the voxels of a volume.
@@ -155,13 +155,8 @@ impl Layer {
         self.shown[self.indices.value(voxel) as usize]
     }
 
-    /// Of each voxel, whether its label shows, as a share of 0 or 255.
-    pub fn whole_shares(&self, name: &str) -> Result<Vec<u8>, Error> {
-        filled(name, self.indices.grid().voxel_count(), |n| if self.is_shown(n) { 255 } else { 0 })
-    }
-
     /// Of each voxel, the share of labels that show among those around it, 0 to 255.
-    pub fn shares(&self, name: &str) -> Result<Vec<u8>, Error> {
+    fn shares(&self, name: &str) -> Result<Vec<u8>, Error> {
         let dims = self.indices.grid().dims();
         let [x, y, _] = dims;
         let shown: Vec<u8> = filled(name, dims.iter().product(), |n| u8::from(self.is_shown(n)))?;

@@ -1,7 +1,6 @@
 //! Labels: volumes whose voxels are ids of named things, such as organs or cells, and the tables of these.
 
 mod change;
-mod fields;
 mod ids;
 mod mask;
 mod open;
@@ -9,7 +8,6 @@ mod place;
 mod table;
 
 pub use change::{LabelChange, LabelVisibility};
-pub use fields::LabelField;
 pub(in crate::volume) use mask::Mask;
 pub use open::{LabelLayer, Labels};
 #[doc(hidden)]

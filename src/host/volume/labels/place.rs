@@ -23,6 +23,18 @@ impl Labels {
         Ok(self)
     }
 
+    /// The labels on other grids.
+    ///
+    /// # Errors
+    /// Those of `place`.
+    pub fn placed(mut self, place: impl Fn(&Grid) -> Result<Grid, Error>) -> Result<Self, Error> {
+        self.layers.iter_mut().try_for_each(|layer| {
+            layer.grid = place(&layer.grid)?;
+            Ok(())
+        })?;
+        Ok(self)
+    }
+
     /// The label of the voxel nearest to a world position: that of the first layer which has one there. `None` for the background and
     /// beyond the grid.
     ///
