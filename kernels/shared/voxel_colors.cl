@@ -36,16 +36,22 @@ ALWAYS_INLINE void mix_color(const Tint *tint, Point point, realv *r, realv *g, 
     // An axis with a single voxel has no next one.
     const int next_u = view->dims_u > 1 ? strides[0] : 0, next_v = view->dims_v > 1 ? strides[1] : 0;
     const int next_a = view->dims_a > 1 ? strides[2] : 0;
-    realv color[3] = {(realv)(0.0f), (realv)(0.0f), (realv)(0.0f)}, sum = 0.0f;
+    intv words[8], uneven = 0;
 #pragma unroll
     for (int n = 0; n < 8; n++) {
-        const intv word = WORDS_AT(tint->voxels, first + ((n & 1) * next_u + (n >> 1 & 1) * next_v + (n >> 2) * next_a));
+        words[n] = WORDS_AT(tint->voxels, first + ((n & 1) * next_u + (n >> 1 & 1) * next_v + (n >> 2) * next_a));
+        uneven |= words[n] ^ words[0];
+    }
+    realv color[3] = {(realv)(0.0f), (realv)(0.0f), (realv)(0.0f)}, sum = 0.0f;
+    // Most cells of labels lie within one of them.
+    const int corners = ANY(uneven != 0) ? 8 : 1;
+    for (int n = 0; n < corners; n++) {
         const realv share = (n & 1 ? s : 1.0f - s) * (n & 2 ? t : 1.0f - t) * (n & 4 ? u : 1.0f - u);
-        const realv weight = share * CONVERT_REALV((word >> 24) & 255);
+        const realv weight = (corners == 1 ? (realv)(1.0f) : share) * CONVERT_REALV((words[n] >> 24) & 255);
         sum += weight;
 #pragma unroll
         for (int c = 0; c < 3; c++)
-            color[c] += weight * CONVERT_REALV((word >> (8 * c)) & 255);
+            color[c] += weight * CONVERT_REALV((words[n] >> (8 * c)) & 255);
     }
     const intv known = sum > 0.0f;
     const realv scale = (1.0f / 255.0f) * reciprocal(known ? sum : (realv)(1.0f));

@@ -3,16 +3,16 @@
 use super::options::{LabelOptions, TransferOptions, VolumeOptions};
 use super::parse;
 use super::scene::SceneOptions;
-use super::shown_steps::{ShownSteps, open_colors};
-use super::values::Component;
+use super::shown_steps::{ShownSteps, open_colors, vectors_of};
+use super::values::{Colors, Component};
 use crate::error::Error;
 use crate::layers::Kernel;
-use crate::renderer::{ColorOpacity, vector_norms};
+use crate::renderer::ColorOpacity;
 use crate::settings::FieldKind;
 use crate::shown::{IndexedLabels, Shown};
 use crate::viewport::Viewport;
-use crate::volume::{Sequence, Volume};
-use clap::{Args, ValueEnum};
+use crate::volume::Sequence;
+use clap::Args;
 
 /// Components as colours.
 #[derive(Args)]
@@ -22,26 +22,8 @@ pub(super) struct ColorOptions {
     #[arg(long, value_name = "HOW", conflicts_with_all = ["channels", "channel", "labels", "label", "label_colors", "label_surfaces", "mask"])]
     colors: Option<Colors>,
     /// Opacity of colours: alpha, luminance (then by --opacity), or a colour that is transparent, as white [default: alpha if there is one, else luminance]
-    #[arg(long, value_name = "FROM", value_parser = color_opacity, requires = "colors")]
+    #[arg(long, value_name = "FROM", value_parser = parse::color_opacity, requires = "colors")]
     color_opacity: Option<ColorOpacity>,
-}
-
-#[derive(Clone, Copy, PartialEq, ValueEnum)]
-pub(super) enum Colors {
-    Direct,
-    Direction,
-    None,
-}
-
-/// Parses `alpha`, `luminance` or a colour.
-pub(super) fn color_opacity(text: &str) -> Result<ColorOpacity, String> {
-    match text {
-        "alpha" => Ok(ColorOpacity::Alpha),
-        "luminance" => Ok(ColorOpacity::Luminance),
-        color => parse::color(color)
-            .map(ColorOpacity::FromBackground)
-            .map_err(|problem| format!("expected alpha, luminance or a colour: {problem}")),
-    }
 }
 
 impl ColorOptions {
@@ -115,22 +97,6 @@ impl ColorOptions {
         }
         vectors_of(|number| options.open_component(&Component::Number(number), Some(size)))
     }
-}
-
-/// The vectors of a file with these components.
-///
-/// # Errors
-/// [`Error::Settings`] for other numbers of components than three; those of reading them.
-pub(super) fn vectors_of(component: impl Fn(usize) -> Result<Volume<'static>, Error>) -> Result<Shown, Error> {
-    let first = component(0)?;
-    let count = first.contents().channels;
-    if count != 3 {
-        let problem = format!("direction needs 3 components, and {} has {count}: omit it", first.name());
-        return Err(Error::Settings { field: "colors", problem });
-    }
-    let components = std::iter::once(Ok(first)).chain((1..count).map(component)).collect::<Result<Vec<_>, _>>()?;
-    let norms = Box::new(vector_norms(&components)?);
-    Ok(Shown::Vectors { components, norms })
 }
 
 /// Rejects options for values, which colours and labels do not have.

@@ -4,6 +4,7 @@ use super::values::{Along, ChannelChoice, Component, LevelChoice, Opacities, Rea
 use crate::error::Error;
 use crate::image::{Background, BitDepth};
 use crate::layers::{Correction, Density, MAX_SAMPLES_PER_VOXEL};
+use crate::renderer::ColorOpacity;
 use crate::settings::{AmbientOcclusion, ClipPlane, CropBox, Evaluation, GradientOpacity, Light, Number, WHITE};
 use crate::transfer::Value;
 use crate::viewport::Viewport;
@@ -159,6 +160,17 @@ pub(super) fn clip_plane(text: &str) -> Result<ClipPlane, String> {
     let plane = plane.map(|[x, y, z, nx, ny, nz]| ClipPlane { point: DVec3::new(x, y, z), normal: DVec3::new(nx, ny, nz) });
     let valid = plane.filter(|plane| plane.normal.try_normalize().is_some());
     valid.ok_or_else(|| format!("invalid plane '{text}'; use X,Y,Z,NX,NY,NZ: a point and a normal other than 0"))
+}
+
+/// Parses `alpha`, `luminance` or a colour.
+pub(super) fn color_opacity(text: &str) -> Result<ColorOpacity, String> {
+    match text {
+        "alpha" => Ok(ColorOpacity::Alpha),
+        "luminance" => Ok(ColorOpacity::Luminance),
+        color => self::color(color)
+            .map(ColorOpacity::FromBackground)
+            .map_err(|problem| format!("expected alpha, luminance or a colour: {problem}")),
+    }
 }
 
 /// Parses a colour.

@@ -4,7 +4,7 @@ use super::options::{LabelOptions, VolumeOptions};
 use super::values::Component;
 use crate::annotation::Legend;
 use crate::error::Error;
-use crate::renderer::ColorOpacity;
+use crate::renderer::{ColorOpacity, vector_norms};
 use crate::settings::FieldKind;
 use crate::shown::{IndexedLabels, Shown, legend_of_all};
 use crate::viewport::Viewport;
@@ -41,6 +41,22 @@ pub(super) fn colors_of(
     let components = channels.numbers().iter().map(|&number| component(number)).collect::<Result<Vec<_>, _>>()?;
     let default = if channels.has_alpha() { ColorOpacity::Alpha } else { ColorOpacity::Luminance };
     Ok(Shown::Components(channels.straight(components)?, opacity.unwrap_or(default)))
+}
+
+/// The vectors of a file with these components.
+///
+/// # Errors
+/// [`Error::Settings`] for other numbers of components than three; those of reading them.
+pub(super) fn vectors_of(component: impl Fn(usize) -> Result<Volume<'static>, Error>) -> Result<Shown, Error> {
+    let first = component(0)?;
+    let count = first.contents().channels;
+    if count != 3 {
+        let problem = format!("direction needs 3 components, and {} has {count}: omit it", first.name());
+        return Err(Error::Settings { field: "colors", problem });
+    }
+    let components = std::iter::once(Ok(first)).chain((1..count).map(component)).collect::<Result<Vec<_>, _>>()?;
+    let norms = Box::new(vector_norms(&components)?);
+    Ok(Shown::Vectors { components, norms })
 }
 
 /// The steps of a sequence as colours or labels, which are read one by one.

@@ -2,6 +2,7 @@
 
 use crate::transfer::Value;
 use crate::volume::OpenOptions;
+use clap::ValueEnum;
 
 /// Opacities at data values, before percentiles are resolved.
 #[derive(Clone)]
@@ -18,6 +19,14 @@ pub(super) struct Tent {
 /// A distance, or no limit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Reach(pub Option<f64>);
+
+/// How components are drawn as colours.
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+pub(super) enum Colors {
+    Direct,
+    Direction,
+    None,
+}
 
 /// The value of `--level`.
 #[derive(Clone, Copy)]

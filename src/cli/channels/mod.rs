@@ -1,5 +1,6 @@
 //! Several fields in one picture: components of a file, other files, and scenes of fields.
 
+mod field;
 mod opening;
 mod placement;
 mod scene_file;
@@ -10,15 +11,15 @@ use super::options::VolumeOptions;
 use super::parse;
 use super::values::Component;
 use crate::annotation::{Legend, LegendEntry};
-use crate::device::Device;
 use crate::error::Error;
-use crate::renderer::{Channel, UploadedVolume};
-use crate::settings::{Blend, GradientOpacity};
+use crate::renderer::Channel;
+use crate::settings::Blend;
 use crate::shown::Shown;
 use crate::transfer::TransferFunction;
 use crate::viewport::Viewport;
 use crate::volume::{ChannelDescription, OpenOptions, Volume};
 use clap::Args;
+pub(super) use field::{Field, FieldLook};
 use opening::Opened;
 use spec::{FieldChange, FieldSpec};
 use std::path::{Path, PathBuf};
@@ -77,31 +78,6 @@ fn numbers_of(listed: &[Component], all: &[ChannelDescription], file: &Path) -> 
     match (1..numbers.len()).find(|&n| numbers[..n].contains(&numbers[n])) {
         Some(n) => refuse(format!("channel {} occurs twice", numbers[n])),
         None => Ok(numbers),
-    }
-}
-
-/// A field beside the first one.
-pub(super) struct Field {
-    /// Of colours and labels, the volume that stands for them.
-    pub volume: Volume<'static>,
-    /// Colours or labels instead of values.
-    pub shown: Option<Shown>,
-    pub transfer: TransferFunction,
-    pub look: FieldLook,
-}
-
-/// How a field is shown.
-#[derive(Clone, Copy, PartialEq)]
-pub(super) struct FieldLook {
-    pub factor: f64,
-    pub visible: bool,
-    pub iso: Option<f64>,
-    pub gradient_opacity: Option<GradientOpacity>,
-}
-
-impl Default for FieldLook {
-    fn default() -> Self {
-        Self { factor: 1.0, visible: true, iso: None, gradient_opacity: None }
     }
 }
 
@@ -332,45 +308,6 @@ impl Fields {
             Ok(Field { volume, shown, transfer, look })
         };
         self.others.into_iter().zip(self.opened).map(field).collect()
-    }
-}
-
-impl FieldLook {
-    /// The channels of a renderer: of colours or labels, or of the values of a volume.
-    pub fn channels(
-        &self,
-        device: &Device,
-        volume: &Volume,
-        shown: Option<&Shown>,
-        transfer: &TransferFunction,
-    ) -> Result<Vec<Channel>, Error> {
-        let channels = match shown {
-            Some(shown) => shown.channels(device, &shown.upload(device)?, transfer, &shown.tables(&[])?)?,
-            None => return Ok(vec![self.channel(device, volume, transfer)?]),
-        };
-        channels.into_iter().map(|channel| self.applied_to(channel)).collect()
-    }
-
-    /// A channel of the values of a volume.
-    pub fn channel(&self, device: &Device, volume: &Volume, transfer: &TransferFunction) -> Result<Channel, Error> {
-        self.applied_to(Channel::new(&UploadedVolume::new(device, volume)?, transfer))
-    }
-
-    fn applied_to(&self, channel: Channel) -> Result<Channel, Error> {
-        let channel = channel.with_visibility(self.visible).with_factor(self.factor)?;
-        let channel = self.gradient_opacity.map_or(channel.clone(), |opacity| channel.with_gradient_opacity(opacity));
-        Ok(self.iso.map_or(channel.clone(), |value| channel.with_iso(value)))
-    }
-}
-
-impl Field {
-    pub fn is_visible(&self) -> bool {
-        self.look.visible
-    }
-
-    /// Value of its iso-surface, if it has one of its own.
-    pub fn iso(&self) -> Option<f64> {
-        self.look.iso
     }
 }
 

@@ -1,9 +1,9 @@
 //! The file of a field beside the volume: values, colours or labels.
 
 use super::{FieldSpec, open_options};
-use crate::cli::colors::{Colors, vectors_of};
 use crate::cli::options::Mask;
-use crate::cli::shown_steps::colors_of;
+use crate::cli::shown_steps::{colors_of, vectors_of};
+use crate::cli::values::Colors;
 use crate::error::Error;
 use crate::renderer::ColorOpacity;
 use crate::shown::{IndexedLabels, Shown};

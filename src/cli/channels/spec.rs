@@ -2,9 +2,8 @@
 
 use super::FieldLook;
 use crate::annotation::LegendEntry;
-use crate::cli::colors::{Colors, color_opacity};
 use crate::cli::parse;
-use crate::cli::values::{Component, Opacities};
+use crate::cli::values::{Colors, Component, Opacities};
 use crate::error::Error;
 use crate::renderer::ColorOpacity;
 use crate::settings::{Blend, GradientOpacity};
@@ -123,7 +122,7 @@ impl FieldSpec {
                 let names = || "expected direct, direction or none".to_owned();
                 self.colors = Some(Colors::from_str(value, false).map_err(|_| names())?);
             }
-            "color-opacity" => self.color_opacity = Some(color_opacity(value)?),
+            "color-opacity" => self.color_opacity = Some(parse::color_opacity(value)?),
             "labels" => self.labels = Some(Some(value).filter(|value| !value.is_empty()).map(Into::into)),
             "label" => self.label_changes.push(parse::label(value)?),
             "name" => self.name = Some(value.into()),
