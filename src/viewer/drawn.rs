@@ -54,7 +54,7 @@ pub(super) enum Uploaded {
 
 /// A field that all pages share.
 pub(super) enum UploadedField {
-    Values(UploadedVolume),
+    Values(Box<UploadedVolume>),
     /// As [`Uploaded::Shown`], and the channels that pages have made.
     Shown(Vec<UploadedVolume>, LastColors<Vec<Channel>>),
 }
@@ -141,7 +141,7 @@ impl Drawn {
 impl PageField {
     fn upload(&self, device: &Device) -> Result<UploadedField, Error> {
         Ok(match &self.shown {
-            None => UploadedField::Values(UploadedVolume::new(device, &self.volume)?),
+            None => UploadedField::Values(Box::new(UploadedVolume::new(device, &self.volume)?)),
             Some(shown) => UploadedField::Shown(shown.upload(device)?, LastColors::default()),
         })
     }
