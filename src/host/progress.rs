@@ -56,6 +56,20 @@ pub fn check() -> io::Result<()> {
     observer().map_or(Ok(()), |observer| still_wanted(observer.as_ref()))
 }
 
+/// Runs work that is cancelled.
+#[cfg(test)]
+pub(crate) fn cancelled<T>(work: impl FnOnce() -> T) -> T {
+    struct Cancelled;
+    impl Observer for Cancelled {
+        fn step(&self, _: &str, _: u64, _: u64) {}
+
+        fn is_cancelled(&self) -> bool {
+            true
+        }
+    }
+    observed(Arc::new(Cancelled), work)
+}
+
 fn still_wanted(observer: &dyn Observer) -> io::Result<()> {
     if observer.is_cancelled() { Err(io::Error::other("it was cancelled")) } else { Ok(()) }
 }

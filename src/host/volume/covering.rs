@@ -155,6 +155,13 @@ mod tests {
     }
 
     #[test]
+    fn resampling_ends_when_it_is_cancelled() {
+        let volume = Volume::new("t", Grid::new([2; 3], DVec3::ONE).unwrap(), vec![7u8; 8]).unwrap();
+        assert!(volume.covering(sheared(), false).is_ok());
+        crate::progress::cancelled(|| assert!(volume.covering(sheared(), false).is_err()));
+    }
+
+    #[test]
     fn axes_and_spacings_without_shear_are_kept() {
         let grid = Grid::covering([4, 5, 6], unsheared()).unwrap();
         let own = Grid::from_affine([4, 5, 6], unsheared()).unwrap();

@@ -213,6 +213,7 @@ fn add(counts: &mut HashMap<i64, u64>, (id, voxels): (i64, u64)) -> Result<(), R
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::progress::cancelled;
     use crate::volume::{Endian, Grid, ScalarType, Volume};
     use glam::DVec3;
 
@@ -220,6 +221,13 @@ mod tests {
         let numbers =
             Numbers { bytes: bytemuck::cast_slice(numbers), scalar: ScalarType::Float64, endian: Endian::NATIVE, missing: None };
         Ids { path: Path::new("t.nrrd"), dims, numbers, rescale: Rescale::default() }
+    }
+
+    #[test]
+    fn counting_and_converting_end_when_they_are_cancelled() {
+        let of = ids(&[1.0, 2.0], [2, 1, 1]);
+        assert!(of.counts().is_ok() && of.indices(&[0, 1, 2], None).is_ok());
+        cancelled(|| assert!(of.counts().is_err() && of.indices(&[0, 1, 2], None).is_err()));
     }
 
     #[test]
