@@ -81,6 +81,23 @@ impl IndexedLabels {
         self.palettes(tables).into_iter().map(of_layer).collect()
     }
 
+    /// Channels of the visible labels beside other fields: one for each opacity of each layer, whose volumes of indices were uploaded.
+    ///
+    /// # Errors
+    /// As [`UploadedColors::from_labels`] and [`Channel::from_colors`].
+    pub fn channels(&self, uploaded: &[UploadedVolume], tables: &[LabelTable]) -> Result<Vec<Channel>, Error> {
+        let mut channels = Vec::new();
+        for ((indices, palette), opacities) in uploaded.iter().zip(self.palettes(tables)).zip(self.opacities(tables)) {
+            for opacity in opacities {
+                let own = |&entry: &[f64; 4]| if entry[3] == opacity { entry } else { [0.0; 4] };
+                let entries: Vec<[f64; 4]> = palette.iter().map(own).collect();
+                let colors = UploadedColors::from_labels(&[(indices, &entries)], self.labels.surfaces())?;
+                channels.push(Channel::from_colors(&colors)?);
+            }
+        }
+        Ok(channels)
+    }
+
     /// The layers with the volumes of their indices.
     pub fn layers(&self) -> impl Iterator<Item = (&LabelLayer, &Volume<'static>)> {
         self.labels.layers().iter().zip(&self.indices)
@@ -265,19 +282,12 @@ impl Shown {
         transfer: &TransferFunction,
         tables: &[LabelTable],
     ) -> Result<Vec<Channel>, Error> {
-        let Self::Labels(all) = self else {
-            return Ok(vec![Channel::from_colors(&self.colors(device, uploaded, transfer, tables)?)?]);
-        };
-        let mut channels = Vec::new();
-        for ((indices, palette), opacities) in uploaded.iter().zip(all.palettes(tables)).zip(all.opacities(tables)) {
-            for opacity in opacities {
-                let own = |&entry: &[f64; 4]| if entry[3] == opacity { entry } else { [0.0; 4] };
-                let entries: Vec<[f64; 4]> = palette.iter().map(own).collect();
-                let colors = UploadedColors::from_labels(&[(indices, &entries)], all.labels.surfaces())?;
-                channels.push(Channel::from_colors(&colors)?);
+        match self {
+            Self::Components(..) | Self::Vectors { .. } => {
+                Ok(vec![Channel::from_colors(&self.colors(device, uploaded, transfer, tables)?)?])
             }
+            Self::Labels(all) => all.channels(uploaded, tables),
         }
-        Ok(channels)
     }
 }
 

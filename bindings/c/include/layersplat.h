@@ -523,11 +523,11 @@ typedef struct layersplat_channel {
    */
   size_t size;
   /**
-   * Its voxels.
+   * Its voxels; not read with `colors`.
    */
   const struct layersplat_uploaded *volume;
   /**
-   * Its transfer function.
+   * Its transfer function; not read with `colors`.
    */
   const struct layersplat_transfer *transfer;
   /**
@@ -554,6 +554,10 @@ typedef struct layersplat_channel {
    * Points of its gradient opacity function: gradient magnitude in values per world unit, ascending, and opacity factor.
    */
   double gradient_opacity[8][2];
+  /**
+   * Null, or colours or labels that are drawn together with the other channels. Of labels of several opacities, make a channel for each.
+   */
+  const struct layersplat_colors *colors;
 } layersplat_channel;
 
 /**
@@ -1043,7 +1047,8 @@ enum layersplat_status layersplat_uploaded_new(const struct layersplat_device *d
 void layersplat_uploaded_free(struct layersplat_uploaded *uploaded);
 
 /**
- * A visible channel with factor 1. `volume` and `transfer` are kept by the struct, and must stay until a call has used it. Pass
+ * A visible channel with factor 1. `volume` and `transfer` are kept by the struct, and must stay until a call has used it; null for a channel
+ * whose `colors` are set then. Pass
  * sizeof(layersplat_channel) as `size`.
  */
 enum layersplat_status layersplat_channel_default(const struct layersplat_uploaded *volume,

@@ -1,6 +1,7 @@
 //! Channels: fields that are drawn together.
 
 use crate::boundary::{Failure, Out, borrowed, copy, free, guard, require_capacity, text, values};
+use crate::colors::Colors;
 use crate::renderer::with_whole;
 use crate::settings::{flag, gradient_points};
 use crate::{Device, Renderer, Status, Transfer, Volume};
@@ -19,9 +20,9 @@ pub struct Uploaded(UploadedVolume);
 pub struct Channel {
     /// Size of this struct in bytes in the program's header. layersplat_channel_default() sets it; do not change it.
     pub size: usize,
-    /// Its voxels.
+    /// Its voxels; not read with `colors`.
     pub volume: *const Uploaded,
-    /// Its transfer function.
+    /// Its transfer function; not read with `colors`.
     pub transfer: *const Transfer,
     /// Factor of the extinction, at least 0.
     pub factor: f64,
@@ -35,6 +36,8 @@ pub struct Channel {
     pub gradient_point_count: i32,
     /// Points of its gradient opacity function: gradient magnitude in values per world unit, ascending, and opacity factor.
     pub gradient_opacity: [[f64; 2]; 8],
+    /// Null, or colours or labels that are drawn together with the other channels. Of labels of several opacities, make a channel for each.
+    pub colors: *const Colors,
 }
 
 /// Size of the only version of the struct.
@@ -53,10 +56,15 @@ fn check_size(size: usize) -> Result<(), Failure> {
 impl Channel {
     unsafe fn checked(&self) -> Result<renderer::Channel, Failure> {
         // SAFETY: upheld by the caller, here and below.
-        let volume = unsafe { borrowed(self.volume, "volume of a channel") }?;
-        let transfer = unsafe { borrowed(self.transfer, "transfer of a channel") }?;
-        let channel = renderer::Channel::new(&volume.0, &transfer.0).with_factor(self.factor)?;
-        let channel = channel.with_visibility(flag("visible", self.visible)?);
+        let channel = match unsafe { self.colors.as_ref() } {
+            Some(colors) => renderer::Channel::from_colors(&colors.0)?,
+            None => {
+                let volume = unsafe { borrowed(self.volume, "volume of a channel") }?;
+                let transfer = unsafe { borrowed(self.transfer, "transfer of a channel") }?;
+                renderer::Channel::new(&volume.0, &transfer.0)
+            }
+        };
+        let channel = channel.with_factor(self.factor)?.with_visibility(flag("visible", self.visible)?);
         let channel = match gradient_points(self.gradient_point_count, &self.gradient_opacity)? {
             Some(opacity) => channel.with_gradient_opacity(opacity),
             None => channel,
@@ -104,7 +112,8 @@ pub unsafe extern "C" fn layersplat_uploaded_free(uploaded: *mut Uploaded) {
     unsafe { free(uploaded) }
 }
 
-/// A visible channel with factor 1. `volume` and `transfer` are kept by the struct, and must stay until a call has used it. Pass
+/// A visible channel with factor 1. `volume` and `transfer` are kept by the struct, and must stay until a call has used it; null for a channel
+/// whose `colors` are set then. Pass
 /// sizeof(layersplat_channel) as `size`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn layersplat_channel_default(
@@ -125,6 +134,7 @@ pub unsafe extern "C" fn layersplat_channel_default(
             iso_value: 0.0,
             gradient_point_count: 0,
             gradient_opacity: [[0.0; 2]; 8],
+            colors: std::ptr::null(),
         };
         // SAFETY: upheld by the caller: a struct of `size` bytes, which was compared.
         unsafe { Out::new(channel, "channel") }?.set_first(default, size);

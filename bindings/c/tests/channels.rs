@@ -150,6 +150,22 @@ fn colours_and_labels_are_drawn() {
     assert!(drawn(labels(&[])).iter().sum::<f32>() > 1.0);
     assert!(drawn(labels_with(&[blue], LabelSurfacesChoice::Voxels as i32)) != drawn(labels(&[blue])));
 
+    // Beside the volume, in one picture. The volume is blue.
+    let (voxels, beside) = (uploaded(&scene), labels(&[Label { color: [1.0, 0.0, 0.0], ..blue }]));
+    let thin = Channel { factor: 1e-3, ..channel(voxels, scene.transfer) };
+    let both = [thin, Channel { colors: beside, ..channel(null(), null()) }];
+    // SAFETY: all arguments are alive, and each handle is freed once.
+    unsafe {
+        let renderer = made(|out| layersplat_renderer_from_channels(both.as_ptr(), 2, out));
+        let red = || floats(renderer, &scene.camera).iter().step_by(4).sum::<f32>();
+        let together = red();
+        ok(layersplat_renderer_set_channels(renderer, &thin, 1));
+        assert!(together > 2.0 * red(), "{together}, alone {}", red());
+        layersplat_colors_free(beside);
+        layersplat_uploaded_free(voxels);
+        layersplat_renderer_free(renderer);
+    }
+
     let folder = tempfile::tempdir().unwrap();
     let section = folder.path().join("section.nrrd");
     let header = "NRRD0004\ntype: uint8\ndimension: 4\nsizes: 3 4 4 4\nkinds: RGB-color domain domain domain\nencoding: raw\n\n";

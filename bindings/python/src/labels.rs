@@ -8,7 +8,7 @@ use crate::errors::{Result, unknown};
 use crate::uploads::Voxels;
 use crate::volume::{Affine, grid};
 use crate::warned::{warn, warned};
-use layersplat::renderer::{LabelColors, UploadedColors, UploadedVolume};
+use layersplat::renderer::{Channel, LabelColors, UploadedColors, UploadedVolume};
 use layersplat::viewer::IndexedLabels;
 use layersplat::volume::{Label, LabelChange, LabelLayer, LabelSurfaces, LabelTable, Labels as Ours};
 use layersplat::{Device, Error, OpenOptions};
@@ -59,10 +59,22 @@ impl Drawn {
     /// # Errors
     /// If memory is insufficient.
     pub fn on(&self, device: &Device) -> std::result::Result<UploadedColors, Error> {
-        let uploaded = self.voxels.iter().map(|voxels| voxels.on(device)).collect::<std::result::Result<Vec<_>, _>>()?;
+        let uploaded = self.uploaded(device)?;
         let palettes = self.all.palettes(&self.tables());
         let layers: Vec<(&UploadedVolume, &[[f64; 4]])> = uploaded.iter().zip(palettes.iter().map(Vec::as_slice)).collect();
         UploadedColors::from_labels(&layers, self.all.labels().surfaces())
+    }
+
+    /// Channels on a device, beside other fields.
+    ///
+    /// # Errors
+    /// If memory is insufficient.
+    pub fn channels_on(&self, device: &Device) -> std::result::Result<Vec<Channel>, Error> {
+        self.all.channels(&self.uploaded(device)?, &self.tables())
+    }
+
+    fn uploaded(&self, device: &Device) -> std::result::Result<Vec<UploadedVolume>, Error> {
+        self.voxels.iter().map(|voxels| voxels.on(device)).collect()
     }
 
     /// Their colours for a scan.

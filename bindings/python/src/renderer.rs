@@ -31,7 +31,8 @@ use std::time::Duration;
 /// volume: a Volume, or anything that Volume() takes, is uploaded. A DeviceVolume or a pyopencl.array.Array (z, y, x) is rendered in
 /// place. transfer: a TransferFunction; by default one from the histogram, for voxels on the host. device: a Device, its name or index;
 /// or the caller's context, device and queue, see Device. time_limit: time limit per frame in seconds; None: no limit. Instead of a volume,
-/// a list of Channel is drawn together, and a Colors or a Labels by itself; they have their own colours, so transfer is left out.
+/// a list of Channel, Colors and Labels is drawn together, and a Colors or a Labels by itself; they have their own colours, so transfer is
+/// left out.
 ///
 /// If the Device has a memory budget, or the volume exceeds its largest buffer, the voxels are uploaded during frames, in parts if they
 /// do not fit. The renderer then keeps the Volume. See stream_plan.
@@ -271,7 +272,7 @@ impl Renderer {
     }
 
     /// Replaces the volume, from the next frame on: a Volume, or anything that Volume() takes. Shape, type and range may differ. A list of
-    /// Channel, a Colors or a Labels replaces all that is drawn; voxels that are on the device stay there.
+    /// Channel, Colors and Labels, a Colors or a Labels replaces all that is drawn; voxels that are on the device stay there.
     ///
     /// Raises InvalidType for voxels on a device (a DeviceVolume or a pyopencl.array.Array): they need a new Renderer. Raises
     /// OutOfMemory if device memory is insufficient; the renderer may then have no volume until one is set.

@@ -194,6 +194,25 @@ def test_labels_have_the_colours_of_a_table(arrays, ids):
     assert layersplat.render(voxels.astype(np.float64), labels=True, **view).max() > 20
 
 
+def test_labels_and_colors_are_drawn_beside_a_volume(arrays):
+    ids = np.where(arrays[0] > 0.2, 1, np.where(arrays[1] > 0.2, 2, 0)).astype(np.uint8)
+    scan = Channel(np.maximum(*arrays), color=(0, 1, 0), factor=0.2)
+    view = {"size": SIZE, "azimuth": 0, "elevation": 0, "quality": "draft"}
+    # Two opacities: a channel for each.
+    labels = Labels(ids, {1: {"color": "#ff0000", "opacity": 0.9}, 2: {"color": "#0000ff", "opacity": 0.5}})
+    rgb = np.stack([255 * (arrays[0] > 0.2), 0 * ids, 255 * (arrays[1] > 0.2)], -1).astype(np.uint8)
+    for beside in (labels, Colors(rgb)):
+        renderer = Renderer([scan, beside])
+        camera = renderer.camera(SIZE, azimuth=0, elevation=0)
+        picture = renderer.render(camera, SIZE)
+        (r, _, b), (r2, _, b2) = mean_color(picture, 0), mean_color(picture, 1)
+        assert r > 2 * max(b, 0.1) and b2 > 2 * max(r2, 0.1)
+        assert (picture != Renderer([scan]).render(camera, SIZE)).any(), "the test notices what is left out"
+        renderer.set_volume([beside, scan])
+        assert np.abs(renderer.render(camera, SIZE).astype(int) - picture).max() <= ROUNDING
+        assert (layersplat.render([scan, beside], **view) != layersplat.render([scan], **view)).any()
+
+
 def test_labels_are_opened_with_a_table(tmp_path, arrays):
     np.save(tmp_path / "ids.npy", np.where(arrays[0] > 0.2, 9, 0).astype(np.uint16))
     (tmp_path / "table.json").write_text('{"labels": [{"id": 9, "name": "ball", "color": "#00ff00"}]}')

@@ -105,7 +105,7 @@ def _each(name: str, values: Any, count: int) -> List[Any]:
     return list(values)
 
 
-Fields = Union[List[Channel], Colors, Labels]
+Fields = Union[Sequence[Union[Channel, Colors, Labels]], Colors, Labels]
 
 
 def fields_of(
@@ -124,6 +124,11 @@ def fields_of(
         if labels is not None:
             return Labels(data, None if labels is True else labels, spacing)
         return Colors(data, spacing, direction=colors == "direction")
+    if isinstance(data, (list, tuple)) and any(isinstance(one, (Colors, Labels)) for one in data):
+        _refuse(options, "give them to channels(), and add colours and labels to its list")
+        volumes = [one for one in data if not isinstance(one, (Colors, Labels))]
+        together: List[Union[Channel, Colors, Labels]] = [*channels(volumes, spacing, blend=blend)] if volumes else []
+        return together + [one for one in data if isinstance(one, (Colors, Labels))]
     if channel_axis is None and not are_channels(data):
         _refuse({name: value for name, value in options.items() if name not in ("clim", "cmap", "opacity")}, "there is one volume")
         return None
@@ -149,12 +154,13 @@ def picture(fields: Fields, blend: Optional[Blend] = None, shade: Optional[Union
     """The picture of channels, colours or labels, with the options of View."""
     options = _options.ViewOptions(**view)
     settings = _options.settings(options.settings, options.quality, blend, shade)
-    if isinstance(fields, list):
+    if not isinstance(fields, (Colors, Labels)):
         # Hidden channels do not count, unless there are no others.
-        shown = [channel for channel in fields if channel.visible] or fields
-        framing = shown[0].framing(settings)
-        for channel in shown[1:]:
-            framing = framing.joined(channel.framing(settings))
+        shown = [field for field in fields if not isinstance(field, Channel) or field.visible] or fields
+        framings = [field.framing(settings) if isinstance(field, Channel) else field.framing() for field in shown]
+        framing = framings[0]
+        for other in framings[1:]:
+            framing = framing.joined(other)
     else:
         framing = fields.framing()
     renderer = Renderer(fields, device=_options.device(options.device))

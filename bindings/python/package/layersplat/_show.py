@@ -261,8 +261,8 @@ def render(
 ) -> np.ndarray:
     """The picture of :func:`volshow`: (height, width, 4), uint8, straight alpha, row 0 on top.
 
-    Several volumes are drawn together: a list of them, or of Channels; an array of four axes with channel_axis; or an xarray with a dimension
-    ``c`` or ``channel``. cmap, clim, opacity, color, factor, visible and names are lists then, see :func:`channels`. colors: ``direct`` for an array (z, y, x, 3) or
+    Several volumes are drawn together: a list of them, or of Channels, with Colors and Labels among them; an array of four axes with
+    channel_axis; or an xarray with a dimension ``c`` or ``channel``. cmap, clim, opacity, color, factor, visible and names are lists then, see :func:`channels`. colors: ``direct`` for an array (z, y, x, 3) or
     (z, y, x, 4) of colours, ``direction`` for (z, y, x, 3) of vectors, see Colors. labels: True for an array of ids, or their table, see Labels. data may also be a Colors or a Labels.
     label_colors: draws the volume in the colours of labels: Labels, an array of ids, or a file; labels is their table then.
     """
