@@ -30,7 +30,7 @@ impl Labels {
     pub fn placed(mut self, place: impl Fn(&Grid) -> Result<Grid, Error>) -> Result<Self, Error> {
         self.layers.iter_mut().try_for_each(|layer| {
             layer.grid = place(&layer.grid)?;
-            Ok(())
+            Ok::<_, Error>(())
         })?;
         Ok(self)
     }
