@@ -37,9 +37,9 @@ static inline void permute_axes(float *x, float *y, float *z, int iu, int iv, in
 
 #ifdef LIGHT_VOLUME
 static inline void permute_light_volume(LightVolumeParams *p, int iu, int iv, int a) {
-    float *const vectors[] = {&p->sky_origin_u, &p->shadow_last_u, &p->sky_last_u, &p->lift_u, &p->eye_u};
+    float *const vectors[] = {&p->sky_scale_u, &p->sky_origin_u, &p->shadow_last_u, &p->sky_last_u, &p->lift_u, &p->eye_u};
 #pragma unroll
-    for (int n = 0; n < 5; n++)
+    for (int n = 0; n < 6; n++)
         permute_axes(vectors[n], vectors[n] + 1, vectors[n] + 2, iu, iv, a);
 #pragma unroll
     for (int n = 0; n < 4; n++)
@@ -48,6 +48,7 @@ static inline void permute_light_volume(LightVolumeParams *p, int iu, int iv, in
     const int sky[3] = {p->sky_stride_u, p->sky_stride_v, p->sky_stride_a};
     p->shadow_stride_u = SELECT_3(shadow, iu), p->shadow_stride_v = SELECT_3(shadow, iv), p->shadow_stride_a = SELECT_3(shadow, a);
     p->sky_stride_u = SELECT_3(sky, iu), p->sky_stride_v = SELECT_3(sky, iv), p->sky_stride_a = SELECT_3(sky, a);
+    p->sky_axes = iu | iv << 2 | a << 4;
 }
 #endif
 

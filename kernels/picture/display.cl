@@ -8,24 +8,36 @@
 
 #include "shared/elementary.cl"
 
-#ifdef GAMMA
-// Raises the straight colour of a premultiplied one to a power.
-static inline float4 raised(float4 color, float exponent) {
+#ifdef CURVE
+// Applies the curve of a picture to the straight colour of a premultiplied one: src/host/color.rs. `curve`: factor, beginning of the
+// shoulder, exponent, and 1 for linear colours.
+static inline float4 curved(float4 color, float4 curve) {
     if (!(color.w >= MIN_OPACITY))
         return color;
-    return (float4)(pow(MAX(color.xyz / color.w, (float3)(0.0f)), (float3)(exponent)) * color.w, color.w);
+    float3 shown = MAX(color.xyz / color.w, (float3)(0.0f)) * curve.x;
+    const float largest = MAX(MAX(shown.x, shown.y), shown.z), knee = curve.y;
+    if (largest > knee) {
+        const float above = (largest - knee) / (1.0f - knee);
+        shown *= (knee + (1.0f - knee) * (above / (1.0f + above))) / largest;
+    }
+    if (curve.w > 0.0f) {
+        const float3 coded = 1.055f * pow(shown, (float3)(1.0f / 2.4f)) - 0.055f;
+        shown = shown <= 0.0031308f ? shown * 12.92f : coded;
+    }
+    if (curve.z != 1.0f)
+        shown = pow(shown, (float3)(curve.z));
+    return (float4)(shown * color.w, color.w);
 }
 #define FOUR_AT_ONCE(background) false
 #else
 #define FOUR_AT_ONCE(background) ((background).w > 0.0f)
 #endif
 
-// background.w is 1 for an opaque background; 0 keeps the picture transparent. With GAMMA it is the exponent of straight colours, negative
-// for a transparent picture.
-static inline uchar4 displayed(float4 color, float4 background) {
+// background.w is 1 for an opaque background; 0 keeps the picture transparent. `curve`: see curved(); not used without CURVE.
+static inline uchar4 displayed(float4 color, float4 background, float4 curve) {
     float4 shown = 0.0f;
-#ifdef GAMMA
-    color = raised(color, fabs(background.w));
+#ifdef CURVE
+    color = curved(color, curve);
 #endif
     if (background.w > 0.0f)
         shown = (float4)(fma((float3)(1.0f - color.w), background.xyz, color.xyz), 1.0f);
@@ -43,10 +55,10 @@ static inline uchar4 displayed(float4 color, float4 background) {
 #endif
 
 // Four pixels at once.
-static inline uchar16 displayed_four(float16 colors, float4 background) {
+static inline uchar16 displayed_four(float16 colors, float4 background, float4 curve) {
     if (!FOUR_AT_ONCE(background))
-        return (uchar16)(displayed(colors.s0123, background), displayed(colors.s4567, background), displayed(colors.s89ab, background),
-                         displayed(colors.scdef, background));
+        return (uchar16)(displayed(colors.s0123, background, curve), displayed(colors.s4567, background, curve), displayed(colors.s89ab, background, curve),
+                         displayed(colors.scdef, background, curve));
     const float4 behind = (float4)(background.xyz, 0.0f);
     float16 shown = fma(1.0f - OPACITIES(colors), (float16)(behind, behind, behind, behind), colors);
     shown.s37bf = 1.0f;

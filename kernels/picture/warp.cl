@@ -131,9 +131,9 @@ static inline bool is_empty_under(__global const float4 *lattice, __global const
 
 // Stores a pixel in the float frame or, `displayed`, directly in the 8-bit picture. The latter saves a pass over the frame: 0.5 ms of 2
 // at 512 x 512. One kernel serves both, since only the lattice kernels take longer to compile.
-static inline void store_pixel(const WarpParams *p, float4 color, float4 background, __global uchar *picture, size_t at) {
+static inline void store_pixel(const WarpParams *p, float4 color, float4 background, float4 curve, __global uchar *picture, size_t at) {
     if (p->displayed) {
-        ((__global uchar4 *)picture)[at] = displayed(color, background);
+        ((__global uchar4 *)picture)[at] = displayed(color, background, curve);
     } else {
         // Rounding can make sums of means and shares exceed 1 where the frame is opaque.
         __global float4 *out = (__global float4 *)picture + at;
@@ -142,16 +142,16 @@ static inline void store_pixel(const WarpParams *p, float4 color, float4 backgro
 }
 
 // Stores four pixels.
-ALWAYS_INLINE void store_four(const WarpParams *p, float16 colors, float4 background, __global uchar *picture, size_t at) {
+ALWAYS_INLINE void store_four(const WarpParams *p, float16 colors, float4 background, float4 curve, __global uchar *picture, size_t at) {
     if (p->displayed) {
-        vstore16(displayed_four(colors, background), 0, picture + 4 * at);
+        vstore16(displayed_four(colors, background, curve), 0, picture + 4 * at);
     } else {
         __global Four *out = (__global Four *)((__global float4 *)picture + at);
         *out = MIN((float16)(1.0f), (p->added ? *out : (float16)(0.0f)) + p->share * colors);
     }
 }
 
-__kernel void warp(__global const float4 *lattice, __global const uint *active_samples, WarpParams p, float4 background,
+__kernel void warp(__global const float4 *lattice, __global const uint *active_samples, WarpParams p, float4 background, float4 curve,
                    __global uchar *picture, ulong first_item) {
     const int blocks = (p.columns + BLOCK_COLUMNS - 1) / BLOCK_COLUMNS, block = first_item + get_global_id(0);
     if (block >= blocks * ((p.rows + BLOCK_ROWS - 1) / BLOCK_ROWS))
@@ -167,7 +167,7 @@ __kernel void warp(__global const float4 *lattice, __global const uint *active_s
         // A separate loop, so that the displayed colour is computed once.
         for (int line = top; line < bottom; line++)
             for (int i = 0; i < count; i++)
-                store_pixel(&p, (float4)(0.0f), background, picture, (size_t)line * p.columns + left + i);
+                store_pixel(&p, (float4)(0.0f), background, curve, picture, (size_t)line * p.columns + left + i);
         return;
     }
     const bool has_lines = p.lines && !p.for_each_pixel;
@@ -218,9 +218,9 @@ __kernel void warp(__global const float4 *lattice, __global const uint *active_s
         int i = 0;
 #if BLOCK_COLUMNS % 4 == 0
         for (; i + 4 <= count; i += 4)
-            store_four(&p, row[i / 4], background, picture, at + i);
+            store_four(&p, row[i / 4], background, curve, picture, at + i);
 #endif
         for (; i < count; i++)
-            store_pixel(&p, pixels[i], background, picture, at + i);
+            store_pixel(&p, pixels[i], background, curve, picture, at + i);
     }
 }

@@ -23,15 +23,15 @@ static inline realv interpolate_plane(__global const uchar *volume, intv at, int
 
 // Interpolates linearly between eight values of a volume, in steps of 1/255. The values along one axis are neighbouring bytes, of which one
 // word holds two.
-static inline realv interpolate_light(__global const uchar *volume, float scale, const float *origin, const int *stride,
+static inline realv interpolate_light(__global const uchar *volume, const float *scale, const float *origin, const int *stride,
                                       const float *last, float first_layer, Point point) {
     // Along the axis with neighbouring bytes, which is u or a, then the others.
     const bool along_a = stride[2] == 1;
     const int stride_far = along_a ? stride[0] : stride[2];
-    const realv u = CLAMP(point.u * scale + origin[0], (realv)(0.0f), (realv)(last[0]));
-    const realv y = CLAMP(point.v * scale + origin[1], (realv)(0.0f), (realv)(last[1]));
+    const realv u = CLAMP(point.u * scale[0] + origin[0], (realv)(0.0f), (realv)(last[0]));
+    const realv y = CLAMP(point.v * scale[1] + origin[1], (realv)(0.0f), (realv)(last[1]));
     // Layers of a part are counted from its first one. The difference is exact, so parts have the bits of the whole.
-    const realv a = CLAMP(point.a * scale + origin[2], (realv)(0.0f), (realv)(last[2])) - first_layer;
+    const realv a = CLAMP(point.a * scale[2] + origin[2], (realv)(0.0f), (realv)(last[2])) - first_layer;
     const realv x = along_a ? a : u, z = along_a ? u : a;
     const intv i = CONVERT_INTV(x), j = CONVERT_INTV(y), k = CONVERT_INTV(z);
     const realv s = x - CONVERT_REALV(i), t = y - CONVERT_REALV(j), r = z - CONVERT_REALV(k);
@@ -60,7 +60,7 @@ static inline realv reaching_light(const SampleParams *p, LightVolume volume, Po
     if (v->volumes[n] < 0)
         return 1.0f;
     const float shadow = v->strength * (1.0f / 255.0f);
-    const realv light = interpolate_light(volume.lights + (size_t)v->volumes[n] * v->volume_bytes, v->shadow_scale, v->origins + 3 * n,
+    const realv light = interpolate_light(volume.lights + (size_t)v->volumes[n] * v->volume_bytes, &v->shadow_scale_u, v->origins + 3 * n,
                                           &v->shadow_stride_u, &v->shadow_last_u, v->shadow_first, point);
     return 1.0f - v->strength + shadow * light;
 }
@@ -71,6 +71,6 @@ static inline realv reaching_sky(const SampleParams *p, LightVolume volume, Poin
     if (!v->sky)
         return 1.0f;
     return (1.0f / 255.0f) *
-           interpolate_light(volume.sky, v->sky_scale, &v->sky_origin_u, &v->sky_stride_u, &v->sky_last_u, v->sky_first, point);
+           interpolate_light(volume.sky, &v->sky_scale_u, &v->sky_origin_u, &v->sky_stride_u, &v->sky_last_u, v->sky_first, point);
 }
 #endif

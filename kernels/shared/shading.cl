@@ -29,11 +29,14 @@ static inline intv table_index(const SampleParams *p, realv value) {
 
 // Factors of a colour, added highlights, and weight in interpolation with other lighting. THINNED: also the factor of the extinction.
 // DEPTH_CUED: also the share of the background that the lit colour fades to, before it is clamped. LABELS: also the factors
-// without a normal, and beside a surface whose normal is unknown.
+// without a normal, and beside a surface whose normal is unknown. STUDIO: `unlit` is the light that matter scatters per albedo.
 typedef struct {
     realv factor[LIT_COMPONENTS], highlight[LIT_COMPONENTS], weight;
+#if defined(LABELS) || defined(STUDIO)
+    realv unlit[LIT_COMPONENTS];
+#endif
 #ifdef LABELS
-    realv unlit[LIT_COMPONENTS], beside[LIT_COMPONENTS];
+    realv beside[LIT_COMPONENTS];
 #endif
 #ifdef THINNED
     realv extinction_scale;
@@ -67,6 +70,8 @@ static inline realv gradient_length(const SampleParams *p, Gradient gradient) {
     return squared * inverse_sqrt(MAX(squared, (realv)(1e-20f)));
 }
 
+#include "shared/studio.cl"
+
 // Lighting of a point with a value and gradient: two-sided Blinn-Phong with directional lights. Gradients below 1e-3 of the value
 // range per voxel leave the colour unlit, with a smooth fade up to 2e-3, so that rounding cannot toggle the lighting. LIGHT_VOLUME: each
 // light and the ambient light are dimmed by what reaches the point; the colour of weak gradients, too.
@@ -76,6 +81,12 @@ static inline Lighting shade(const SampleParams *p, LightVolume volume, Point po
     const realv inverse = inverse_sqrt(MAX(squared, (realv)(1e-20f)));
     const realv faded = CLAMP((squared * inverse - 1e-3f) * 1e3f, (realv)(0.0f), (realv)(1.0f));
     const realv lit = SMOOTHSTEP(faded);
+    Lighting lighting;
+    // Root of the gradient magnitude: the direction of a weak gradient is mostly noise, but surfaces have weak gradients too.
+    lighting.weight = rough_inverse_sqrt(inverse);
+#ifdef STUDIO
+    studio_lighting(p, volume, point, u, v, a, inverse, lit, &lighting);
+#else
     const realv facing = fabs(u * p->light.direction_u + v * p->light.direction_v + a * p->light.direction_a) * inverse;
     // For a light at the camera both directions are equal. In one lane the check costs more than the computation.
 #if VW == 1
@@ -85,9 +96,6 @@ static inline Lighting shade(const SampleParams *p, LightVolume volume, Point po
                            p->light.half_a == p->light.direction_a;
 #endif
     const realv mirror = headlight ? facing : fabs(u * p->light.half_u + v * p->light.half_v + a * p->light.half_a) * inverse;
-    Lighting lighting;
-    // Root of the gradient magnitude: the direction of a weak gradient is mostly noise, but surfaces have weak gradients too.
-    lighting.weight = rough_inverse_sqrt(inverse);
 #ifdef LIGHT_VOLUME
     const realv normal_u = u * inverse, normal_v = v * inverse, normal_a = a * inverse;
     const realv to_light = normal_u * p->light.direction_u + normal_v * p->light.direction_v + normal_a * p->light.direction_a;
@@ -161,6 +169,7 @@ static inline Lighting shade(const SampleParams *p, LightVolume volume, Point po
         lighting.beside[i] = base + lit * (lighting.beside[i] - base);
 #endif
     }
+#endif
 #ifdef THINNED
     lighting.extinction_scale = p->light.thinned ? gradient_extinction_scale(p, squared * inverse) : (realv)(1.0f);
 #endif
@@ -170,11 +179,16 @@ static inline Lighting shade(const SampleParams *p, LightVolume volume, Point po
     return lighting;
 }
 
-// One component of a lit colour: times the factor, plus the highlight, at most 1. DEPTH_CUED: then faded to `background`. A cue of 0 keeps
-// the colour exact to the bit.
-static inline realv lit_component(const SampleParams *p, realv component, realv factor, realv highlight, const Lighting *lighting,
-                                  float background) {
-    const realv lit = MIN(component * factor + highlight, (realv)(1.0f));
+// One component of a lit colour: times the factor, plus the highlight, at most 1. STUDIO: plus the light that matter scatters, without
+// limit. DEPTH_CUED: then faded to `background`. A cue of 0 keeps the colour exact to the bit.
+static inline realv lit_component(const SampleParams *p, realv component, int i, const Lighting *lighting, float background) {
+#ifdef STUDIO
+    realv lit = component * lighting->factor[i] + lighting->highlight[i];
+    if (ANY(lighting->unlit[i] > 0.0f))
+        lit += albedo(component) * lighting->unlit[i];
+#else
+    const realv lit = MIN(component * lighting->factor[i] + lighting->highlight[i], (realv)(1.0f));
+#endif
 #ifdef DEPTH_CUED
     return lit + CLAMP(lighting->cue, (realv)(0.0f), (realv)(p->light.cue_strength)) * (background - lit);
 #else
@@ -183,15 +197,15 @@ static inline realv lit_component(const SampleParams *p, realv component, realv 
 }
 
 static inline realv lit_red(const SampleParams *p, realv red, const Lighting *l) {
-    return lit_component(p, red, l->factor[0], l->highlight[0], l, p->light.cue_r);
+    return lit_component(p, red, 0, l, p->light.cue_r);
 }
 
 static inline realv lit_green(const SampleParams *p, realv green, const Lighting *l) {
-    return lit_component(p, green, l->factor[COMPONENT(1)], l->highlight[COMPONENT(1)], l, p->light.cue_g);
+    return lit_component(p, green, COMPONENT(1), l, p->light.cue_g);
 }
 
 static inline realv lit_blue(const SampleParams *p, realv blue, const Lighting *l) {
-    return lit_component(p, blue, l->factor[COMPONENT(2)], l->highlight[COMPONENT(2)], l, p->light.cue_b);
+    return lit_component(p, blue, COMPONENT(2), l, p->light.cue_b);
 }
 
 // Opacity of an optical depth, or of alpha times length.

@@ -69,8 +69,10 @@ static inline Lighting interpolate_lighting(const SampleParams *p, const LitSamp
     FOR_LIT_COMPONENTS(i) {
         lighting.factor[i] = one->factor[i] + mixed * (other->factor[i] - one->factor[i]);
         lighting.highlight[i] = one->highlight[i] + mixed * (other->highlight[i] - one->highlight[i]);
-#ifdef LABELS
+#if defined(LABELS) || defined(STUDIO)
         lighting.unlit[i] = one->unlit[i] + place * (other->unlit[i] - one->unlit[i]);
+#endif
+#ifdef LABELS
         lighting.beside[i] = one->beside[i] + place * (other->beside[i] - one->beside[i]);
 #endif
     }

@@ -5,7 +5,7 @@ use crate::error::Error;
 use crate::image::{Background, BitDepth};
 use crate::layers::{Correction, Density, MAX_SAMPLES_PER_VOXEL};
 use crate::renderer::ColorOpacity;
-use crate::settings::{AmbientOcclusion, ClipPlane, CropBox, Evaluation, GradientOpacity, Light, Number, WHITE};
+use crate::settings::{AmbientOcclusion, ClipPlane, CropBox, Evaluation, GradientOpacity, Light, Number, Sky, WHITE};
 use crate::transfer::Value;
 use crate::viewport::Viewport;
 use crate::volume::LabelChange;
@@ -179,6 +179,23 @@ pub(super) fn color(text: &str) -> Result<[f64; 3], String> {
         Background::Color(color) => Ok(color.map(f64::from)),
         Background::Transparent => Err("transparent is not a colour here: use white, grey, #rrggbb or R,G,B".into()),
     }
+}
+
+/// Parses `COLOR[,COLOR][:S]`: a sky of one colour, or of those above and below, with a strength. Colours are those of sRGB.
+pub(super) fn sky(text: &str) -> Result<Sky, String> {
+    let refused = || format!("invalid sky '{text}'; use a colour, or one above and one below, such as white,#404040:0.5");
+    let (colors, strength) = match text.rsplit_once(':') {
+        Some((colors, strength)) => (colors, strength.trim().parse().map_err(|_| refused())?),
+        None => (text, 1.0),
+    };
+    let linear = |color: [f64; 3]| color.map(crate::color::linear);
+    let pair = || {
+        let (top, bottom) = colors.split_once(',')?;
+        color(top).ok().zip(color(bottom).ok())
+    };
+    let (top, bottom) = color(colors).ok().map(|one| (one, one)).or_else(pair).ok_or_else(refused)?;
+    Sky::STRENGTH.check(strength).map_err(|problem| problem.to_string())?;
+    Ok(Sky { top: linear(top), bottom: linear(bottom), strength, ..Sky::default() })
 }
 
 /// Parses a data value: a number or a percentile.

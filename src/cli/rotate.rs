@@ -133,7 +133,7 @@ pub(super) fn run(arguments: &Arguments, processes: &Processes) -> Result<ExitCo
         }
         let rendered = if processes.owns(n) { studio.picture(camera, options.size)?.0 } else { None };
         if let (Some(film), Some(frame)) = (&mut film, processes.collect(n, rendered, options.size)) {
-            film.add(&frame.with_gamma(scene.settings.gamma))?;
+            film.add(&frame.with_curve(studio.curve(&scene.settings)))?;
             bar.inc(1);
         }
     }

@@ -243,8 +243,8 @@ impl OpenedScene {
     /// Fixes lights in the world where the first camera of a turn sees them, so that shadows stay in place and no light is swept again. With
     /// `--light-space camera` they move with the camera.
     pub fn fix_lights(&mut self, options: &SceneOptions, first: &Camera) -> Result<(), Error> {
-        if let Some(shading) = self.settings.shading.as_mut().filter(|_| !options.quality.light.moves_with_camera()) {
-            shading.lights = shading.lights.in_world(first)?;
+        if !options.quality.light.moves_with_camera() {
+            self.settings = self.settings.with_light_in_world(first)?;
         }
         Ok(())
     }

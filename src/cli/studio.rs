@@ -11,6 +11,7 @@ use super::scene_renderer::SceneRenderer;
 use super::time::{FirstOfStep, NextStep};
 use crate::annotation::{AnnotatedView, Annotations, VectorFormat};
 use crate::camera::Camera;
+use crate::color::Curve;
 use crate::error::Error;
 use crate::image::{Background, Depths, Frame};
 use crate::renderer::{Channel, FrameReport, StreamPlan};
@@ -191,8 +192,15 @@ impl<'a> Studio<'a> {
             blend: settings.blend,
             background: self.background,
         };
-        let frame = self.annotations.drawn_beside(frame, size, shown)?.with_gamma(settings.gamma);
+        let curve = self.curve(settings);
+        let frame = if curve == settings.curve() { frame } else { frame.coded(settings.curve()) };
+        let frame = self.annotations.drawn_beside(frame, size, shown)?.with_curve(curve);
         Ok((Some(frame), report))
+    }
+
+    /// The curve that is left for finished pictures. Annotations are drawn on coded colours.
+    pub fn curve(&self, settings: &Settings) -> Curve {
+        if self.annotations.is_empty() { settings.curve() } else { settings.curve().of_coded() }
     }
 
     /// Depths of a picture, along rays through the pixel centres, and the ids of its labels there.

@@ -80,7 +80,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let mut studio = Studio::new(&scene, &arguments.pictures, options.background)?;
     studio.announce(&cameras[0], options.size)?;
     let pixels = render_views(arguments, &mut studio, views.iter().zip(&cameras), sheet)?;
-    let picture = Frame::new(sheet, pixels).with_gamma(scene.settings.gamma);
+    let picture = Frame::new(sheet, pixels).with_curve(studio.curve(&scene.settings));
     picture.save_encoded(output.path(), options.background, &encoding, None)?;
     if output.is_standard() {
         return output.finish(output.path());

@@ -189,7 +189,8 @@ mod tests {
         let frame = Buffer::from_slice(&device, &vec![Float4([1.0; 4]); pixels], "the frame").unwrap();
         let rgba = Buffer::from_slice(&device, &vec![[0u8; 4]; pixels], "the picture").unwrap();
         let kernel = device.kernel(Present::FILE, Present::NAME, &Present::defines(device.tuning(), false).0).unwrap();
-        let arguments = PresentArguments { frame: &frame, background: Float4([0.0; 4]), pixels: pixels as i32, rgba: &rgba };
+        let [background, curve] = [Float4([0.0; 4]); 2];
+        let arguments = PresentArguments { frame: &frame, background, curve, pixels: pixels as i32, rgba: &rgba };
         let first_item = arguments.set(&kernel, 0).unwrap();
         0u64.set(&kernel, first_item).unwrap();
         let timed = device.timed();

@@ -74,6 +74,13 @@ pub struct Basis {
     pub forward: DVec3,
 }
 
+impl Basis {
+    /// The world direction of one in camera space: (right, up, towards the viewer).
+    pub fn in_world(&self, direction: DVec3) -> DVec3 {
+        self.right * direction.x + self.up * direction.y - self.forward * direction.z
+    }
+}
+
 /// Orientation of an orbiting camera in degrees: `azimuth` about y, `elevation` above the xz plane, `roll` about the view direction.
 /// [`OrbitFrame`] converts an orbit about another axis.
 ///

@@ -6,6 +6,7 @@ pub mod annotation;
 pub mod camera;
 #[doc(hidden)]
 pub mod choice;
+pub mod color;
 #[doc(hidden)]
 pub mod error;
 #[doc(hidden)]

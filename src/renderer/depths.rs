@@ -64,6 +64,7 @@ pub(crate) fn depth_settings(settings: &Settings) -> Settings {
     Settings {
         algorithm: Algorithm::Raycast { kernel, step },
         shading: None,
+        studio: None,
         shadows: None,
         ambient_occlusion: None,
         ..*settings

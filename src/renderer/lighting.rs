@@ -73,7 +73,7 @@ impl Lighting {
     /// The light volumes of a grid seen along `rays`, if any.
     pub fn sources_in(settings: &Settings, grid: &Grid, rays: &Rays) -> Option<LightSources> {
         let directions = Self::directions(settings, grid, rays);
-        LightSources::new(settings, grid, directions.iter().map(|light| light.to_light), rays.to_eye)
+        LightSources::new(settings, grid, directions.iter().map(|light| light.to_light), rays)
     }
 
     /// Looks light up in these layers of the volumes.

@@ -2,6 +2,7 @@
 
 use super::frame::{Resources, Slot};
 use super::tiles::{Drawn, Target, Tiles};
+use crate::color::Curve;
 use crate::device::launch::Launcher;
 use crate::device::launch::picture::{Present, PresentArguments, Warp, WarpArguments, Warped};
 use crate::device::launch::structs::{Float4, WarpParams};
@@ -126,9 +127,9 @@ impl Picture {
     pub fn warp(&mut self, device: &Device, target: &Target, onto: WarpInputs, share: Share) -> Result<Finished, Error> {
         let Drawn { samples: lattice, active_samples, tiles } = &target.drawn();
         let picture = target.arena.get(&FRAME);
-        let background = Float4([0.0; 4]);
+        let [background, curve] = [Float4([0.0; 4]); 2];
         let (p, warped) = (onto.params(*tiles, share), Warped::Frame(&picture));
-        let arguments = WarpArguments { lattice, active_samples, p, background, picture: warped };
+        let arguments = WarpArguments { lattice, active_samples, p, background, curve, picture: warped };
         self.warp.launch(device, false, &arguments)?;
         Ok(Finished::Floats(picture))
     }
@@ -139,14 +140,15 @@ impl Picture {
         device: &Device,
         target: &Target,
         onto: WarpInputs,
-        (background, gamma): (Background, f64),
+        (background, curve): (Background, Curve),
     ) -> Result<Finished, Error> {
         let Drawn { samples: lattice, active_samples, tiles } = &target.drawn();
         let picture = target.arena.get(&RGBA);
         let p = WarpParams { displayed: 1, ..onto.params(*tiles, Share::WHOLE) };
-        let (background, warped) = (for_kernels(background, gamma), Warped::Displayed(&picture));
-        let arguments = WarpArguments { lattice, active_samples, p, background, picture: warped };
-        self.warp.launch(device, gamma != 1.0, &arguments)?;
+        let (numbers, warped) = (Float4(curve.numbers()), Warped::Displayed(&picture));
+        let arguments =
+            WarpArguments { lattice, active_samples, p, background: for_kernels(background), curve: numbers, picture: warped };
+        self.warp.launch(device, curve != Curve::NONE, &arguments)?;
         Ok(Finished::Rgba8(picture))
     }
 
@@ -157,11 +159,12 @@ impl Picture {
         target: &Target,
         frame: &Buffer<Float4>,
         viewport: Viewport,
-        (background, gamma): (Background, f64),
+        (background, curve): (Background, Curve),
     ) -> Result<Finished, Error> {
         let rgba = target.arena.get(&RGBA);
-        let (pixels, background) = (viewport.pixels() as i32, for_kernels(background, gamma));
-        self.present.launch(device, gamma != 1.0, &PresentArguments { frame, background, pixels, rgba: &rgba })?;
+        let (pixels, background) = (viewport.pixels() as i32, for_kernels(background));
+        let arguments = PresentArguments { frame, background, curve: Float4(curve.numbers()), pixels, rgba: &rgba };
+        self.present.launch(device, curve != Curve::NONE, &arguments)?;
         Ok(Finished::Rgba8(rgba))
     }
 }
@@ -177,12 +180,10 @@ pub(super) fn read_displayed(device: &Device, rgba: &Buffer<[u8; 4]>, viewport: 
     Ok(picture.into_flattened())
 }
 
-fn for_kernels(background: Background, gamma: f64) -> Float4 {
-    let exponent = gamma.recip() as f32;
+fn for_kernels(background: Background) -> Float4 {
     match background {
-        Background::Color([r, g, b]) => Float4([r, g, b, exponent]),
-        Background::Transparent if gamma == 1.0 => Float4([0.0; 4]),
-        Background::Transparent => Float4([0.0, 0.0, 0.0, -exponent]),
+        Background::Color([r, g, b]) => Float4([r, g, b, 1.0]),
+        Background::Transparent => Float4([0.0; 4]),
     }
 }
 

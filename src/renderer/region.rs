@@ -65,6 +65,7 @@ impl Region {
             colored_lights: false,
             depth_cue: false,
             light_volume: false,
+            studio: false,
             gradients,
             ..rendering
         };
@@ -190,6 +191,7 @@ fn rendering(scene: &Scene, kernel: Kernel, blend: BlendMode, clipped: bool) -> 
         colored_lights: settings.shading.is_some_and(|shading| !shading.is_white()),
         depth_cue: settings.fading().is_some(),
         light_volume: settings.sweeps_light(),
+        studio: settings.studio.is_some(),
         gradients,
         depths: false,
         pixel_rays: false,

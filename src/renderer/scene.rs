@@ -1,7 +1,7 @@
 //! Inputs shared by all passes: a view of a field through a transfer function.
 
 use super::channels::PackedColors;
-use super::classification::{Classification, Integrals, PreparationKernels, Table, VisibleBlocks};
+use super::classification::{Classification, EntryKind, Integrals, PreparationKernels, Table, VisibleBlocks};
 use super::colors::ColorFields;
 use super::field::{Field, Layout};
 use super::label_colors::LabelColors;
@@ -232,25 +232,25 @@ impl Scene<'_> {
 
     /// The voxels as input of the Gaussian kernel, for layer axis z.
     pub fn gaussian_layout(&mut self) -> Result<Layout, Error> {
-        self.classification.gaussian_layout(self.kernels, self.device, self.field, self.settings.extinction)
+        self.classification.gaussian_layout(self.kernels, self.device, self.field, EntryKind::new(self.settings))
     }
 
     /// Visibility of the min-max blocks of a layer axis, for a kernel's field.
     pub fn visible_blocks(&mut self, axis: Axis, kernel: Kernel) -> Result<Arc<VisibleBlocks>, Error> {
-        let Settings { extinction, blend, .. } = *self.settings;
+        let (kind, blend) = (EntryKind::new(self.settings), self.settings.blend);
         let axis = self.field.own_axis(axis);
-        self.classification.visible_blocks(self.kernels, self.device, self.field, (axis, kernel), extinction, blend)
+        self.classification.visible_blocks(self.kernels, self.device, self.field, (axis, kernel), kind, blend)
     }
 
     /// The transfer table for the values of a kernel's field.
     pub fn table(&mut self, kernel: Kernel) -> Result<Arc<Table>, Error> {
-        self.classification.table(self.device, self.field, self.settings.extinction, kernel)
+        self.classification.table(self.device, self.field, EntryKind::new(self.settings), kernel)
     }
 
     /// Segment integrals of a kernel's field, for segments of at least `thinnest` unit distances and `per_layer` segments per
     /// layer.
     pub fn integrals(&mut self, kernel: Kernel, thinnest: f64, per_layer: u32) -> Result<Arc<Integrals>, Error> {
-        self.classification.integrals(self.device, self.field, self.settings.extinction, kernel, (thinnest, per_layer))
+        self.classification.integrals(self.device, self.field, EntryKind::new(self.settings), kernel, (thinnest, per_layer))
     }
 
     /// Whether the background has opacity.

@@ -90,7 +90,7 @@ pub trait VolumeRenderer<'v> {
         background: Background,
     ) -> Result<(Option<Vec<u8>>, FrameReport), Error> {
         let (frame, report) = self.render(camera, viewport, settings)?;
-        Ok((frame.map(|frame| frame.with_gamma(settings.gamma).to_rgba8(background)), report))
+        Ok((frame.map(|frame| frame.with_curve(settings.curve()).to_rgba8(background)), report))
     }
 
     /// Renders the next frame of an accumulation and adds it ([`Renderer::accumulate`]). With several processes, all count the frame,

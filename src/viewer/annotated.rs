@@ -16,7 +16,7 @@ fn annotations_of(look: &Look, scene: &SharedScene) -> Result<Option<Annotations
     Ok(Some(look.annotations(scene.length_units(), list)).filter(|annotations| !annotations.is_empty()))
 }
 
-/// A finished frame with the annotations and the gamma of a look.
+/// A finished frame with the annotations and the curve of a look.
 pub(super) fn annotated(
     frame: Frame,
     scene: &SharedScene,
@@ -24,11 +24,12 @@ pub(super) fn annotated(
     camera: &Camera,
     blend: Blend,
 ) -> Result<Frame, Error> {
-    let gamma = scene.host.settings(look, None)?.gamma;
-    let Some(annotations) = annotations_of(look, scene)? else { return Ok(frame.with_gamma(gamma)) };
+    let curve = scene.host.settings(look, None)?.curve();
+    let Some(annotations) = annotations_of(look, scene)? else { return Ok(frame.with_curve(curve)) };
     let transfer = &transfers[0];
     let (grid, background) = (scene.opening.volume.grid(), look.background()?);
-    Ok(annotations.drawn(frame, AnnotatedView { camera, grid, transfer, blend, background })?.with_gamma(gamma))
+    let shown = AnnotatedView { camera, grid, transfer, blend, background };
+    Ok(annotations.drawn(frame.coded(curve), shown)?.with_curve(curve.of_coded()))
 }
 
 impl Painter {

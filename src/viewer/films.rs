@@ -132,8 +132,8 @@ impl Maker {
         let mut settings = scene.host.settings(&look, None)?;
         // As in `layersplat rotate`, lights stay where the first camera sees them, unless they were told to move with the camera.
         let follow = look.lights_follow && look.lights.iter().any(|light| light.direction.is_some());
-        if let Some(shading) = settings.shading.as_mut().filter(|_| !follow) {
-            shading.lights = shading.lights.in_world(&cameras[0])?;
+        if !follow {
+            settings = settings.with_light_in_world(&cameras[0])?;
         }
         let rendered = Viewport::new(size.width * film.samples, size.height * film.samples)?;
         for camera in &cameras {

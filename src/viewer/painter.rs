@@ -231,7 +231,7 @@ impl Painter {
         let (quality, size) = self.pace.choose(current.page);
         let mut settings = self.scene.host.settings(&self.look, Some(quality))?;
         if settings.sweeps_light() {
-            settings.light_grid = LightGrid::Half;
+            settings.light_grid = if settings.studio.is_some() { LightGrid::Quarter } else { LightGrid::Half };
         }
         self.use_general_programs(true);
         self.renderer.set_bands(None);

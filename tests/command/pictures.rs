@@ -2,6 +2,7 @@
 
 use crate::common::command::*;
 use crate::common::{device, random_bytes, scaled, viewport};
+use layersplat::color::{Curve, Exposure, Tone};
 use layersplat::framing::{Fixed, Framing};
 use layersplat::settings::Blend;
 use layersplat::{Background, Camera, OpenOptions, Orbit, Projection, Renderer, Settings, TransferFunction, Volume};
@@ -270,12 +271,24 @@ fn pictures_are_encoded_as_asked() {
             layersplat::image::read_image(&f.join(name)).unwrap().compare(&plain.clone().over(Background::BLACK)).unwrap();
         assert!(found.max_difference < 0.6 / 65_535.0, "{name}: {}", found.max_difference);
     }
+    // The studio: floats stay linear.
+    render("-o linear.npy --look studio");
+    let linear = layersplat::image::read_image(&f.join("linear.npy")).unwrap();
+    for (options, stops, tone) in [("", 0.0, Tone::Shoulder), ("--exposure 1 --tone none", 1.0, Tone::None)] {
+        render(&format!("-o shown.png --look studio {options}"));
+        let curve = Curve { linear: Some(Exposure { stops, tone }), gamma: 1.0 };
+        let expected = linear.clone().with_curve(curve).to_rgba8(Background::BLACK);
+        assert_eq!(decoded(&f.join("shown.png")), expected, "{options}");
+    }
     // Gamma is for integers.
     render("-o raised.npy --gamma 2");
     render("-o raised.png --gamma 2");
     let raised = |name: &str| layersplat::image::read_image(&f.join(name)).unwrap();
     assert_eq!(raised("raised.npy"), plain);
-    assert_eq!(decoded(&f.join("raised.png")), plain.clone().with_gamma(2.0).to_rgba8(Background::BLACK));
+    assert_eq!(
+        decoded(&f.join("raised.png")),
+        plain.clone().with_curve(Curve { linear: None, gamma: 2.0 }).to_rgba8(Background::BLACK)
+    );
     assert_ne!(decoded(&f.join("raised.png")), decoded(&f.join("plain.png")));
     for (command, folder, file) in [("rotate --frames 2", "turned", "/frame_0001.png"), ("views", "sides.png", "")] {
         assert_eq!(run(f, &format!("{command} {scene} -o {folder}")), Some(0));

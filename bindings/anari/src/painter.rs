@@ -134,8 +134,8 @@ impl Picture {
             return Ok((Some(Pixels::from_rgba8(&bytes.expect(ONE_PROCESS), width)), 1.0));
         }
         let (frame, refinement) = self.frame(renderer)?;
-        let frame = if format == ANARI_FLOAT32_VEC4 { frame } else { frame.with_gamma(self.settings.gamma) };
-        Ok((Some(Pixels::new(format, frame.raised().pixels(), width, &self.background)), refinement))
+        let frame = if format == ANARI_FLOAT32_VEC4 { frame } else { frame.with_curve(self.settings.curve()) };
+        Ok((Some(Pixels::new(format, frame.curved().pixels(), width, &self.background)), refinement))
     }
 
     /// The volumes without a background.

@@ -100,7 +100,27 @@ pub enum BlendChoice {
     Iso = 4,
 }
 
-/// Resolution of shadows and ambient occlusion. Below full resolution, surfaces that are nearly parallel to the light show contour rings.
+/// How a picture is lit.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub enum LookChoice {
+    /// By the lights and the ambient light, as the colours of the transfer function are.
+    Plain = 0,
+    /// By a sky and lights whose light scatters in the volume, in linear colours.
+    Studio = 1,
+}
+
+/// Curve of bright colours in 8-bit pictures of the studio.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub enum ToneChoice {
+    /// They are cut off.
+    None = 0,
+    /// They approach white.
+    Shoulder = 1,
+}
+
+/// Resolution of shadows, ambient occlusion and scattered light. Below full resolution, surfaces that are nearly parallel to the light show contour rings.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub enum LightGridChoice {
@@ -108,7 +128,7 @@ pub enum LightGridChoice {
     Full = 0,
     /// One value per 2 x 2 x 2 voxels.
     Half = 1,
-    /// One value per 4 x 4 x 4 voxels for ambient occlusion; shadows have half the resolution.
+    /// One value per 4 x 4 x 4 voxels for ambient occlusion and scattered light; shadows have half the resolution.
     Quarter = 2,
 }
 
@@ -238,7 +258,7 @@ pub(crate) fn chosen_or_default<T: Choice>(number: i32) -> Result<Option<T>, Fai
 
 #[cfg(test)]
 mod tests {
-    use layersplat::settings::{Algorithm, Blend, LightGrid};
+    use layersplat::settings::{Algorithm, Blend, LightGrid, Look, Tone};
     use layersplat::slice::SliceAxis;
     use layersplat::volume::LabelSurfaces;
     use layersplat::{Choice, Kernel, Quality};
@@ -263,6 +283,8 @@ mod tests {
         check::<Kernel>("LAYERSPLAT_KERNEL_", 1);
         check::<Blend>("LAYERSPLAT_BLEND_", 0);
         check::<LightGrid>("LAYERSPLAT_LIGHT_GRID_", 0);
+        check::<Look>("LAYERSPLAT_LOOK_", 0);
+        check::<Tone>("LAYERSPLAT_TONE_", 0);
         check::<LabelSurfaces>("LAYERSPLAT_LABEL_SURFACES_", 0);
         check::<SliceAxis>("LAYERSPLAT_SLICE_AXIS_", 0);
     }

@@ -6,10 +6,10 @@ mod tests;
 
 use crate::boundary::{Failure, Out, guard};
 use crate::choices::{chosen, chosen_or_default};
-use crate::{AlgorithmChoice, BlendChoice, GradientChoice, KernelChoice, LightGridChoice, Status};
+use crate::{AlgorithmChoice, BlendChoice, GradientChoice, KernelChoice, LightGridChoice, LookChoice, Status};
 use layersplat::settings::{
     self, Algorithm, AlgorithmOptions, AmbientOcclusion, Blend, ClipPlane, Clipping, CropBox, DepthCue, GradientOpacity, Layered,
-    Shading, Shadows,
+    Shading, Shadows, Studio,
 };
 use layersplat::{Kernel, Quality};
 use std::mem::offset_of;
@@ -123,6 +123,22 @@ pub struct Settings {
     pub ambient_color: [f64; 3],
     /// Gamma of 8-bit pictures, from 0.2 to 5: straight colours are raised to 1/gamma. Floats are unaffected.
     pub gamma: f64,
+    /// A layersplat_look. The studio uses `specular`, the share of the light that surfaces reflect as by a mirror, `power`, and the lights: with
+    /// none, a key light and a rim light beside the camera. It has no use for `ambient`, `ambient_color` and `diffuse`.
+    pub look: i32,
+    /// A layersplat_tone of the studio.
+    pub tone: i32,
+    /// Red, green and blue of the sky above, in linear light, from 0 to 100. Up is upwards in the picture, or, with
+    /// `lights` in world axes, along z.
+    pub sky_top: [f64; 3],
+    /// The same below.
+    pub sky_bottom: [f64; 3],
+    /// Factor of both, from 0 to 100.
+    pub sky_strength: f64,
+    /// Factor of the light that scatters again in the studio, from 0 to 1.
+    pub scattering: f64,
+    /// Exposure of 8-bit pictures of the studio in stops, from -20 to 20.
+    pub exposure: f64,
 }
 
 /// Size in bytes of the first version of the struct, which ends before `shadows`.
@@ -134,6 +150,7 @@ const VERSIONS: [usize; 3] = [FIRST_VERSION, offset_of!(Settings, light_colors),
 fn from_quality(quality: Quality) -> Settings {
     let Shading { ambient, diffuse, specular, power, .. } = Shading::default();
     let Shadows { strength, forgiveness } = Shadows::default();
+    let Studio { sky, scattering, tone, exposure } = Studio::default();
     Settings {
         size: size_of::<Settings>(),
         quality: quality as i32, // The constants count as the library does.
@@ -175,6 +192,13 @@ fn from_quality(quality: Quality) -> Settings {
         light_colors: [[1.0; 3]; 4],
         ambient_color: [1.0; 3],
         gamma: 1.0,
+        look: LookChoice::Plain as i32,
+        tone: tone as i32, // The constants count as the library does.
+        sky_top: sky.top,
+        sky_bottom: sky.bottom,
+        sky_strength: sky.strength,
+        scattering,
+        exposure,
     }
 }
 
@@ -231,6 +255,7 @@ impl Settings {
             blend: chosen::<Blend>(self.blend)?.at(self.iso_value),
             clipping: Clipping { crop, ..Clipping::default() }.with_planes(planes.iter().map(plane)),
             shading: self.shading()?,
+            studio: self.studio()?,
             shadows: self.shadows()?,
             ambient_occlusion: self.ambient_occlusion()?,
             light_grid: chosen(self.light_grid)?,

@@ -25,7 +25,12 @@ use pyo3::types::{PyDict, PyTuple};
 /// share, 0 to 1, or a dict of strength, which is that share, and forgiveness, 1 to 1000: the factor of the light in shadows, by default 4.
 /// With shadows and without a light, the light is (-1, 1, 1) in camera space. ambient_occlusion: True, False, or a dict of reach, the world
 /// distance over which it decreases to 1/e, by default without limit, and gain, 1 to 1000: the factor of the ambient light, by default 3.
-/// light_grid: full, half or quarter, the resolution of shadows and ambient occlusion; shadows have at least half. gradient: central,
+/// light_grid: full, half or quarter, the resolution of shadows, ambient occlusion and scattered light; shadows have at least half. look:
+/// plain, or studio, where a sky and lights shine into the volume, which scatters their light, in linear colours; it has lights of its own
+/// if none are given, and of shading only specular and power count. sky: of the studio, one colour (red, green, blue), the colours above
+/// and below, or a dict of top, bottom, strength, up and space; linear, 0 to 100. scattering: the factor, 0 to 1, of the light that
+/// scatters again. exposure: stops, -20 to 20, and tone: shoulder or none, the curve of bright colours; both of 8-bit pictures of the
+/// studio. gradient: central,
 /// sobel, gaussian:SIGMA (0.3 to 2 voxels) or own, for layered and raycast; by default sobel for layered, central for quality paper, and
 /// for raycast the one that fits the kernel most closely. gradient_opacity: up to eight points (magnitude, factor): the opacity factor at a
 /// gradient magnitude in values per world unit. depth_cue: the share, 0 to 1, of black that colours fade to at the back of the volume's
@@ -59,8 +64,8 @@ impl Settings {
     #[pyo3(
         signature = (quality = None, **arguments),
         text_signature = "(quality=None, *, algorithm='layered', kernel=None, samples_per_layer=None, density=None, layer_axis=None, \
-            step=None, sheet_distance=None, blend=None, shading=None, light_space='world', shadows=False, ambient_occlusion=False, \
-            light_grid='full', gradient=None, gradient_opacity=None, depth_cue=None, crop=None, planes=None, unit_distance=None, \
+            step=None, sheet_distance=None, blend=None, shading=None, light_space='world', look='plain', sky=None, scattering=None, exposure=None, tone=None, shadows=False, \
+            ambient_occlusion=False, light_grid='full', gradient=None, gradient_opacity=None, depth_cue=None, crop=None, planes=None, unit_distance=None, \
             extinction='exponential', early_termination=True, gamma=1.0, pixel_aspect=1.0)"
     )]
     fn new(py: Python, quality: Option<Bound<PyAny>>, arguments: Option<Bound<PyDict>>) -> Result<Self> {

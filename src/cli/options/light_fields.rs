@@ -1,6 +1,7 @@
 //! Light in JSON: fields of a line of `--cameras` that replace the options of the same name.
 
 use super::light::LightOptions;
+use crate::settings::Look;
 use clap::{Args, Command, FromArgMatches};
 use serde_json::{Map, Value};
 
@@ -49,7 +50,14 @@ impl LightOptions {
         let shadows = self.shadows.or(other.shadows);
         let ambient_occlusion = self.ambient_occlusion.or(other.ambient_occlusion);
         let [has_shadows, has_occlusion] = [shadows, ambient_occlusion].map(|on| on == Some(true));
+        let look = self.look.or(other.look);
+        let is_studio = look == Some(Look::Studio);
         Self {
+            look,
+            sky: self.sky.or(other.sky.filter(|_| is_studio)),
+            scattering: self.scattering.or(other.scattering.filter(|_| is_studio)),
+            exposure: self.exposure.or(other.exposure.filter(|_| is_studio)),
+            tone: self.tone.or(other.tone.filter(|_| is_studio)),
             shading: self.shading.or(other.shading),
             light: if self.light.is_empty() { other.light.clone() } else { self.light },
             ambient_color: self.ambient_color.or(other.ambient_color),

@@ -95,6 +95,8 @@ pub(crate) struct Rendering {
     pub depth_cue: bool,
     /// Shadows or ambient occlusion are read from light volumes; the sample parameters decide which.
     pub light_volume: bool,
+    /// Light scatters, in linear colours; the light volumes are those of the studio.
+    pub studio: bool,
     /// Estimation of gradients, where programs reconstruct the field.
     pub gradients: Gradients,
     /// Cast rays compute depths instead of colours.
@@ -113,6 +115,7 @@ impl Rendering {
         colored_lights: true,
         depth_cue: true,
         light_volume: false,
+        studio: false,
         gradients: Gradients { estimate: GradientEstimate::Central, voxels: None },
         depths: false,
         pixel_rays: false,
@@ -204,6 +207,7 @@ impl Defines {
             .with_if(rendering.colored_lights, "COLORED_LIGHTS")
             .with_if(rendering.depth_cue, "DEPTH_CUED")
             .with_if(rendering.light_volume, "LIGHT_VOLUME")
+            .with_if(rendering.studio, "STUDIO")
             .with_if(rendering.light_volume && matches!(rendering.blend, BlendMode::Iso { .. }), "LIFTED_LIGHT")
     }
 

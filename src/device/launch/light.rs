@@ -138,7 +138,7 @@ kernel! {
     // With the number of voxels per block and axis.
     defines |tuning, (voxels, rendering, coarse, channels): (VoxelKind, Rendering, usize, Channels)| {
         let defines = Defines::new(block_lanes(tuning)).with_voxels(voxels).with_kernel(Kernel::Cubic).with_channels(channels);
-        defines.with_rendering(rendering).with("COARSE", coarse)
+        blocks(defines.with_rendering(rendering), [coarse; 3])
     };
     items |a, tuning| {
         let rows = a.dims_y as usize * a.dims_z as usize;
@@ -148,7 +148,7 @@ kernel! {
         /// In the layout of layer axis z.
         fields: ChannelFields<'a>,
         /// Of each voxel along the edge of a block: results of [`LightTable`].
-        transmittance: PerChannel<&'a Buffer<f32>>,
+        entries: PerChannel<&'a Buffer<f32>>,
         ray_ends: RayEnds,
         /// First block and blocks along each axis.
         first_x: i32,
@@ -161,8 +161,13 @@ kernel! {
     }
 }
 
+/// For kernels that sum over blocks of this many voxels along each axis.
+pub(super) fn blocks(defines: Defines, [u, v, a]: [usize; 3]) -> Defines {
+    defines.with("PER_BLOCK_U", u).with("PER_BLOCK_V", v).with("PER_BLOCK_A", a)
+}
+
 /// Vector lanes in which rows of blocks are reduced; 1: block by block.
-fn block_lanes(tuning: &Tuning) -> u32 {
+pub(super) fn block_lanes(tuning: &Tuning) -> u32 {
     match tuning.lattice_schedule {
         LatticeSchedule::Tiles => tuning.vector_width.max(4),
         LatticeSchedule::Samples => 1,

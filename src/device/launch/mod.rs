@@ -15,6 +15,7 @@ pub(crate) mod paper;
 pub(crate) mod picture;
 pub(crate) mod rays;
 mod request;
+pub(crate) mod scatter;
 #[cfg(debug_assertions)]
 mod signatures;
 pub(crate) mod slice;

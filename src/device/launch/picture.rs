@@ -28,10 +28,10 @@ impl Argument for Warped<'_> {
 kernel! {
     /// Warps a composited lattice to the screen.
     Warp = "picture/warp.cl", warp, "warp", Items::Tiles;
-    defines |tuning, has_gamma: bool| {
+    defines |tuning, has_curve: bool| {
         let [columns, rows] = tuning.block;
         let defines = Defines::new(tuning.vector_width).with("BLOCK_COLUMNS", columns).with("BLOCK_ROWS", rows);
-        if has_gamma { defines.with("GAMMA", 1) } else { defines }
+        defines.with_if(has_curve, "CURVE")
     };
     items |a, tuning| blocks(&a.p, tuning);
     arguments WarpArguments<'a> {
@@ -39,8 +39,10 @@ kernel! {
         /// One per tile.
         active_samples: &'a Buffer<u32>,
         p: WarpParams,
-        /// (r, g, b, 1), or zeros for a transparent picture; with gamma see kernels/picture/display.cl. Unused for float frames.
+        /// (r, g, b, 1), or zeros for a transparent picture. Unused for float frames.
         background: Float4,
+        /// Numbers of a curve (`src/host/color.rs`).
+        curve: Float4,
         /// The kind must match `p.displayed`.
         picture: Warped<'a>,
     }
@@ -54,15 +56,16 @@ fn blocks(p: &WarpParams, tuning: &Tuning) -> usize {
 kernel! {
     /// Converts a float frame to an 8-bit picture.
     Present = "picture/present.cl", present, "present", Items::Pixels;
-    defines |tuning, has_gamma: bool| {
+    defines |tuning, has_curve: bool| {
         let defines = Defines::new(tuning.vector_width);
-        if has_gamma { defines.with("GAMMA", 1) } else { defines }
+        defines.with_if(has_curve, "CURVE")
     };
     items |a, _| large_grid(a.pixels as usize);
     arguments PresentArguments<'a> {
         frame: &'a Buffer<Float4>,
         /// See [`WarpArguments`].
         background: Float4,
+        curve: Float4,
         pixels: i32,
         rgba: &'a Buffer<[u8; 4]>,
     }
@@ -71,6 +74,7 @@ kernel! {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::color::{Curve, Exposure, Tone};
     use crate::device::launch::Launcher;
     use crate::device::{Device, DeviceChoice};
     use crate::image::{Background, Frame};
@@ -80,19 +84,19 @@ mod tests {
     const COLUMNS: usize = 64;
 
     /// The device's 8-bit picture of `pixels`.
-    fn presented(pixels: &[[f32; 4]], background: Background, gamma: f32) -> Vec<u8> {
+    fn presented(pixels: &[[f32; 4]], background: Background, curve: Curve) -> Vec<u8> {
         let choice = std::env::var("LAYERSPLAT_DEVICE").map_or(DeviceChoice::Default, DeviceChoice::Named);
         let device = Device::open(&choice).expect("the tests need an OpenCL device: scripts/test installs PoCL");
         let values: Vec<Float4> = pixels.iter().copied().map(Float4).collect();
         let frame = Buffer::from_slice(&device, &values, "the frame").unwrap();
         let rgba = Buffer::new(&device, pixels.len(), "the picture").unwrap();
-        let color = match background {
-            Background::Color([r, g, b]) => Float4([r, g, b, gamma.recip()]),
-            Background::Transparent if gamma == 1.0 => Float4([0.0; 4]),
-            Background::Transparent => Float4([0.0, 0.0, 0.0, -gamma.recip()]),
+        let background = match background {
+            Background::Color([r, g, b]) => Float4([r, g, b, 1.0]),
+            Background::Transparent => Float4([0.0; 4]),
         };
-        let arguments = PresentArguments { frame: &frame, background: color, pixels: pixels.len() as i32, rgba: &rgba };
-        Launcher::<Present>::default().launch(&device, gamma != 1.0, &arguments).unwrap();
+        let (numbers, pixel_count) = (Float4(curve.numbers()), pixels.len() as i32);
+        let arguments = PresentArguments { frame: &frame, background, curve: numbers, pixels: pixel_count, rgba: &rgba };
+        Launcher::<Present>::default().launch(&device, curve != Curve::NONE, &arguments).unwrap();
         let mut picture = vec![[0u8; 4]; pixels.len()];
         rgba.read(&device, &mut picture).unwrap();
         picture.into_flattened()
@@ -137,7 +141,7 @@ mod tests {
         let frame = Frame::new(viewport, pixels.clone());
         let backgrounds = [[0.0; 3], [1.0; 3], [0.5; 3], [0.1, 0.7, 0.31], [1.0 / 3.0, 0.3, 1e-3]].map(Background::Color);
         for background in backgrounds.into_iter().chain([Background::Transparent]) {
-            let (device, host) = (presented(&pixels, background, 1.0), frame.to_rgba8(background));
+            let (device, host) = (presented(&pixels, background, Curve::NONE), frame.to_rgba8(background));
             for ((pixel, device), host) in pixels.iter().zip(device.as_chunks::<4>().0).zip(host.as_chunks::<4>().0) {
                 assert_eq!(device, host, "{pixel:?} over {background:?}");
             }
@@ -146,19 +150,21 @@ mod tests {
 
     /// Powers of the device are not those of the host to the last bit.
     #[test]
-    fn gamma_raises_straight_colors_as_on_the_host() {
+    fn curves_are_those_of_the_host() {
         let levels = || (0..=16).map(|n| n as f32 / 16.0);
-        let pixels: Vec<_> = levels().flat_map(|c| levels().map(move |a| [c * a, 0.25 * a, (1.0 - c) * a, a])).collect();
+        let pixels: Vec<_> = levels().flat_map(|c| levels().map(move |a| [2.0 * c * a, 0.25 * a, (1.0 - c) * a, a])).collect();
         let viewport = Viewport::new(17, 17).unwrap();
-        for gamma in [0.5, 2.2] {
-            let frame = Frame::new(viewport, pixels.clone()).with_gamma(gamma);
+        let linear = [Tone::None, Tone::Shoulder].map(|tone| Some(Exposure { stops: -0.5, tone }));
+        for (linear, gamma) in [(None, 0.5), (None, 2.2), (linear[0], 1.0), (linear[1], 1.0), (linear[1], 1.4)] {
+            let curve = Curve { linear, gamma };
+            let frame = Frame::new(viewport, pixels.clone()).with_curve(curve);
             for background in [Background::Transparent, Background::Color([0.1, 0.7, 0.31])] {
-                let (device, host) = (presented(&pixels, background, gamma as f32), frame.to_rgba8(background));
+                let (device, host) = (presented(&pixels, background, curve), frame.to_rgba8(background));
                 let near = |(a, b): (&u8, &u8)| a.abs_diff(*b) <= 1;
-                assert!(device.iter().zip(&host).all(near) && device != presented(&pixels, background, 1.0));
+                assert!(device.iter().zip(&host).all(near) && device != presented(&pixels, background, Curve::NONE), "{curve:?}");
             }
         }
         // The quarter of green of an opaque pixel.
-        assert_eq!(presented(&[[0.0, 0.25, 0.0, 1.0]; COLUMNS], Background::BLACK, 2.0)[1], 128);
+        assert_eq!(presented(&[[0.0, 0.25, 0.0, 1.0]; COLUMNS], Background::BLACK, Curve { linear: None, gamma: 2.0 })[1], 128);
     }
 }

@@ -18,6 +18,7 @@ kernel! {
             colored_lights: false,
             depth_cue: false,
             light_volume: false,
+            studio: false,
             gradients: Gradients { estimate: GradientEstimator::for_kernel(kernel).into(), voxels: None },
             depths: false,
             pixel_rays: false,

@@ -69,8 +69,8 @@ kernel_struct! {
     /// Look-up of shadows and ambient occlusion in the bytes of light volumes. Axes are u, v, a.
     LightVolumeParams {
         /// Positions in the volumes of shadows and of the ambient light: voxels times the scale, plus the origin of each.
-        shadow_scale: f32,
-        sky_scale: f32,
+        shadow_scale as [shadow_scale_u, shadow_scale_v, shadow_scale_a]: f32,
+        sky_scale as [sky_scale_u, sky_scale_v, sky_scale_a]: f32,
         /// Of each light: shifted towards the light.
         origins: [[f32; 3]; 4],
         sky_origin as [sky_origin_u, sky_origin_v, sky_origin_a]: f32,
@@ -90,6 +90,8 @@ kernel_struct! {
         strength: f32,
         /// 1: the ambient light is dimmed by a volume.
         sky: i32,
+        /// Of scattered light: which of x, y, z are u, v, a, two bits each.
+        sky_axes: i32,
         /// Factor of a colour where gradients are too weak for shading: constant part, ambient part, part of each light.
         unshaded: f32,
         unshaded_ambient: f32,
@@ -98,6 +100,8 @@ kernel_struct! {
         lift as [lift_u, lift_v, lift_a]: f32,
         /// Direction to the eye, unit length: the visible side of an iso-surface.
         eye as [eye_u, eye_v, eye_a]: f32,
+        /// Structures with 64-bit fields hold an even number of 32-bit ones.
+        padding: f32,
     }
 }
 
@@ -184,6 +188,92 @@ kernel_struct! {
         layer_length: f32,
         /// Half a layer, in the length that coarse transmittances are for.
         half_layer: f32,
+    }
+}
+
+kernel_struct! {
+    /// A grid of cubic cells for scattered light (kernels/light/scatter_grid.cl).
+    ScatterGrid {
+        x: i32,
+        y: i32,
+        z: i32,
+    }
+}
+
+kernel_struct! {
+    /// What blocks of voxels absorb and scatter.
+    ScatterMediumParams {
+        /// Blocks along each axis.
+        dims as [dims_x, dims_y, dims_z]: i32,
+        /// Number of lights, and the radiance of each that arrives from all sides: its irradiance over 4 pi, in steps of 1/255.
+        lights: i32,
+        irradiance: [[f32; 3]; 4],
+        /// Bytes of the volume of a light, of its rows and of its layers. Values cover 2^shift voxels along each axis.
+        light_bytes: i32,
+        light_row: i32,
+        light_layer: i32,
+        light_shift: i32,
+    }
+}
+
+kernel_struct! {
+    /// Cubic cells from blocks of voxels.
+    ScatterCellsParams {
+        grid: ScatterGrid,
+        /// Blocks along each axis, and how many a cell covers.
+        blocks as [blocks_x, blocks_y, blocks_z]: i32,
+        per_cell as [per_cell_x, per_cell_y, per_cell_z]: f32,
+        /// Edge of a cell, in lengths that the depths of blocks are for.
+        edges: f32,
+    }
+}
+
+kernel_struct! {
+    /// The light that cells scatter.
+    ScatterSourceParams {
+        grid: ScatterGrid,
+        /// The grid from which a finer one is interpolated, and cells of it per cell.
+        coarser: ScatterGrid,
+        per_cell: f32,
+        /// Factor of the albedo.
+        scattering: f32,
+        /// Mean radiance of the sky.
+        sky: [f32; 3],
+        /// Chebyshev's iteration: relaxation (gain (swept - last) + last - before) + before.
+        relaxation: f32,
+        gain: f32,
+        /// 1: the flux is set to 0, too.
+        flux: i32,
+    }
+}
+
+kernel_struct! {
+    /// A sweep along an ordinate and back.
+    ScatterSweepParams {
+        grid: ScatterGrid,
+        /// Work-items.
+        items: i32,
+        /// Cells from layer to layer.
+        step as [step_x, step_y, step_z]: i32,
+        /// Length of a step, in edges of a cell.
+        length: f32,
+        /// Weight of each of both directions.
+        weight: f32,
+        /// Radiance that enters along the ordinate, and along the opposite one.
+        forward: [f32; 3],
+        backward: [f32; 3],
+        /// Unit vector against the ordinate, times its weight, along x, y, z.
+        toward: [f32; 3],
+        /// Weights of red, green and blue in the luminance.
+        luminance: [f32; 3],
+    }
+}
+
+kernel_struct! {
+    /// The light field as samples look it up.
+    ScatterPackParams {
+        grid: ScatterGrid,
+        luminance as [luminance_r, luminance_g, luminance_b]: f32,
     }
 }
 
@@ -582,6 +672,12 @@ pub(in crate::device) fn typedefs() -> String {
         LabelParams::typedef(),
         TintParams::typedef(),
         LightSweepParams::typedef(),
+        ScatterGrid::typedef(),
+        ScatterMediumParams::typedef(),
+        ScatterCellsParams::typedef(),
+        ScatterSourceParams::typedef(),
+        ScatterSweepParams::typedef(),
+        ScatterPackParams::typedef(),
         LightParams::typedef(),
         SegmentParams::typedef(),
         SampleParams::typedef(),

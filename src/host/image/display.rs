@@ -1,6 +1,7 @@
 //! Conversion of pixels for display: over a background, to 8 bits. Bit-identical to kernels/display.cl.
 
 use super::Background;
+use crate::color::Curve;
 
 /// Opacities below this count as 0, which avoids quotients of denormals: devices may flush those to 0.
 const LEAST_OPACITY: f32 = f32::from_bits((127 - 100) << 23);
@@ -11,13 +12,13 @@ pub(super) fn over([r, g, b, a]: [f32; 4], color: [f32; 3]) -> [f32; 4] {
     [on(r, color[0]), on(g, color[1]), on(b, color[2]), 1.0]
 }
 
-/// Raises the straight colour of a premultiplied pixel to a power.
-pub(super) fn raised([r, g, b, a]: [f32; 4], exponent: f32) -> [f32; 4] {
+/// Applies a curve to the straight colour of a premultiplied pixel.
+pub(super) fn curved([r, g, b, a]: [f32; 4], curve: &Curve) -> [f32; 4] {
     if a.is_nan() || a < LEAST_OPACITY {
         return [r, g, b, a];
     }
-    let raised = |c: f32| (c / a).max(0.0).powf(exponent) * a;
-    [raised(r), raised(g), raised(b), a]
+    let [r, g, b] = curve.curved([r, g, b].map(|c| c / a));
+    [r * a, g * a, b * a, a]
 }
 
 /// Composites a premultiplied pixel over an opaque colour, or converts it to straight alpha.

@@ -24,6 +24,7 @@ pub use read::read_image;
 pub use text::EM;
 pub use text::{draw_text, text_size};
 
+use crate::color::Curve;
 use crate::error::Error;
 use crate::memory;
 use crate::viewport::Viewport;
@@ -43,7 +44,7 @@ use std::path::Path;
 pub struct Frame {
     viewport: Viewport,
     pixels: Vec<[f32; 4]>,
-    gamma: f64,
+    curve: Curve,
 }
 
 impl Frame {
@@ -53,22 +54,29 @@ impl Frame {
     /// If `pixels` has another length.
     pub fn new(viewport: Viewport, pixels: Vec<[f32; 4]>) -> Self {
         assert_eq!(pixels.len(), viewport.pixels());
-        Self { viewport, pixels, gamma: 1.0 }
+        Self { viewport, pixels, curve: Curve::NONE }
     }
 
-    /// Conversions to 8 and 16 bits raise straight colours to 1/`gamma`. Floats stay as they are, and frames that are made of this one have
-    /// no gamma.
-    pub fn with_gamma(self, gamma: f64) -> Self {
-        Self { gamma, ..self }
+    /// Conversions to 8 and 16 bits apply a curve to straight colours. Floats stay as they are, and frames that are made of this one have no
+    /// curve.
+    pub fn with_curve(self, curve: Curve) -> Self {
+        Self { curve, ..self }
     }
 
-    /// The frame as it is converted to integers: its straight colours are raised to 1/gamma.
+    /// The frame with coded colours, as those of annotations are: after all of a curve but the gamma, which conversions apply.
     #[doc(hidden)]
-    pub fn raised(&self) -> Cow<'_, Self> {
-        if self.gamma == 1.0 {
+    pub fn coded(self, curve: Curve) -> Self {
+        let coded = Curve { gamma: 1.0, ..curve };
+        self.with_curve(coded).curved().into_owned().with_curve(curve.of_coded())
+    }
+
+    /// The frame as it is converted to integers: after its curve.
+    #[doc(hidden)]
+    pub fn curved(&self) -> Cow<'_, Self> {
+        if self.curve == Curve::NONE {
             return Cow::Borrowed(self);
         }
-        let pixels = self.pixels.iter().map(|&pixel| display::raised(pixel, self.gamma.recip() as f32));
+        let pixels = self.pixels.iter().map(|&pixel| display::curved(pixel, &self.curve));
         Cow::Owned(Self::new(self.viewport, pixels.collect()))
     }
 
@@ -110,7 +118,7 @@ impl Frame {
     /// Converts to 8-bit RGBA: over an opaque colour, or with straight alpha. Halves are rounded up. The bytes equal those of
     /// `Renderer::render_rgba8`.
     pub fn to_rgba8(&self, background: Background) -> Vec<u8> {
-        self.raised().pixels.iter().flat_map(|&pixel| display::displayed(pixel, background)).collect()
+        self.curved().pixels.iter().flat_map(|&pixel| display::displayed(pixel, background)).collect()
     }
 
     /// Writes a `.png`, `.jpg`, `.tif`, `.webp` (8 bits), `.exr` or `.npy` (float32, H×W×4) file atomically. Without a background, `.exr` and
@@ -150,7 +158,7 @@ impl Frame {
         format.accept(background)?;
         encoding.check(format)?;
         depths.map_or(Ok(()), |depths| depths.check_size(self.viewport))?;
-        let frame = if format.has_floats() { Cow::Borrowed(self) } else { self.raised() };
+        let frame = if format.has_floats() { Cow::Borrowed(self) } else { self.curved() };
         file::write(path, &frame, format, background, encoding, depths)
     }
 

@@ -12,6 +12,7 @@ mod kernel;
 mod kernel_function;
 mod lattice;
 mod light_rays;
+mod ordinates;
 mod prefilter;
 mod quadrature;
 mod rays;
@@ -36,6 +37,7 @@ pub use lattice::{
     ScreenAxis, Stagger,
 };
 pub use light_rays::{LightRays, disc_directions, sky_directions};
+pub use ordinates::{OrdinatePair, entering, sphere};
 pub use prefilter::{PREFILTER_RADIUS, prefilter};
 pub use quadrature::{GaussNode, quadrature_nodes};
 pub use rays::{Ray, Rays};

@@ -3,7 +3,7 @@
 use super::argument::{Argument, OTHER_KIND, Stated, stated};
 use super::{
     Algorithm, AmbientOcclusion, Blend, Classification, ClipPlane, Clipping, CropBox, DepthCue, Evaluation, GradientOpacity,
-    LayerAxis, Layered, Light, LightGrid, LightSpace, Lights, Quality, Shading, Shadows,
+    LayerAxis, Layered, Light, LightGrid, LightSpace, Lights, Look, Quality, Shading, Shadows, Sky, Tone,
 };
 use crate::choice::{Choice, in_words};
 use crate::error::Error;
@@ -19,7 +19,7 @@ macro_rules! by_name {
     };
 }
 
-by_name!(Algorithm, Extinction, Kernel, LayerAxis, LightGrid, LightSpace, Quality);
+by_name!(Algorithm, Extinction, Kernel, LayerAxis, LightGrid, LightSpace, Look, Quality, Tone);
 
 /// States structures by the names of their fields.
 macro_rules! by_field {
@@ -48,23 +48,32 @@ macro_rules! by_field {
 
 by_field!(Shading, "shading"; "ambient" ambient, "ambient_color" ambient_color, "diffuse" diffuse, "specular" specular, "power" power, "light" lights);
 by_field!(Shadows, "shadows"; "strength" strength, "forgiveness" forgiveness);
+stated!(glam::DVec3: <[f64; 3]>::EXPECTED;
+    |argument| <[f64; 3]>::read(argument).map(Into::into);
+    |own| own.to_array().argument());
+
+by_field!(Sky, "sky"; "top" top, "bottom" bottom, "strength" strength, "up" up, "space" space);
 by_field!(AmbientOcclusion, "ambient_occlusion"; "reach" reach, "gain" gain);
 
 stated!(Option<Shading>: "True, False, or a dict of ambient, ambient_color, diffuse, specular, power and light";
     |argument| {
-        let default = Shading::default();
-        if let Argument::Switch(on) = argument { Ok(on.then_some(default)) } else { default.with_fields(argument).map(Some) }
+        shading_from(argument, Shading::default())
     };
-    |own| of_shading(*own, Lights::default()));
+    |own| of_shading(*own, Shading::default()));
 
-/// What differs from the default, which has these lights.
-pub(super) fn of_shading(shading: Option<Shading>, lights: Lights) -> Argument {
+/// The shading that an argument states, whose other fields are those of `default`.
+pub(super) fn shading_from(argument: &Argument, default: Shading) -> Result<Option<Shading>, Error> {
+    if let Argument::Switch(on) = argument { Ok(on.then_some(default)) } else { default.with_fields(argument).map(Some) }
+}
+
+/// What differs from the default.
+pub(super) fn of_shading(shading: Option<Shading>, default: Shading) -> Argument {
     let Some(own) = shading else { return Argument::Switch(false) };
-    let fields = own.fields().into_iter().zip(Shading::default().fields());
+    let fields = own.fields().into_iter().zip(default.fields());
     let differ = |(field, default): &(_, _)| field != default;
     let mut all: Vec<_> = fields.filter(|(field, _)| field.0 != "light").filter(differ).map(|(field, _)| field).collect();
     // Lights of other axes are stated alike.
-    all.extend((own.lights != lights).then(|| ("light".into(), own.lights.argument())));
+    all.extend((own.lights != default.lights).then(|| ("light".into(), own.lights.argument())));
     Argument::Fields(all)
 }
 
@@ -78,6 +87,18 @@ stated!(Option<Shadows>: "True, False, a strength from 0 to 1, or a dict of stre
         }
     };
     |own| own.map_or(Argument::Switch(false), |own| Argument::Fields(own.fields())));
+
+stated!(Sky: "a colour (r, g, b), a pair of colours of which the first is above, or a dict of top, bottom, strength and space";
+    |argument| {
+        let default = Sky::default();
+        if let Argument::Fields(_) = argument {
+            return default.with_fields(argument);
+        }
+        // A colour alone is the same from everywhere.
+        let (top, bottom) = <([f64; 3], [f64; 3])>::read(argument).or_else(|_| <[f64; 3]>::read(argument).map(|one| (one, one)))?;
+        Ok(Sky { top, bottom, strength: 1.0, ..default })
+    };
+    |own| Argument::Fields(own.fields()));
 
 stated!(Option<AmbientOcclusion>: "True, False, or a dict of reach and gain";
     |argument| {

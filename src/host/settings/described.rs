@@ -1,10 +1,10 @@
 //! All settings by name. Clients read them from here, and say here what was set.
 
 use super::argument::{Argument, Stated};
-use super::arguments::{of_algorithm, of_shading};
+use super::arguments::{of_algorithm, of_shading, shading_from};
 use super::{
-    Algorithm, AlgorithmOptions, Classification, Evaluation, LayerAxis, Layered, Light, LightGrid, LightSpace, Lights, Number,
-    Quality, Settings,
+    Algorithm, AlgorithmOptions, Classification, Evaluation, LayerAxis, Layered, Light, LightGrid, LightSpace, Lights, Look,
+    Number, Quality, Settings, Shading, Studio, Tone,
 };
 use crate::choice::{Choice, in_words};
 use crate::error::Error;
@@ -65,6 +65,9 @@ struct Draft {
     samples_per_layer: Option<u32>,
     density: Option<u32>,
     options: AlgorithmOptions,
+    look: Look,
+    studio: Studio,
+    shading: Option<Argument>,
     has_lights: bool,
     light_space: LightSpace,
     /// Names of the arguments that were read.
@@ -108,10 +111,35 @@ macro_rules! of_algorithm {
     };
 }
 
+/// A setting of the studio.
+macro_rules! of_studio {
+    ($name:literal, $help:literal, $kind:expr, $field:ident) => {
+        Setting {
+            name: $name,
+            help: $help,
+            kind: $kind,
+            option: None,
+            get: |settings| match settings.studio {
+                Some(studio) if studio.$field != Studio::default().$field => studio.$field.argument(),
+                _ => Argument::Nothing,
+            },
+            set: |draft, name, argument| {
+                draft.studio.$field = argument.value(name)?;
+                Ok(())
+            },
+        }
+    };
+}
+
+/// The shading that settings have if nothing is given.
+fn default_shading(settings: &Settings) -> Shading {
+    Shading::default_of(settings.look(), settings.shadows.is_some())
+}
+
 impl Setting {
     /// All settings.
     #[rustfmt::skip]
-    pub const ALL: [Self; 24] = [
+    pub const ALL: [Self; 29] = [
         of_algorithm!("algorithm", "Rendering algorithm", Kind::choice::<Algorithm>(), algorithm),
         of_algorithm!("quality", "Preset of layered rendering", Kind::choice::<Quality>(), quality),
         of_algorithm!("kernel", "Reconstruction kernel", Kind::choice::<Kernel>(), options.kernel),
@@ -126,9 +154,10 @@ impl Setting {
             help: "Gradient shading",
             kind: Kind::Structure,
             option: None,
-            get: |settings| of_shading(settings.shading, Lights::default_with(settings.shadows.is_some())),
+            get: |settings| of_shading(settings.shading, default_shading(settings)),
             set: |draft, name, argument| {
-                draft.settings.shading = argument.value(name)?;
+                argument.value::<Option<Shading>>(name)?;
+                draft.shading = Some(argument.clone());
                 draft.has_lights = matches!(argument, Argument::Fields(fields) if fields.iter().any(|(key, _)| key == "light"));
                 Ok(())
             },
@@ -139,7 +168,7 @@ impl Setting {
             kind: Kind::choice::<LightSpace>(),
             option: None,
             get: |settings| {
-                let default = Lights::default_with(settings.shadows.is_some());
+                let default = default_shading(settings).lights;
                 let lights = settings.shading.map(|shading| shading.lights).filter(|&lights| lights != default);
                 let follows = |lights: Lights| lights.as_slice().iter().any(|light| light.space == LightSpace::Camera);
                 (if lights.is_some_and(follows) { LightSpace::Camera } else { LightSpace::World }).argument()
@@ -149,6 +178,21 @@ impl Setting {
                 Ok(())
             },
         },
+        Setting {
+            name: "look",
+            help: "How the picture is lit",
+            kind: Kind::choice::<Look>(),
+            option: None,
+            get: |settings| settings.look().argument(),
+            set: |draft, name, argument| {
+                draft.look = argument.value(name)?;
+                Ok(())
+            },
+        },
+        of_studio!("sky", "Light from all around", Kind::Structure, sky),
+        of_studio!("scattering", "Factor of the light that scatters again", Kind::Number(Studio::SCATTERING), scattering),
+        of_studio!("exposure", "Exposure of pictures of 8 and 16 bits in stops", Kind::Number(Studio::EXPOSURE), exposure),
+        of_studio!("tone", "Curve of bright colours", Kind::choice::<Tone>(), tone),
         field!("shadows", "Shadows of the lights", Kind::Structure, None, shadows),
         field!("ambient_occlusion", "Dim the ambient light where little of the surroundings is open", Kind::Structure, None, ambient_occlusion),
         field!("light_grid", "Resolution of shadows and ambient occlusion", Kind::choice::<LightGrid>(), None, light_grid),
@@ -229,12 +273,23 @@ fn unknown<'a>(name: &str, known: impl Iterator<Item = &'a Setting>) -> Error {
 impl Draft {
     fn settings(mut self) -> Result<Settings, Error> {
         self.settings.algorithm = self.algorithm()?;
+        self.settings.studio = (self.look == Look::Studio).then_some(self.studio);
+        if let Some(name) = ["sky", "scattering", "exposure", "tone"].into_iter().find(|name| self.given.contains(name))
+            && self.look == Look::Plain
+        {
+            let problem = "belongs to the studio: omit it, or choose the look studio";
+            return Err(Error::Settings { field: name, problem: problem.into() });
+        }
+        let default = default_shading(&self.settings);
+        self.settings.shading = match &self.shading {
+            Some(argument) => shading_from(argument, default)?,
+            None => Some(default),
+        };
         if let Some(shading) = &mut self.settings.shading {
             // A light at the camera has no direction whose axes could matter.
             let space = |light: &Light| light.direction.map_or(LightSpace::World, |_| self.light_space);
             let placed: Vec<_> = shading.lights.as_slice().iter().map(|light| Light { space: space(light), ..*light }).collect();
-            let default = Lights::default_with(self.settings.shadows.is_some());
-            shading.lights = if self.has_lights { Lights::new(&placed)? } else { default };
+            shading.lights = if self.has_lights { Lights::new(&placed)? } else { default.lights };
         }
         Ok(self.settings)
     }
@@ -279,7 +334,7 @@ impl Draft {
 mod tests {
     use super::*;
     use crate::layers::GradientEstimator;
-    use crate::settings::{AmbientOcclusion, Blend, ClipPlane, Clipping, CropBox, DepthCue, GradientOpacity, Shading, Shadows};
+    use crate::settings::{AmbientOcclusion, Blend, ClipPlane, Clipping, CropBox, DepthCue, GradientOpacity, Shadows, Sky};
     use glam::DVec3;
 
     fn pick<T: Clone>(values: &[T], random: &mut u64) -> T {
@@ -311,7 +366,11 @@ mod tests {
         let lights = [&[light][..], &[tinted, Light::AT_CAMERA], &[Light { angle: 0.0, ..light }; 4]];
         let lights = pick(&lights.map(|lights| Lights::new(lights).unwrap()), random);
         let shadows = pick(&[None, Some(own), Some(Shadows { strength: 1.0 / 7.0, forgiveness: 9.0 })], random);
-        let default_lights = Lights::default_with(shadows.is_some());
+        let half = Studio { scattering: 0.5, exposure: 1.5, tone: Tone::None, ..Studio::default() };
+        let sky = Sky { top: [0.1, 1.0 / 3.0, 9.0], strength: 0.7, space: LightSpace::World, ..Sky::default() };
+        let studio = pick(&[None, Some(Studio::default()), Some(half), Some(Studio { sky, ..half })], random);
+        let look = studio.map_or(Look::Plain, |_| Look::Studio);
+        let default_lights = Shading::default_of(look, shadows.is_some()).lights;
         let shadings = [
             None,
             Some(Shading { lights, ..lit }),
@@ -330,6 +389,7 @@ mod tests {
             clipping: pick(&clipping, random),
             extinction: pick(&Extinction::ALL, random),
             shading: pick(&shadings, random),
+            studio,
             shadows,
             ambient_occlusion: pick(&[None, Some(AmbientOcclusion { reach: Some(1.0 / 3.0), gain: 7.0 })], random),
             light_grid: pick(&LightGrid::ALL, random),

@@ -1,7 +1,7 @@
 //! Light sources.
 
 use super::number::Number;
-use crate::camera::{Basis, Camera};
+use crate::camera::Camera;
 use crate::choice::choices;
 use crate::error::Error;
 use glam::DVec3;
@@ -69,9 +69,8 @@ impl Light {
     /// If the camera is invalid.
     pub fn in_world(self, camera: &Camera) -> Result<Self, Error> {
         let LightSpace::Camera = self.space else { return Ok(self) };
-        let Basis { right, up, forward } = camera.basis()?;
-        let world = |l: DVec3| right * l.x + up * l.y - forward * l.z;
-        Ok(Self { direction: self.direction.map(world), space: LightSpace::World, ..self })
+        let basis = camera.basis()?;
+        Ok(Self { direction: self.direction.map(|l| basis.in_world(l)), space: LightSpace::World, ..self })
     }
 
     fn check(&self) -> Result<(), Error> {
@@ -121,7 +120,15 @@ impl Lights {
         Self { count: 1, lights }
     };
 
-    /// The lights if none are given. A light at the camera casts no visible shadow.
+    /// Two lights.
+    pub(super) const fn of_two(one: Light, other: Light) -> Self {
+        let mut lights = [Light::AT_CAMERA; Self::MOST];
+        lights[0] = one;
+        lights[1] = other;
+        Self { count: 2, lights }
+    }
+
+    /// The lights of the plain look if none are given. A light at the camera casts no visible shadow.
     pub const fn default_with(shadows: bool) -> Self {
         if shadows { Self::BESIDE_CAMERA } else { Self::AT_CAMERA }
     }

@@ -113,6 +113,10 @@ impl FieldKind {
     /// [`Error::Settings`], as of the frame.
     pub fn check(self, settings: &Settings) -> Result<(), Error> {
         self.check_method(Method::of(settings.algorithm), settings.blend)?;
+        if settings.studio.is_some() && self != Self::One {
+            let problem = "the studio lights one field in its own colours: choose one, or the plain look";
+            return Err(Error::Settings { field: "look", problem: problem.into() });
+        }
         match (self, settings.algorithm) {
             (Self::Colors | Self::Labels | Self::Mixed, Algorithm::Raycast { kernel: Kernel::Gaussian, .. }) => {
                 let problem = "reconstructs single values, which volumes of colours and labels do not have: choose another";

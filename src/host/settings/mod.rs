@@ -15,7 +15,9 @@ mod number;
 mod quality;
 mod shading;
 mod shadows;
+mod studio;
 
+pub use crate::color::Tone;
 pub use algorithm::{Algorithm, AlgorithmOptions};
 pub use argument::Argument;
 pub use blend::Blend;
@@ -33,8 +35,11 @@ pub use number::Number;
 pub use quality::Quality;
 pub use shading::Shading;
 pub use shadows::{AmbientOcclusion, LightGrid, Shadows};
+pub use studio::{Look, Sky, Studio};
 
+use crate::camera::Camera;
 use crate::choice::in_words;
+use crate::color::{Curve, Exposure};
 use crate::error::Error;
 use crate::layers::{GradientEstimator, Kernel};
 use crate::transfer::Extinction;
@@ -61,11 +66,13 @@ pub struct Settings {
     pub extinction: Extinction,
     /// Shading; `None` disables it. Default: on.
     pub shading: Option<Shading>,
+    /// Scattered light in linear colours; `None` for the plain look. Default: none. It needs shading, and compositing.
+    pub studio: Option<Studio>,
     /// Shadows of the lights. Default: none. They need shading, and compositing or an iso-surface.
     pub shadows: Option<Shadows>,
     /// Ambient occlusion. Default: none. It needs what shadows need.
     pub ambient_occlusion: Option<AmbientOcclusion>,
-    /// Resolution of shadows and ambient occlusion. Default: full.
+    /// Resolution of shadows and ambient occlusion, and of scattered light. Default: full.
     pub light_grid: LightGrid,
     /// Estimation of gradients for shading and gradient opacity. Default: `None`, which is [`GradientEstimator::Sobel`] for layers with
     /// pre-integrated classification, [`GradientEstimator::for_kernel`] for ray casting, and central differences elsewhere. Sheets and
@@ -105,6 +112,7 @@ impl From<Algorithm> for Settings {
             clipping: Clipping::default(),
             extinction: Extinction::Exponential,
             shading: Some(Shading::default()),
+            studio: None,
             shadows: None,
             ambient_occlusion: None,
             light_grid: LightGrid::Full,
@@ -153,10 +161,43 @@ impl Settings {
         self.shading.is_some() || self.gradient_opacity.is_some() || self.fading().is_some()
     }
 
-    /// Whether shadows or ambient occlusion need light volumes.
+    /// These settings with the defaults of a look: the studio has lights of its own.
+    pub fn with_look(self, look: Look) -> Self {
+        match look {
+            Look::Plain => Self { studio: None, shading: Some(Shading::default()), ..self },
+            Look::Studio => Self { studio: Some(Studio::default()), shading: Some(Studio::SHADING), ..self },
+        }
+    }
+
+    /// The settings whose lights and sky stay in the world where `camera` sees them.
+    ///
+    /// # Errors
+    /// If the camera is invalid.
+    pub fn with_light_in_world(mut self, camera: &Camera) -> Result<Self, Error> {
+        if let Some(shading) = &mut self.shading {
+            shading.lights = shading.lights.in_world(camera)?;
+        }
+        if let Some(studio) = &mut self.studio {
+            studio.sky = studio.sky.in_world(camera)?;
+        }
+        Ok(self)
+    }
+
+    /// How colours of the picture become those of 8 and 16 bits.
+    pub fn curve(&self) -> Curve {
+        let linear = self.studio.map(|studio| Exposure { stops: studio.exposure, tone: studio.tone });
+        Curve { linear, gamma: self.gamma }
+    }
+
+    /// The look.
+    pub fn look(&self) -> Look {
+        self.studio.map_or(Look::Plain, |_| Look::Studio)
+    }
+
+    /// Whether light volumes are needed: by shadows, ambient occlusion or the studio.
     #[doc(hidden)]
     pub fn sweeps_light(&self) -> bool {
-        self.shadows.is_some() || self.ambient_occlusion.is_some()
+        self.shadows.is_some() || self.ambient_occlusion.is_some() || self.studio.is_some()
     }
 
     /// The resolution at which light is swept and looked up. Surfaces have full resolution: a coarse volume would lose thin ones.
@@ -237,10 +278,12 @@ impl Settings {
     fn check_light(&self) -> Result<(), Error> {
         self.shadows.map_or(Ok(()), |shadows| shadows.check())?;
         self.ambient_occlusion.map_or(Ok(()), |occlusion| occlusion.check())?;
-        let field = match (self.shadows, self.ambient_occlusion) {
-            (None, None) => return Ok(()),
-            (Some(_), _) => "shadows",
-            (None, Some(_)) => "ambient_occlusion",
+        self.check_studio()?;
+        let field = match (self.studio, self.shadows, self.ambient_occlusion) {
+            (None, None, None) => return Ok(()),
+            (Some(_), ..) => "look",
+            (None, Some(_), _) => "shadows",
+            (None, None, Some(_)) => "ambient_occlusion",
         };
         let problem = match self.algorithm {
             _ if self.shading.is_none() => "shading is off: omit it, or enable shading",
@@ -251,5 +294,33 @@ impl Settings {
             Algorithm::Layered(_) | Algorithm::Raycast { .. } => return Ok(()),
         };
         Err(Error::Settings { field, problem: problem.into() })
+    }
+
+    /// Checks the studio, and rejects what it replaces or does not draw.
+    fn check_studio(&self) -> Result<(), Error> {
+        let Some(studio) = self.studio else { return Ok(()) };
+        studio.check()?;
+        let refuse = |field, problem: &str| Err(Error::Settings { field, problem: problem.into() });
+        if self.shadows.is_some() {
+            return refuse("shadows", "the studio has shadows of its own: omit it, or choose the plain look");
+        }
+        if self.ambient_occlusion.is_some() {
+            return refuse("ambient_occlusion", "the sky of the studio is occluded already: omit it, or choose the plain look");
+        }
+        if self.extinction == Extinction::Linear {
+            return refuse(
+                "extinction",
+                "light scatters in matter whose extinction is exponential: omit it, or choose the plain look",
+            );
+        }
+        if self.blend != Blend::Composite {
+            return refuse("look", "the studio lights composited volumes: choose composite, or the plain look");
+        }
+        match self.algorithm {
+            Algorithm::Layered(Layered { classification: Classification::Post(_), .. }) => {
+                refuse("look", "splatted layers have no linear colours: choose pre-integrated classification, or the plain look")
+            }
+            _ => Ok(()),
+        }
     }
 }

@@ -2,6 +2,7 @@
 
 use super::lights::{Lights, WHITE, check_color};
 use super::number::{ABOVE_0, Number};
+use super::studio::{Look, Studio};
 use crate::error::Error;
 
 /// Two-sided Blinn–Phong shading from the gradient of the reconstructed field.
@@ -38,11 +39,13 @@ pub struct Shading {
 
 impl Default for Shading {
     fn default() -> Self {
-        Self { ambient: 0.2, ambient_color: WHITE, diffuse: 0.7, specular: 0.3, power: 20.0, lights: Lights::AT_CAMERA }
+        Self::DEFAULT
     }
 }
 
 impl Shading {
+    pub(super) const DEFAULT: Self =
+        Self { ambient: 0.2, ambient_color: WHITE, diffuse: 0.7, specular: 0.3, power: 20.0, lights: Lights::AT_CAMERA };
     /// Range of the ambient, the diffuse and the specular factor.
     pub const FACTOR: Number = Number::new("shading", 0.0, 100.0, "ambient, diffuse and specular factors from 0 to 100");
     /// Range of the specular exponent.
@@ -53,6 +56,14 @@ impl Shading {
         check_color("ambient_color", self.ambient_color)?;
         [self.ambient, self.diffuse, self.specular].into_iter().try_for_each(|factor| Self::FACTOR.check(factor))?;
         Self::POWER.check(self.power)
+    }
+
+    /// The shading of a look if nothing is given; the plain look has other lights with shadows.
+    pub fn default_of(look: Look, shadows: bool) -> Self {
+        match look {
+            Look::Plain => Self { lights: Lights::default_with(shadows), ..Self::DEFAULT },
+            Look::Studio => Studio::SHADING,
+        }
     }
 
     /// Whether all lights are white, the ambient light included.

@@ -2,6 +2,7 @@
 
 use super::TransferFunction;
 use crate::choice::choices;
+use crate::color::reflectance;
 
 /// Attenuation over a distance, as a function of opacity.
 ///
@@ -82,6 +83,14 @@ impl TransferTable {
     /// The table with its extinctions (with [`Extinction::Linear`], its opacities per unit distance) times a factor of at least 0.
     pub fn scaled(mut self, factor: f64) -> Self {
         self.entries.iter_mut().for_each(|entry| entry[3] = (f64::from(entry[3]) * factor).min(OPAQUE) as f32);
+        self
+    }
+
+    /// The table with reflectances in linear light for colours.
+    #[doc(hidden)]
+    pub fn in_linear_light(mut self) -> Self {
+        let reflectances = |color: &mut [f32]| color.iter_mut().for_each(|c| *c = reflectance(f64::from(*c)) as f32);
+        self.entries.iter_mut().for_each(|entry| reflectances(&mut entry[..3]));
         self
     }
 

@@ -9,7 +9,7 @@ mod visibility;
 
 #[cfg(feature = "paper")]
 pub(super) use paper::{SLAB_VALUES, SplatList, Splatted, read_total, slicing_table_size};
-pub(super) use tables::{DIMMING, Integrals, Table, TableSizes};
+pub(super) use tables::{DIMMING, EntryKind, Integrals, Table, TableSizes};
 pub(super) use visibility::VisibleBlocks;
 
 use super::field::{Field, FieldKernels};

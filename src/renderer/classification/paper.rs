@@ -2,7 +2,7 @@
 
 use super::super::field::{Field, Layout};
 use super::super::store::{Key, Stored};
-use super::tables::{CELL_ENTRIES, Integrals, IntegralsKey, TableKey};
+use super::tables::{CELL_ENTRIES, EntryKind, Integrals, IntegralsKey, TableKey};
 use super::{Classification, PreparationKernels};
 use crate::device::launch::Launcher;
 use crate::device::launch::paper::{
@@ -76,10 +76,10 @@ impl Classification {
         device: &Device,
         field: &Field,
         axis: Axis,
-        extinction: Extinction,
+        kind: EntryKind,
     ) -> Result<Arc<SplatList>, Error> {
         let layout = field.layout(&mut kernels.field, device, axis)?;
-        self.splat_list(kernels, device, field, (axis, layout), extinction, Splatted::Visible)
+        self.splat_list(kernels, device, field, (axis, layout), kind, Splatted::Visible)
     }
 
     /// The splats of image-aligned sheets, and the layout that they refer to.
@@ -88,12 +88,12 @@ impl Classification {
         kernels: &mut PreparationKernels,
         device: &Device,
         field: &Field,
-        extinction: Extinction,
+        kind: EntryKind,
         splatted: Splatted,
     ) -> Result<(Arc<SplatList>, Layout), Error> {
-        let layout = self.gaussian_layout(kernels, device, field, extinction)?;
+        let layout = self.gaussian_layout(kernels, device, field, kind)?;
         let again = Layout { voxels: layout.voxels.clone(), view: layout.view };
-        Ok((self.splat_list(kernels, device, field, (Axis::Z, layout), extinction, splatted)?, again))
+        Ok((self.splat_list(kernels, device, field, (Axis::Z, layout), kind, splatted)?, again))
     }
 
     fn splat_list(
@@ -102,10 +102,10 @@ impl Classification {
         device: &Device,
         field: &Field,
         (axis, Layout { voxels, view }): (Axis, Layout),
-        extinction: Extinction,
+        kind: EntryKind,
         splatted: Splatted,
     ) -> Result<Arc<SplatList>, Error> {
-        let key = SplatListKey(TableKey::new(extinction, Kernel::Gaussian), axis, splatted);
+        let key = SplatListKey(TableKey::new(kind, Kernel::Gaussian), axis, splatted);
         let inputs = self.inputs_with(field);
         if let Some(kept) = self.store.get(device, &key, inputs)? {
             return Ok(kept);
@@ -114,7 +114,7 @@ impl Classification {
             let problem = format!("sheets support up to 65535 voxels along an axis, not {n}: use another algorithm");
             return Err(Error::Settings { field: "algorithm", problem });
         }
-        let table = self.table(device, field, extinction, Kernel::Gaussian)?;
+        let table = self.table(device, field, kind, Kernel::Gaussian)?;
         let rows = view.dims[1] as usize * view.dims[2] as usize;
         let counts = Buffer::new(device, rows, "the splats per row")?;
         let total = Buffer::new(device, 1, "the number of splats")?;
@@ -161,11 +161,11 @@ impl Classification {
         kernels: &mut PreparationKernels,
         device: &Device,
         field: &Field,
-        extinction: Extinction,
+        kind: EntryKind,
         thickness: f64,
     ) -> Result<(Arc<Integrals>, Arc<Buffer<Float4>>), Error> {
-        let integrals = self.integrals(device, field, extinction, Kernel::Linear, (thickness, 1))?;
-        let integrals_key = IntegralsKey(TableKey::new(extinction, Kernel::Linear), thickness, 1);
+        let integrals = self.integrals(device, field, kind, Kernel::Linear, (thickness, 1))?;
+        let integrals_key = IntegralsKey(TableKey::new(kind, Kernel::Linear), thickness, 1);
         let (key, inputs) = (SlicingKey(integrals_key, thickness as f32), self.inputs());
         if let Some(kept) = self.store.get(device, &key, inputs)? {
             return Ok((integrals, kept));
@@ -183,7 +183,7 @@ impl Classification {
             nodes_per_entry: (nodes - 1) as f32 / (SLAB_VALUES - 1) as f32,
             unit: integrals.unit,
             thickness: thickness as f32,
-            linear: i32::from(extinction == Extinction::Linear),
+            linear: i32::from(kind.extinction == Extinction::Linear),
             size: SLAB_VALUES as i32,
             out: &table,
         };

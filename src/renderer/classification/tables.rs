@@ -8,6 +8,7 @@ use crate::device::launch::structs::Float4;
 use crate::device::{Buffer, Device, Produced};
 use crate::error::Error;
 use crate::layers::{Axis, Kernel};
+use crate::settings::Settings;
 use crate::transfer::{EXTINCTION_CELLS, Extinction, IntegralTable, TransferFunction, TransferTable};
 use crate::volume::{Description, Stored as StoredNumbers};
 use std::borrow::Cow;
@@ -75,9 +76,23 @@ impl Integrals {
     }
 }
 
-/// Key: kind of extinction, overshoot of the field beyond the voxels.
+/// What the entries of a table hold.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct TableKey(Extinction, f64);
+pub(in crate::renderer) struct EntryKind {
+    pub extinction: Extinction,
+    /// Colours are reflectances in linear light, as the studio needs them.
+    pub is_linear_light: bool,
+}
+
+impl EntryKind {
+    pub fn new(settings: &Settings) -> Self {
+        Self { extinction: settings.extinction, is_linear_light: settings.studio.is_some() }
+    }
+}
+
+/// Key: what entries hold, overshoot of the field beyond the voxels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct TableKey(EntryKind, f64);
 
 impl Key for TableKey {
     type Value = Table;
@@ -104,20 +119,21 @@ impl Stored for Integrals {
 }
 
 impl TableKey {
-    pub fn new(extinction: Extinction, kernel: Kernel) -> Self {
-        Self(extinction, kernel.field_overshoot())
+    pub fn new(kind: EntryKind, kernel: Kernel) -> Self {
+        Self(kind, kernel.field_overshoot())
     }
 }
 
 impl Classification {
     /// The transfer table for the values of a kernel's field.
-    pub fn table(&mut self, device: &Device, field: &Field, extinction: Extinction, kernel: Kernel) -> Result<Arc<Table>, Error> {
-        let (key, inputs) = (TableKey::new(extinction, kernel), self.inputs());
+    pub fn table(&mut self, device: &Device, field: &Field, kind: EntryKind, kernel: Kernel) -> Result<Arc<Table>, Error> {
+        let (key, inputs) = (TableKey::new(kind, kernel), self.inputs());
         if let Some(kept) = self.store.get(device, &key, inputs)? {
             return Ok(kept);
         }
         let stored = field.stored();
-        let on_host = TransferTable::new(&self.transfer, field_range(&stored, kernel), extinction).scaled(self.factor);
+        let on_host = TransferTable::new(&self.transfer, field_range(&stored, kernel), kind.extinction).scaled(self.factor);
+        let on_host = if kind.is_linear_light { on_host.in_linear_light() } else { on_host };
         let entries: Vec<Float4> = on_host.entries.iter().map(|&e| Float4(e)).collect();
         let table = Table {
             entries: Buffer::from_slice(device, &entries, TABLE)?,
@@ -138,10 +154,10 @@ impl Classification {
         kernels: &mut PreparationKernels,
         device: &Device,
         field: &Field,
-        extinction: Extinction,
+        kind: EntryKind,
     ) -> Result<Layout, Error> {
         let mut layout = field.layout(&mut kernels.field, device, Axis::Z)?;
-        layout.view.background = self.table(device, field, extinction, Kernel::Gaussian)?.gaussian_background;
+        layout.view.background = self.table(device, field, kind, Kernel::Gaussian)?.gaussian_background;
         Ok(layout)
     }
 
@@ -151,15 +167,15 @@ impl Classification {
         &mut self,
         device: &Device,
         field: &Field,
-        extinction: Extinction,
+        kind: EntryKind,
         kernel: Kernel,
         (thinnest, per_layer): (f64, u32),
     ) -> Result<Arc<Integrals>, Error> {
-        let (key, inputs) = (IntegralsKey(TableKey::new(extinction, kernel), thinnest, per_layer), self.inputs());
+        let (key, inputs) = (IntegralsKey(TableKey::new(kind, kernel), thinnest, per_layer), self.inputs());
         if let Some(kept) = self.store.get(device, &key, inputs)? {
             return Ok(kept);
         }
-        let table = self.table(device, field, extinction, kernel)?;
+        let table = self.table(device, field, kind, kernel)?;
         let on_host = table.on_host.integrals(thinnest);
         let integrals = Integrals {
             nodes: Buffer::from_slice(device, &for_kernels(&on_host, field.offset()), INTEGRALS)?,

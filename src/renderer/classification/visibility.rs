@@ -2,7 +2,7 @@
 
 use super::super::field::{Field, Layout};
 use super::super::store::{Key, Stored};
-use super::tables::TableKey;
+use super::tables::{EntryKind, TableKey};
 use super::{Classification, PreparationKernels};
 use crate::device::launch::VoxelKind;
 use crate::device::launch::volume::{
@@ -12,7 +12,6 @@ use crate::device::{Buffer, Device};
 use crate::error::Error;
 use crate::layers::{Axis, GAUSSIAN_OVERSHOOT, Kernel};
 use crate::settings::Blend;
-use crate::transfer::Extinction;
 use std::sync::Arc;
 
 /// Visibility of the blocks in the layers on the device.
@@ -77,16 +76,16 @@ impl Classification {
         device: &Device,
         field: &Field,
         (axis, kernel): (Axis, Kernel),
-        extinction: Extinction,
+        kind: EntryKind,
         blend: Blend,
     ) -> Result<Arc<VisibleBlocks>, Error> {
-        let (key, inputs) = (VisibleKey(TableKey::new(extinction, kernel), axis, kernel, blend), self.inputs_with(field));
+        let (key, inputs) = (VisibleKey(TableKey::new(kind, kernel), axis, kernel, blend), self.inputs_with(field));
         if let Some(kept) = self.store.get(device, &key, inputs)? {
             return Ok(kept);
         }
         let radius = kernel.radius();
         let blocks = field.min_max_blocks(&mut kernels.field, device, axis, kernel)?;
-        let table = self.table(device, field, extinction, kernel)?;
+        let table = self.table(device, field, kind, kernel)?;
         let bytes = VisibleBlocks::bytes_needed(&blocks.numbers, radius);
         let found = match self.store.reuse(device, &key, inputs, bytes) {
             Some(reused) if reused.blocks == blocks.numbers.blocks => reused,

@@ -138,8 +138,8 @@ impl FieldPlacement {
             let shift = shift as f32;
             light.cue_at_origin += shift * light.cue[i];
             let volume = &mut light.light_volume;
-            volume.origins.iter_mut().for_each(|origin| origin[i] += shift * volume.shadow_scale);
-            volume.sky_origin[i] += shift * volume.sky_scale;
+            volume.origins.iter_mut().for_each(|origin| origin[i] += shift * volume.shadow_scale[i]);
+            volume.sky_origin[i] += shift * volume.sky_scale[i];
         }
         light
     }

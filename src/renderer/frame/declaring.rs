@@ -2,11 +2,13 @@
 
 use super::super::classification::TableSizes;
 use super::super::field::FieldShape;
+use super::super::light::ScatterGrids;
 use super::resources::Resources;
 use crate::device::Tuning;
 use crate::layers::{Axis, GradientEstimator, Kernel};
 use crate::settings::{LightGrid, Settings};
 use crate::viewport::Viewport;
+use crate::volume::Grid;
 
 /// Sizes from which passes declare the resources of a frame.
 pub(in crate::renderer) struct Declaring<'a> {
@@ -34,6 +36,8 @@ pub(in crate::renderer) struct DeclaredLight {
     pub volumes: usize,
     /// Whether there is one of the ambient light.
     pub sky: bool,
+    /// The cells of the studio.
+    pub studio: Option<ScatterGrids>,
     pub grid: LightGrid,
     /// Of a part of a volume, light is uploaded and not swept.
     pub part: Option<PartOfLight>,
@@ -51,11 +55,12 @@ pub(in crate::renderer) struct PartOfLight {
 
 impl DeclaredLight {
     /// Those of these settings. Lights may turn out to be at the camera or equal, and need fewer then.
-    pub fn new(settings: &Settings) -> Option<Self> {
+    pub fn new(settings: &Settings, grid: &Grid) -> Option<Self> {
         let lights = settings.shading.map_or(0, |shading| shading.lights.as_slice().len());
-        let volumes = settings.shadows.map_or(0, |_| lights);
+        let volumes = if settings.shadows.is_some() || settings.studio.is_some() { lights } else { 0 };
         let sky = settings.ambient_occlusion.is_some();
-        (volumes > 0 || sky).then_some(Self { volumes, sky, grid: settings.swept_grid(), part: None })
+        let studio = settings.studio.map(|_| ScatterGrids::new(grid));
+        (volumes > 0 || sky || studio.is_some()).then_some(Self { volumes, sky, studio, grid: settings.swept_grid(), part: None })
     }
 }
 

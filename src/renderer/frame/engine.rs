@@ -217,7 +217,7 @@ impl Engine {
             tuning: self.device.tuning(),
             viewport,
             gradient: settings.needed_gradient(),
-            light: DeclaredLight::new(settings),
+            light: DeclaredLight::new(settings, self.field().grid()),
         })
     }
 
@@ -338,12 +338,12 @@ impl Engine {
             }
             Step::WarpDisplayed { lattice, background } => {
                 let onto = WarpInputs { lattice, rays, viewport };
-                done.finished = self.passes.picture.warp_displayed(device, &self.target, onto, (background, settings.gamma))?;
+                done.finished = self.passes.picture.warp_displayed(device, &self.target, onto, (background, settings.curve()))?;
             }
             Step::Present(background) => {
                 let Finished::Floats(floats) = &done.finished else { unreachable!("floats are displayed") };
                 done.finished =
-                    self.passes.picture.present(device, &self.target, floats, viewport, (background, settings.gamma))?;
+                    self.passes.picture.present(device, &self.target, floats, viewport, (background, settings.curve()))?;
             }
         }
         Ok(())

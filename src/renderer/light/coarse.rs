@@ -3,13 +3,12 @@
 use super::super::channels::{FieldInputs, MergedInputs};
 use super::super::classification::VisibleBlocks;
 use super::super::field::Layout;
-use super::super::region::Region;
 use super::super::scene::Scene;
 use super::grid::ValueGrid;
 use super::{ABSORBERS, KERNEL};
 use crate::device::Buffer;
 use crate::device::launch::light::{CoarseTransmittanceArguments, LightTableArguments};
-use crate::device::launch::structs::{ClassificationParams, VolumeView};
+use crate::device::launch::structs::VolumeView;
 use crate::device::launch::volume::TransposeArguments;
 use crate::device::launch::{Floats, PerChannel, VoxelBuffer};
 use crate::error::Error;
@@ -80,7 +79,7 @@ impl Scene<'_> {
         let [first_x, first_y, first_z] = held.first.map(|n| n as i32);
         let [dims_x, dims_y, dims_z] = held.dims.map(|n| n as i32);
         let unculled = Arc::new(VisibleBlocks::unculled(self.device)?);
-        let sources = self.for_each_absorber(|scene| scene.coarse_source(values.voxels(), &unculled))?;
+        let sources = self.for_each_absorber(|scene| scene.coarse_source(values.voxels()))?;
         let merged = MergedInputs::new(sources.iter().map(|source| &source.field).collect())?;
         let transmittance: Vec<_> = sources.iter().map(|source| &source.transmittance).collect();
         let count = held.count();
@@ -89,7 +88,7 @@ impl Scene<'_> {
         let fields = merged.params(self.device, ABSORBERS.name)?;
         let arguments = CoarseTransmittanceArguments {
             fields: merged.arguments(&fields),
-            transmittance: PerChannel::new(&transmittance),
+            entries: PerChannel::new(&transmittance),
             ray_ends: merged.region.for_kernels(Axis::Z.frame()),
             first_x,
             first_y,
@@ -112,21 +111,10 @@ impl Scene<'_> {
     }
 
     /// The field of this scene, for blocks of this many voxels along each axis.
-    fn coarse_source(&mut self, voxels: usize, unculled: &Arc<VisibleBlocks>) -> Result<Source, Error> {
+    fn coarse_source(&mut self, voxels: usize) -> Result<Source, Error> {
         let length = voxels as f64 * self.steps(1).shortest();
         let transmittance = self.transmittances(length)?;
-        let table = self.table(KERNEL)?;
-        let layout = self.weighted(Axis::Z, KERNEL)?;
-        let mut gradients = self.extinction_gradients(Axis::Z, &layout)?;
-        let layout = self.field.in_whole(layout);
-        gradients.layout = self.field.in_whole(gradients.layout);
-        let sample = self.light_samples(Axis::Z.frame(), ClassificationParams::from_table(self, &table));
-        let (visible, region) = (unculled.clone(), Region::for_light(self));
-        let place = self.placement(Axis::Z.frame(), KERNEL, &region, &visible);
-        Ok(Source {
-            field: FieldInputs { layout, gradients, visible, sample, region, place, length, colors: None },
-            transmittance,
-        })
+        Ok(Source { field: self.absorbing_blocks(length)?, transmittance })
     }
 
     /// The transmittance of a length in unit distances, for each table entry.

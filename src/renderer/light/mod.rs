@@ -1,17 +1,21 @@
 //! Light volumes: the share of each light and of the ambient light that reaches every voxel. They are swept once, then looked up by all
 //! passes, until the field, the transfer function, a light or something else changes that they depend on.
 
+mod cells;
 mod coarse;
 mod grid;
 mod host;
+mod medium;
 #[cfg(feature = "mpi")]
 mod ranks;
+mod scatter;
 mod slabs;
 mod sources;
 mod sweeps;
 #[cfg(test)]
 mod tests;
 
+pub(super) use cells::ScatterGrids;
 pub(super) use grid::ValueGrid;
 pub(super) use host::HostVolumes;
 pub(crate) use host::Wanted;
@@ -28,6 +32,7 @@ use super::scene::Scene;
 use super::store::{Key, Store, Version};
 use crate::device::Buffer;
 use crate::device::launch::light::{CoarseTransmittance, FinishLight, LightRays, LightSweep, LightTable};
+use crate::device::launch::scatter::ScatterMedium;
 use crate::device::launch::structs::ChannelParams;
 use crate::device::launch::volume::Transpose;
 use crate::device::launch::{Launcher, LightBuffers};
@@ -36,6 +41,7 @@ use crate::layers::{Axis, GradientEstimator, Kernel};
 use crate::settings::{Blend, Clipping, GradientOpacity, LightGrid, Settings};
 use crate::transfer::Extinction;
 use crate::volume::VoxelBox;
+use scatter::ScatterKernels;
 use sources::Source;
 use std::ops::Range;
 use std::sync::Arc;
@@ -66,6 +72,8 @@ pub(super) struct LightVolumes {
     finish: Launcher<FinishLight>,
     coarse: Launcher<CoarseTransmittance>,
     transpose: Launcher<Transpose>,
+    scatter: ScatterKernels,
+    medium: Launcher<ScatterMedium>,
     /// The light volumes of the part that is on the device; `None` if the volume is there as a whole.
     given: Option<UploadedLight>,
 }
@@ -83,8 +91,8 @@ struct UploadedLight {
 impl Default for LightVolumes {
     fn default() -> Self {
         let (table, sweep, rays, finish) = Default::default();
-        let (coarse, transpose) = Default::default();
-        Self { store: Store::new(BUDGET), table, sweep, rays, finish, coarse, transpose, given: None }
+        let (coarse, transpose, scatter, medium) = Default::default();
+        Self { store: Store::new(BUDGET), table, sweep, rays, finish, coarse, transpose, scatter, medium, given: None }
     }
 }
 
@@ -181,13 +189,12 @@ impl Scene<'_> {
         // Those of two frames, as while a hand moves and at rest. Lights that move with the camera never come back to a direction.
         let each = self.field.grid().voxel_count().saturating_mul(sources.swept.len() + 1);
         self.light.store.limit(each.saturating_mul(2).saturating_add(LEAST).min(BUDGET));
-        let lights = match self.settings.shadows {
-            Some(shadows) if !sources.swept.is_empty() => Some(self.shadows(sources.swept, shadows.forgiveness)?),
-            _ => None,
-        };
-        let sky = match self.settings.ambient_occlusion {
-            Some(occlusion) => Some(self.sky(occlusion.reach, occlusion.gain)?),
-            None => None,
+        let forgiveness = self.settings.shadows.map_or(1.0, |shadows| shadows.forgiveness);
+        let lights = if sources.swept.is_empty() { None } else { Some(self.shadows(sources.swept.clone(), forgiveness)?) };
+        let sky = match (sources.studio(), self.settings.ambient_occlusion) {
+            (Some((light, grids)), _) => Some(self.scattered(light, *grids, &sources, lights.as_deref())?),
+            (None, Some(occlusion)) => Some(self.sky(occlusion.reach, occlusion.gain)?),
+            (None, None) => None,
         };
         Ok(Illumination { lights, sky })
     }
@@ -233,7 +240,7 @@ impl Scene<'_> {
         what: &str,
     ) -> Result<Arc<Buffer<u8>>, Error> {
         let bytes = volumes * values.values() + PADDING;
-        check_addressable(values)?;
+        check_addressable(values.values())?;
         match self.light.store.reuse(self.device, key, self.inputs(), bytes) {
             Some(reused) => Ok(reused),
             None => Ok(Arc::new(Buffer::new(self.device, bytes, what)?)),
@@ -242,11 +249,11 @@ impl Scene<'_> {
 }
 
 /// Rejects volumes that look-ups cannot address.
-fn check_addressable(values: ValueGrid) -> Result<(), Error> {
-    if values.values() <= i32::MAX as usize - PADDING {
+fn check_addressable(values: usize) -> Result<(), Error> {
+    if values <= i32::MAX as usize - PADDING {
         return Ok(());
     }
-    let problem = format!("a light volume of {} values is too large: use half or quarter", values.values());
+    let problem = format!("a light volume of {values} bytes is too large: use half or quarter");
     Err(Error::Settings { field: "light_grid", problem })
 }
 
@@ -280,6 +287,9 @@ pub(super) fn declare(declaring: &Declaring, resources: &mut Resources) {
     });
     resources.host(&ABSORBERS, 1 + declaring.others.len());
     resources.kept((sweeps::RAYS, None, None, 0), [(sweeps::RAYS, size_of::<f32>())]);
+    if let Some(grids) = &light.studio {
+        resources.kept((scatter::LIGHT_FIELD, None, None, 0), scatter::declared(grids, light.grid, declaring.tuning));
+    }
     for (name, count, values) in volumes {
         let offsets = sweeps::offsets(declaring.shape.dims);
         resources.kept((name, None, None, 0), [(name, bytes(count, values)), sweeps::sums(values), offsets]);

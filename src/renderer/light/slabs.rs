@@ -297,7 +297,7 @@ impl Scene<'_> {
         let mut given = UploadedLight { of, ..UploadedLight::default() };
         for volumes in light.volumes().iter() {
             let (grid, gathered) = volumes.around_part(axis, voxels);
-            check_addressable(grid)?;
+            check_addressable(grid.values())?;
             let name = volumes.wanted.name();
             let mut buffer = Buffer::new(self.device, gathered.len() * grid.values() + PADDING, name)?;
             for (n, values) in gathered.iter().enumerate() {

@@ -1,9 +1,10 @@
 //! The lights of a frame that cast shadows, and where samples look their light up.
 
+use super::cells::{CellGrid, ScatterGrids};
 use super::grid::ValueGrid;
 use crate::device::launch::structs::LightVolumeParams;
-use crate::layers::AxisFrame;
-use crate::settings::{Blend, LightGrid, Settings, Shading};
+use crate::layers::{AxisFrame, Rays};
+use crate::settings::{Blend, LightGrid, LightSpace, Settings, Shading, Studio};
 use crate::volume::Grid;
 use glam::DVec3;
 
@@ -14,10 +15,29 @@ fn shift_to_light(grid: LightGrid) -> f64 {
     if grid == LightGrid::Full { 0.0 } else { 1.0 }
 }
 
+/// The same distance in the studio, whose light is exact. Nearer to the sample, flat surfaces show the steps of the bytes as stripes.
+const SHIFT_OF_STUDIO: f64 = 0.5;
+
 /// Distances from an iso-surface at which light is looked up, in smallest spacings: along its normal, and towards the light. A voxel's
 /// diagonal is 1.73, so no value of the look-up lies behind the surface.
 const LIFT: f64 = 1.75;
 const LIFT_TO_LIGHT: f64 = 0.5;
+
+/// Distance from a surface, along its normal, at which scattered light is looked up, in edges of a cell.
+const LIFT_OF_CELLS: f64 = 0.25;
+
+/// What scattered light depends on, besides the medium. Directions are along grid axes.
+#[derive(Clone, Debug, PartialEq)]
+pub(in crate::renderer) struct StudioLight {
+    pub studio: Studio,
+    /// Where up is in the sky.
+    pub up: DVec3,
+    swept: Vec<Source>,
+    /// Of each swept light: its irradiance over π, in red, green and blue.
+    strengths: Vec<[f64; 3]>,
+    /// The resolution.
+    pub grid: LightGrid,
+}
 
 /// A light that is swept.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,11 +62,25 @@ pub(in crate::renderer) struct LightSources {
     sky: ValueGrid,
     shift: f64,
     spacing: DVec3,
+    studio: Option<(StudioLight, ScatterGrids)>,
+}
+
+impl StudioLight {
+    /// The cells in which samples look light up.
+    pub fn cells(&self, grids: &ScatterGrids) -> CellGrid {
+        if self.grid == LightGrid::Quarter { grids.coarse } else { grids.fine }
+    }
+
+    /// Of each light that is swept: the radiance with which a step of 1/255 of its light arrives from all sides on average.
+    pub fn arriving(&self) -> [[f32; 3]; 4] {
+        let of_light = |n: usize| self.strengths.get(n).map_or([0.0; 3], |strength| strength.map(|s| (s / 4.0 / 255.0) as f32));
+        std::array::from_fn(of_light)
+    }
 }
 
 impl LightSources {
     /// The light volumes for lights in these directions (unit vectors in grid axes); `None` without shadows and ambient occlusion.
-    pub fn new(settings: &Settings, grid: &Grid, directions: impl Iterator<Item = DVec3>, to_eye: DVec3) -> Option<Self> {
+    pub fn new(settings: &Settings, grid: &Grid, directions: impl Iterator<Item = DVec3>, rays: &Rays) -> Option<Self> {
         if !settings.sweeps_light() {
             return None;
         }
@@ -54,8 +88,11 @@ impl LightSources {
         let mut swept = Vec::new();
         let volumes = lights.iter().zip(directions).map(|(light, to_light)| {
             // A light at the camera lights what the camera sees.
-            let is_dark = light.strength == 0.0 || settings.shadows.is_none_or(|shadows| shadows.strength == 0.0);
-            if is_dark || to_light == to_eye {
+            let has_shadow = match settings.studio {
+                Some(_) => true,
+                None => settings.shadows.is_some_and(|shadows| shadows.strength > 0.0) && to_light != rays.to_eye,
+            };
+            if light.strength == 0.0 || !has_shadow {
                 return None;
             }
             let source = Source { to_light, angle: light.angle };
@@ -64,19 +101,41 @@ impl LightSources {
                 swept.len() - 1
             }))
         });
-        let volumes = volumes.collect();
+        let volumes: Vec<_> = volumes.collect();
+        let studio = settings.studio.map(|studio| {
+            let up = studio.sky.up.normalize();
+            let up = match studio.sky.space {
+                LightSpace::World => grid.world_to_grid_axes() * up,
+                LightSpace::Camera => rays.from_camera_axes(up),
+            };
+            // The tone and the exposure belong to the picture.
+            let studio = Studio { sky: studio.sky, scattering: studio.scattering, ..Studio::default() };
+            let mut strengths = vec![[0.0; 3]; swept.len()];
+            for (light, volume) in lights.iter().zip(&volumes) {
+                let of_light = |c: usize| light.strength * light.color[c];
+                volume.iter().for_each(|&n| (0..3).for_each(|c| strengths[n][c] += of_light(c)));
+            }
+            let light = StudioLight { studio, up, swept: swept.clone(), strengths, grid: settings.light_grid };
+            (light, ScatterGrids::new(grid))
+        });
         let (dims, spacing, grid) = (grid.dims(), grid.spacing(), settings.swept_grid());
         Some(Self {
             swept,
             volumes,
             has_sky: settings.ambient_occlusion.is_some(),
-            strength: settings.shadows.map_or(0.0, |shadows| shadows.strength),
+            strength: if studio.is_some() { 1.0 } else { settings.shadows.map_or(0.0, |shadows| shadows.strength) },
             is_surface: matches!(settings.blend, Blend::Iso(_)),
             shadows: ValueGrid::new(dims, grid.voxels().min(2)),
             sky: ValueGrid::new(dims, grid.voxels()),
-            shift: shift_to_light(grid),
+            shift: if studio.is_some() { SHIFT_OF_STUDIO } else { shift_to_light(grid) },
             spacing,
+            studio,
         })
+    }
+
+    /// What scattered light depends on, and the cells in which it is computed.
+    pub fn studio(&self) -> Option<&(StudioLight, ScatterGrids)> {
+        self.studio.as_ref()
     }
 
     /// The values of the volumes of the lights, and of that of the ambient light.
@@ -99,25 +158,38 @@ impl LightSources {
             narrow(self.shadows.position(towards))
         };
         let shares = shading.shares();
+        let cells = self.studio.as_ref().map(|(light, grids)| light.cells(grids));
+        let all = DVec3::splat;
+        let (sky_scale, sky_origin, sky_last, sky_stride) = match cells {
+            Some(cells) => (cells.scale(), cells.origin(), cells.last(), cells.strides(frame)),
+            None => (all(self.sky.values_per_voxel()), self.sky.position(DVec3::ZERO), self.sky.last(), self.sky.strides(frame)),
+        };
+        let lift = match cells {
+            Some(cells) => narrow(LIFT_OF_CELLS * cells.edge / self.spacing),
+            None if self.is_surface => narrow(LIFT / self.spacing),
+            None => [0.0; 3],
+        };
         LightVolumeParams {
-            shadow_scale: self.shadows.values_per_voxel() as f32,
-            sky_scale: self.sky.values_per_voxel() as f32,
+            shadow_scale: narrow(all(self.shadows.values_per_voxel())),
+            sky_scale: narrow(sky_scale),
             origins: std::array::from_fn(origin),
-            sky_origin: narrow(self.sky.position(DVec3::ZERO)),
+            sky_origin: narrow(sky_origin),
             shadow_stride: self.shadows.strides(frame),
-            sky_stride: self.sky.strides(frame),
+            sky_stride,
             shadow_last: narrow(self.shadows.last()),
-            sky_last: narrow(self.sky.last()),
+            sky_last: narrow(sky_last),
             volumes: std::array::from_fn(|n| of_light(n).map_or(-1, |i| i as i32)),
             volume_bytes: self.shadows.values() as i32,
             first_layers: [self.shadows, self.sky].map(|grid| grid.held().first[frame.a] as f32),
             strength: self.strength as f32,
             sky: i32::from(self.has_sky),
+            sky_axes: (frame.u | frame.v << 2 | frame.a << 4) as i32,
             unshaded: if shares.is_some() { 0.0 } else { 1.0 },
             unshaded_ambient: shares.map_or(0.0, |(ambient, _)| ambient as f32),
             unshaded_lights: shares.map_or([0.0; 4], |(_, lights)| lights.map(|share| share as f32)),
-            lift: if self.is_surface { narrow(LIFT / self.spacing) } else { [0.0; 3] },
+            lift,
             eye: narrow(to_eye),
+            padding: 0.0,
         }
     }
 }
@@ -125,8 +197,8 @@ impl LightSources {
 impl LightVolumeParams {
     /// Parameters of frames without light volumes.
     pub(in crate::renderer) const NONE: Self = Self {
-        shadow_scale: 0.0,
-        sky_scale: 0.0,
+        shadow_scale: [0.0; 3],
+        sky_scale: [0.0; 3],
         origins: [[0.0; 3]; 4],
         sky_origin: [0.0; 3],
         shadow_stride: [0; 3],
@@ -138,10 +210,12 @@ impl LightVolumeParams {
         first_layers: [0.0; 2],
         strength: 0.0,
         sky: 0,
+        sky_axes: 0,
         unshaded: 1.0,
         unshaded_ambient: 0.0,
         unshaded_lights: [0.0; 4],
         lift: [0.0; 3],
         eye: [0.0; 3],
+        padding: 0.0,
     };
 }

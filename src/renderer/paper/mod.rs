@@ -4,7 +4,7 @@ mod order;
 mod sheets;
 mod slicing;
 
-use super::classification::{Integrals, SplatList, Splatted};
+use super::classification::{EntryKind, Integrals, SplatList, Splatted};
 use super::field::Layout;
 use super::frame::{Declaring, Resources};
 use super::plan::{MAX_FORCED_SHEAR, Plan, axis_error, choose_axis};
@@ -102,16 +102,16 @@ impl PaperPasses {
 impl Scene<'_> {
     /// The integrals and the slicing table for slabs of this thickness in unit distances.
     pub fn slicing_table(&mut self, thickness: f64) -> Result<(Arc<Integrals>, Arc<Buffer<Float4>>), Error> {
-        self.classification.slicing_table(self.kernels, self.device, self.field, self.settings.extinction, thickness)
+        self.classification.slicing_table(self.kernels, self.device, self.field, EntryKind::new(self.settings), thickness)
     }
 
     /// The splats of axis-aligned sheets.
     pub fn axis_splats(&mut self, axis: Axis) -> Result<Arc<SplatList>, Error> {
-        self.classification.axis_splats(self.kernels, self.device, self.field, axis, self.settings.extinction)
+        self.classification.axis_splats(self.kernels, self.device, self.field, axis, EntryKind::new(self.settings))
     }
 
     /// The splats of image-aligned sheets, and the layout that they refer to.
     pub fn view_splats(&mut self, splatted: Splatted) -> Result<(Arc<SplatList>, Layout), Error> {
-        self.classification.view_splats(self.kernels, self.device, self.field, self.settings.extinction, splatted)
+        self.classification.view_splats(self.kernels, self.device, self.field, EntryKind::new(self.settings), splatted)
     }
 }

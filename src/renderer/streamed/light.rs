@@ -28,7 +28,7 @@ impl PlannedLight {
     /// What a part of a view needs of it.
     pub fn declared(&self, settings: &Settings) -> DeclaredLight {
         let volumes = |sky: bool| self.wanted.iter().filter(|of| of.is_sky() == sky).map(Wanted::volumes).sum::<usize>();
-        DeclaredLight { volumes: volumes(false), sky: volumes(true) > 0, grid: settings.swept_grid(), part: None }
+        DeclaredLight { volumes: volumes(false), sky: volumes(true) > 0, studio: None, grid: settings.swept_grid(), part: None }
     }
 }
 
@@ -44,6 +44,11 @@ impl StreamedRenderer<'_> {
         settings: &Settings,
         limits: MemoryLimits,
     ) -> Result<Option<PlannedLight>, Error> {
+        if settings.studio.is_some() {
+            let problem =
+                "light scatters through the whole volume, which does not fit: allow more memory, or choose the plain look";
+            return Err(Error::Settings { field: "look", problem: problem.into() });
+        }
         let Some(sources) = Lighting::sources_in(settings, &self.grid, rays) else { return Ok(None) };
         let wanted = Wanted::all(&sources, settings);
         let is_missing = |of: &Wanted| !self.light.iter().any(|kept| kept.wanted == *of);

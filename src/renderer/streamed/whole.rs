@@ -85,7 +85,7 @@ impl StreamedRenderer<'_> {
         let tables = TableSizes::new(&self.transfer, self.volume.description());
         let shape = FieldShape::new(self.volume.description(), self.grid.dims());
         let gradient = settings.needed_gradient();
-        let light = DeclaredLight::new(settings);
+        let light = DeclaredLight::new(settings, self.volume.description().grid());
         let declaring = Declaring { gradient, light, ..Declaring::new(shape, &tables, self.device.tuning(), viewport) };
         Stage::from_plan(plan, Output::Floats, false, &declaring).resources.bytes()
     }

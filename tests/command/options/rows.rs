@@ -8,7 +8,7 @@ use layersplat::camera::Up;
 use layersplat::layers::{Axis, Kernel};
 use layersplat::settings::{
     Algorithm, AmbientOcclusion, Blend, Classification, ClipPlane, Clipping, CropBox, DepthCue, Evaluation, Footprints,
-    GradientOpacity, LayerAxis, Light, LightGrid, Lights, Quality, Shading, Shadows,
+    GradientOpacity, LayerAxis, Light, LightGrid, LightSpace, Lights, Look, Quality, Shading, Shadows, Sky, Studio,
 };
 use layersplat::transfer::Extinction;
 use layersplat::volume::{Endian, Grid, ScalarType};
@@ -28,6 +28,11 @@ pub struct Row {
 fn cast_shadows(scene: &mut Scene, shadows: Shadows) {
     scene.settings.shading = Some(Shading { lights: Lights::BESIDE_CAMERA, ..Shading::default() });
     scene.settings.shadows = Some(shadows);
+}
+
+/// Lights the scene as the studio does.
+fn set_studio(scene: &mut Scene, studio: Studio) {
+    scene.settings = Settings { studio: Some(studio), ..scene.settings.with_look(Look::Studio) };
 }
 
 /// A row without other arguments.
@@ -290,6 +295,26 @@ pub const QUALITIES: &[Row] = &[
         "--ao-reach 3",
         |s| s.settings.ambient_occlusion = Some(AmbientOcclusion { reach: Some(3.0), ..AmbientOcclusion::default() }),
     ),
+    row("--look", "--look studio", |s| set_studio(s, Studio::default())),
+    beside(
+        "--look studio",
+        |s| set_studio(s, Studio::default()),
+        "--sky",
+        "--sky white,#000000:0.5",
+        |s| {
+            let sky = Sky { top: [1.0; 3], bottom: [0.0; 3], strength: 0.5, ..Sky::default() };
+            set_studio(s, Studio { sky: sky.up_in(LightSpace::World), ..Studio::default() });
+        },
+    ),
+    beside(
+        "--look studio",
+        |s| set_studio(s, Studio::default()),
+        "--scattering",
+        "--scattering 0.25",
+        |s| {
+            set_studio(s, Studio { scattering: 0.25, ..Studio::default() });
+        },
+    ),
     row("--gradient", "--gradient central", |s| s.settings.gradient = Some(GradientEstimator::Central)),
     row("--gradient-opacity", "--gradient-opacity 2:0,9:0.75", |s| {
         s.settings.gradient_opacity = Some(GradientOpacity::new(&[(2.0, 0.0), (9.0, 0.75)]).unwrap());
@@ -412,6 +437,8 @@ pub const UNCHANGED: &[(&str, &str)] = &[
     ("--bits", "says how a file is encoded; tests/command/pictures.rs reads some"),
     ("--dither", "says how a file is encoded; tests/command/pictures.rs"),
     ("--gamma", "changes pictures of 8 and 16 bits, not floats; tests/command/pictures.rs"),
+    ("--exposure", "changes pictures of 8 and 16 bits, not floats; tests/command/pictures.rs"),
+    ("--tone", "changes pictures of 8 and 16 bits, not floats; tests/command/pictures.rs"),
     ("--dpi", "says how a file is encoded; tests/command/pictures.rs"),
     ("--font-size", "needs --dpi, which NumPy files refuse; src/host/annotation/tests.rs and tests/command/pictures.rs"),
     ("--legend-only", "writes the colour bar instead of a picture; tests/command/pictures.rs"),

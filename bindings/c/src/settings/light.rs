@@ -2,14 +2,27 @@
 
 use super::{Light, Settings, flag};
 use crate::boundary::Failure;
+use crate::choices::chosen;
 use layersplat::glam::DVec3;
-use layersplat::settings::{self, AmbientOcclusion, LightSpace, Lights, Shading, Shadows};
+use layersplat::settings::{self, AmbientOcclusion, LightSpace, Lights, Look, Shading, Shadows, Sky, Studio};
 
 impl Settings {
     pub(super) fn shading(&self) -> Result<Option<Shading>, Failure> {
         let Self { ambient, ambient_color, diffuse, specular, power, .. } = *self;
         let lights = self.lights()?;
         Ok(flag("lit", self.lit)?.then_some(Shading { ambient, ambient_color, diffuse, specular, power, lights }))
+    }
+
+    pub(super) fn studio(&self) -> Result<Option<Studio>, Failure> {
+        let Self { sky_top: top, sky_bottom: bottom, sky_strength: strength, scattering, exposure, .. } = *self;
+        let space = if self.light_count == 0 { LightSpace::Camera } else { self.light_space()? };
+        let sky = Sky { top, bottom, strength, ..Sky::default().up_in(space) };
+        let studio = Studio { sky, scattering, tone: chosen(self.tone)?, exposure };
+        Ok((chosen::<Look>(self.look)? == Look::Studio).then_some(studio))
+    }
+
+    fn light_space(&self) -> Result<LightSpace, Failure> {
+        Ok(if flag("lights_in_camera_space", self.lights_in_camera_space)? { LightSpace::Camera } else { LightSpace::World })
     }
 
     pub(super) fn shadows(&self) -> Result<Option<Shadows>, Failure> {
@@ -27,10 +40,7 @@ impl Settings {
         let Some(lights) = usize::try_from(self.light_count).ok().and_then(|count| self.lights.get(..count)) else {
             return Err(Failure::invalid(format!("light_count is {}: expected 0 to {}", self.light_count, self.lights.len())));
         };
-        let space = match flag("lights_in_camera_space", self.lights_in_camera_space)? {
-            true => LightSpace::Camera,
-            false => LightSpace::World,
-        };
+        let space = self.light_space()?;
         let light = |((&Light { direction, strength }, &angle), &color): ((&Light, &f64), &[f64; 3])| {
             let direction = Some(DVec3::from_array(direction)).filter(|&direction| direction != DVec3::ZERO);
             // A light at the camera has no direction whose axes could matter.
@@ -38,6 +48,7 @@ impl Settings {
             settings::Light { direction, space, strength, angle, color }
         };
         let lights: Vec<_> = lights.iter().zip(&self.light_angles).zip(&self.light_colors).map(light).collect();
-        Ok(if lights.is_empty() { Lights::default_with(self.shadows == 1) } else { Lights::new(&lights)? })
+        let default = || Shading::default_of(chosen(self.look).unwrap_or_default(), self.shadows == 1).lights;
+        Ok(if lights.is_empty() { default() } else { Lights::new(&lights)? })
     }
 }

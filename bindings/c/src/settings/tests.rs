@@ -61,7 +61,8 @@ fn every_field_changes_the_settings() {
     let (cued, shadowed) = (Settings { depth_cue: 0.5, ..standard }, Settings { shadows: 1, ..standard });
     let (iso, occluded) = (Settings { blend: 4, ..standard }, Settings { ambient_occlusion: 1, ..standard });
     type Change = fn(&mut Settings);
-    let all: [(&str, Settings, Change); 39] = [
+    let studio = Settings { look: 1, ..standard };
+    let all: [(&str, Settings, Change); 46] = [
         ("quality", standard, |s| s.quality = 2),
         ("algorithm", standard, |s| s.algorithm = 4),
         ("kernel", standard, |s| s.kernel = 2),
@@ -101,6 +102,13 @@ fn every_field_changes_the_settings() {
         ("light_colors", lit, |s| s.light_colors[0] = [0.5; 3]),
         ("ambient_color", standard, |s| s.ambient_color = [0.5; 3]),
         ("gamma", standard, |s| s.gamma = 2.0),
+        ("look", standard, |s| s.look = 1),
+        ("tone", studio, |s| s.tone = 0),
+        ("sky_top", studio, |s| s.sky_top = [1.0; 3]),
+        ("sky_bottom", studio, |s| s.sky_bottom = [1.0; 3]),
+        ("sky_strength", studio, |s| s.sky_strength = 1.0),
+        ("scattering", studio, |s| s.scattering = 0.5),
+        ("exposure", studio, |s| s.exposure = 1.0),
     ];
     for (name, beside, change) in &all {
         let mut changed = Settings { planes: if *name == "planes" { beside.planes } else { [plane; 6] }, ..*beside };

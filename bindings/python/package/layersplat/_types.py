@@ -59,6 +59,16 @@ class Shadows(TypedDict, total=False):
     forgiveness: float
 
 
+class Sky(TypedDict, total=False):
+    """The sky of the look studio."""
+
+    top: Tuple[float, float, float]
+    bottom: Tuple[float, float, float]
+    strength: float
+    up: Tuple[float, float, float]
+    space: Literal["world", "camera"]
+
+
 class AmbientOcclusion(TypedDict, total=False):
     """Coefficients of ambient occlusion. Missing ones keep their defaults."""
 

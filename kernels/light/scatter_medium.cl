@@ -1,0 +1,85 @@
+// What blocks of voxels (voxel_blocks.cl) absorb and scatter: sums over their voxels of the optical depth, of the depth times the albedo, and
+// of that times the light of the lights that arrives there.
+//
+// `entries`: per table entry, optical depth times the albedo of red, green and blue, and optical depth; along the edge of a cell. `light`:
+// bytes of the volumes of the lights, of which each value covers 2^light_shift voxels along each axis and has a margin of one value.
+// blocks[(n * dims_z + z) * dims_y + y) * dims_x + x] is sum n of a block, divided by the voxels of one.
+
+#define ABSORBER_ENTRY float4
+#define BLOCK_INPUTS          \
+    ScatterMediumParams p;    \
+    __global const uchar *light;
+#define SUMS 7
+#include "light/voxel_blocks.cl"
+#include "shared/table_entries.cl"
+
+// The light that arrives at voxels, in steps of 1/255.
+static inline realv arriving(const BlockSource *source, int number, intv held, int i, int j, int k) {
+    const ScatterMediumParams *p = &source->p;
+    const int shift = p->light_shift;
+    __global const uchar *row =
+        source->light + (size_t)number * p->light_bytes + ((j >> shift) + 1) * p->light_row + (size_t)((k >> shift) + 1) * p->light_layer;
+    const intv at = held ? ((LANES + i) >> shift) + 1 : (intv)(0);
+    return CONVERT_REALV(GATHER_AS(intv, row, at));
+}
+
+static inline bool voxel_sums(const BlockSource *source, const realv *values, intv held, int i, int j, int k, realv *sums) {
+    const ScatterMediumParams *p = &source->p;
+    realv own[4] = {(realv)(0.0f), (realv)(0.0f), (realv)(0.0f), (realv)(0.0f)};
+    bool any = false;
+    for (int m = 0; m < source->count; m++) {
+        const Absorber *absorber = source->absorbers + m;
+        intv absorbs, index;
+        realv scale;
+        if (!find_absorbing(absorber, &source->ends, values[m], held, i, j, k, &absorbs, &index, &scale))
+            continue;
+        realv entry[4];
+        table_entries(absorber->entries, index, entry, entry + 1, entry + 2, entry + 3);
+        for (int n = 0; n < 4; n++) {
+#ifdef THINNED
+            entry[n] *= scale;
+#endif
+            own[n] += absorbs ? entry[n] : (realv)(0.0f);
+        }
+        any = true;
+    }
+    if (!any)
+        return false;
+    sums[0] += own[3];
+    for (int c = 0; c < 3; c++)
+        sums[1 + c] += own[c];
+    for (int l = 0; l < p->lights; l++) {
+        const realv light = own[3] * arriving(source, l, held, i, j, k);
+        for (int c = 0; c < 3; c++)
+            sums[4 + c] += p->irradiance[3 * l + c] * light;
+    }
+    return true;
+}
+
+__kernel void scatter_medium(CHANNEL_FIELDS, PER_CHANNEL(__global const float4 *, entries), RayEnds ray_ends, __global const uchar *light,
+                             ScatterMediumParams p, __global float *blocks, ulong first_item) {
+    const int id = first_item + get_global_id(0);
+    if (id >= (VW == 1 ? p.dims_x : 1) * p.dims_y * p.dims_z)
+        return;
+    BlockSource source;
+    SET_BLOCK_SOURCE(source);
+    source.p = p, source.light = light;
+    const float per_voxel = 1.0f / (PER_BLOCK_U * PER_BLOCK_V * PER_BLOCK_A);
+    const size_t plane = (size_t)p.dims_x * p.dims_y * p.dims_z;
+#if VW == 1
+    float sums[SUMS];
+    block_sums(&source, id % p.dims_x * PER_BLOCK_U, id / p.dims_x % p.dims_y * PER_BLOCK_V, id / p.dims_x / p.dims_y * PER_BLOCK_A, sums);
+    for (int s = 0; s < SUMS; s++)
+        blocks[s * plane + id] = sums[s] * per_voxel;
+#else
+    const int end_u = min(p.dims_x * PER_BLOCK_U, source.absorbers[0].field.view.dims_u);
+    for (int first = 0; first < p.dims_x; first += BLOCKS) {
+        float columns[SUMS][COLUMNS];
+        const bool any = column_sums(&source, first * PER_BLOCK_U, end_u, id % p.dims_y * PER_BLOCK_V, id / p.dims_y * PER_BLOCK_A, columns);
+        __global float *out = blocks + (size_t)id * p.dims_x + first;
+        for (int s = 0; s < SUMS; s++)
+            for (int b = 0; b < min(BLOCKS, p.dims_x - first); b++)
+                out[s * plane + b] = any ? sum_of_block(columns[s], b) * per_voxel : 0.0f;
+    }
+#endif
+}

@@ -1,0 +1,144 @@
+//! Kernels that compute scattered light.
+
+use super::layered::Channels;
+use super::light::{block_lanes, blocks};
+use super::structs::{
+    Float4, RayEnds, ScatterCellsParams, ScatterGrid, ScatterMediumParams, ScatterPackParams, ScatterSourceParams,
+    ScatterSweepParams,
+};
+use super::{ChannelFields, Defines, Items, PerChannel, Rendering, VoxelKind, kernel};
+use crate::device::{Buffer, LatticeSchedule, Tuning};
+use crate::layers::Kernel;
+
+/// Planes of the medium: optical depth, albedo and direct light.
+pub(crate) const MEDIUM_PLANES: usize = 7;
+
+impl ScatterGrid {
+    /// Cells of a plane, with the space beside each row.
+    pub fn plane(self, tuning: &Tuning) -> usize {
+        let lanes = lanes(tuning) as usize;
+        ((self.x as usize).next_multiple_of(lanes) + 2 * lanes) * self.rows()
+    }
+
+    fn rows(self) -> usize {
+        self.y as usize * self.z as usize
+    }
+}
+
+/// Rays that are swept side by side.
+fn lanes(tuning: &Tuning) -> u32 {
+    match tuning.lattice_schedule {
+        LatticeSchedule::Tiles => tuning.vector_width.max(4),
+        LatticeSchedule::Samples => 1,
+    }
+}
+
+kernel! {
+    /// Sums what blocks of voxels absorb and scatter.
+    ScatterMedium = "light/scatter_medium.cl", scatter_medium, "light", Items::Tiles;
+    // With the numbers of voxels per block along x, y, z.
+    defines |tuning, (voxels, rendering, per_block, channels): (VoxelKind, Rendering, [usize; 3], Channels)| {
+        let defines = Defines::new(block_lanes(tuning)).with_voxels(voxels).with_kernel(Kernel::Cubic).with_channels(channels);
+        blocks(defines.with_rendering(rendering), per_block)
+    };
+    items |a, tuning| {
+        let [x, y, z] = a.p.dims.map(|n| n as usize);
+        if block_lanes(tuning) == 1 { x * y * z } else { y * z }
+    };
+    arguments ScatterMediumArguments<'a> {
+        /// In the layout of layer axis z.
+        fields: ChannelFields<'a>,
+        /// Per table entry: optical depth times albedo, and optical depth.
+        entries: PerChannel<&'a Buffer<Float4>>,
+        ray_ends: RayEnds,
+        light: &'a Buffer<u8>,
+        p: ScatterMediumParams,
+        blocks: &'a Buffer<f32>,
+    }
+}
+
+kernel! {
+    /// Makes cubic cells of blocks of voxels.
+    ScatterCells = "light/scatter_cells.cl", scatter_cells, "light", Items::Tiles;
+    defines |tuning, (): ()| Defines::new(lanes(tuning));
+    items |a, _| a.p.grid.rows();
+    arguments ScatterCellsArguments<'a> {
+        blocks: &'a Buffer<f32>,
+        medium: &'a Buffer<f32>,
+        p: ScatterCellsParams,
+    }
+}
+
+/// The mean radiance from which the light that cells scatter is computed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) enum ScatterStep {
+    /// A start value.
+    Start,
+    /// That of a coarser grid.
+    Refined,
+    /// The next one of an iteration.
+    Next,
+}
+
+kernel! {
+    /// Computes the light that cells scatter.
+    ScatterSource = "light/scatter_source.cl", scatter_source, "light", Items::Tiles;
+    defines |tuning, step: ScatterStep| {
+        let defines = Defines::new(lanes(tuning));
+        defines.with_if(step == ScatterStep::Start, "START").with_if(step == ScatterStep::Refined, "REFINED")
+    };
+    items |a, _| a.p.grid.rows();
+    arguments ScatterSourceArguments<'a> {
+        medium: &'a Buffer<f32>,
+        /// The last mean radiance, or that of the coarser grid.
+        radiance: &'a Buffer<f32>,
+        /// The one before, which becomes the next.
+        older: &'a Buffer<f32>,
+        /// What sweeps found of the last one; set to 0.
+        mean: &'a Buffer<f32>,
+        source: &'a Buffer<f32>,
+        p: ScatterSourceParams,
+    }
+}
+
+kernel! {
+    /// Sweeps radiance along an ordinate and back.
+    ScatterSweep = "light/scatter_sweep.cl", scatter_sweep, "light", Items::Tiles;
+    // The flags: rays run along x; the flux is added, too.
+    defines |tuning, (along_x, flux): (bool, bool)| {
+        Defines::new(lanes(tuning)).with_if(along_x, "ALONG_X").with_if(flux, "FLUX")
+    };
+    items |a, _| a.p.items as usize;
+    arguments ScatterSweepArguments<'a> {
+        medium: &'a Buffer<f32>,
+        source: &'a Buffer<f32>,
+        mean: &'a Buffer<f32>,
+        p: ScatterSweepParams,
+    }
+}
+
+impl ScatterSweep {
+    /// Work-items of a sweep with these steps from layer to layer.
+    pub fn work(grid: ScatterGrid, [step_x, step_y, step_z]: [i32; 3], tuning: &Tuning) -> i32 {
+        let lanes = lanes(tuning) as i32;
+        let ScatterGrid { x, y, z } = grid;
+        if step_y == 0 && step_z == 0 {
+            return (y + lanes - 1) / lanes * z;
+        }
+        let along_y = step_z == 0;
+        let (layers, rows, shift) = if along_y { (y, z, 0) } else { (z, y, step_y.abs()) };
+        (x + step_x.abs() * (layers - 1) + lanes - 1) / lanes * (rows + shift * (layers - 1))
+    }
+}
+
+kernel! {
+    /// Packs the light field for look-ups.
+    ScatterPack = "light/scatter_pack.cl", scatter_pack, "light", Items::Tiles;
+    defines |tuning, (): ()| Defines::new(lanes(tuning));
+    items |a, _| a.p.grid.rows();
+    arguments ScatterPackArguments<'a> {
+        mean: &'a Buffer<f32>,
+        p: ScatterPackParams,
+        packed: &'a Buffer<u8>,
+    }
+}
