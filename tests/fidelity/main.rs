@@ -9,3 +9,4 @@ mod lattice_vs_direct;
 mod lit;
 mod presets;
 mod steep_opacities;
+mod studio;

@@ -122,6 +122,11 @@ impl Region {
         }
     }
 
+    /// Whether a point, in voxels, is inside.
+    pub fn contains(&self, point: DVec3) -> bool {
+        self.half_spaces.iter().all(|&(normal, d)| normal.dot(point) + d >= 0.0)
+    }
+
     /// Intersection with a ray, in front of its eye.
     pub fn intersection(&self, ray: &Ray) -> Option<Interval> {
         self.line_intersection(&Ray { start: f64::NEG_INFINITY, ..*ray }).and_then(|line| {

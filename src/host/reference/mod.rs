@@ -20,6 +20,7 @@ mod label_colors;
 mod labels;
 mod layered;
 mod march;
+mod path_tracer;
 mod points;
 mod shading;
 mod shadow_rays;
@@ -35,6 +36,7 @@ pub use integral::Integral;
 pub use labels::Labels;
 pub use layered::Layered;
 pub use march::Marched;
+pub use path_tracer::{PathTracer, against_halves};
 #[cfg(feature = "paper")]
 pub use sheets::Sheets;
 pub use slices::Slices;
