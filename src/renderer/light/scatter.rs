@@ -306,9 +306,7 @@ mod tests {
     #[test]
     fn half_spaces_reflect_what_they_should() {
         // The deeper light comes from, the wider the volume must be: its sides are open.
-        for (albedo, depth, expected) in
-            [(0.5, 0.2, [0.1152, 0.1509]), (0.9, 0.25, [0.4149, 0.4907]), (0.99, 0.5, [0.7527, 0.8047])]
-        {
+        for (albedo, depth, expected) in [(0.5, 0.2, [0.1152, 0.1509]), (0.9, 0.25, [0.4149, 0.4907])] {
             for (levels, allowed) in [(CONVERGED, [0.01, 0.015]), (BOTH, [0.03, 0.03])] {
                 let found = seen(albedo, depth, levels, [1.0, 3f64.sqrt().recip()]);
                 println!("{albedo}: {found:?} {expected:?}");
