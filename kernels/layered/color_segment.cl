@@ -21,9 +21,9 @@ static inline Segment color_segment(const realv *front, const realv *back, float
     const realv extinction = weight_front * front[3] + weight_back * back[3];
     const realv per_extinction = reciprocal(extinction > 0.0f ? extinction : (realv)(1.0f));
     Segment s;
-    s.r = (weight_front * front[0] + weight_back * back[0]) * per_extinction;
-    s.g = (weight_front * front[1] + weight_back * back[1]) * per_extinction;
-    s.b = (weight_front * front[2] + weight_back * back[2]) * per_extinction;
+    s.r = LIT_COLOR((weight_front * front[0] + weight_back * back[0]) * per_extinction);
+    s.g = LIT_COLOR((weight_front * front[1] + weight_back * back[1]) * per_extinction);
+    s.b = LIT_COLOR((weight_front * front[2] + weight_back * back[2]) * per_extinction);
     s.depth = extinction * length;
     const realv both = front[3] + back[3];
     s.centroid = both > 0.0f ? 0.3333333f * (1.0f + back[3] * reciprocal(both > 0.0f ? both : (realv)(1.0f))) : (realv)(0.5f);
@@ -59,7 +59,7 @@ static inline void composite_colors(const SampleParams *p, const LabelParams *la
         Lighting lighting;
         if (p->light.shading)
             lighting = interpolate_lighting(p, lit_front, lit_back, SEGMENT_PARAMETER(part, middle));
-        accumulate_lit(p, color[0] * per_extinction, color[1] * per_extinction, color[2] * per_extinction,
+        accumulate_lit(p, LIT_COLOR(color[0] * per_extinction), LIT_COLOR(color[1] * per_extinction), LIT_COLOR(color[2] * per_extinction),
                        absorbed(color[3] * scale * (next_t - t)), &lighting, &subdivided);
         t = next_t;
     }

@@ -67,7 +67,8 @@ static inline void composite_labels(const SampleParams *p, const LabelParams *la
             lighting = interpolate_lighting(p, lit_front, lit_back, middle);
             light_label(of_unit, lerp(front[SMOOTHED_OPACITY].at.field[n], back[SMOOTHED_OPACITY].at.field[n], middle), &lighting);
         }
-        accumulate_lit(p, s.red * per_opacity, s.green * per_opacity, s.blue * per_opacity, opacity, &lighting, a);
+        accumulate_lit(p, LIT_COLOR(s.red * per_opacity), LIT_COLOR(s.green * per_opacity), LIT_COLOR(s.blue * per_opacity), opacity,
+                       &lighting, a);
         counts |= COUNT_IF(opacity > 0.0f);
     }
     *active += counts;

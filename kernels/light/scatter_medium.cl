@@ -5,13 +5,31 @@
 // bytes of the volumes of the lights, of which each value covers 2^light_shift voxels along each axis and has a margin of one value.
 // blocks[(n * dims_z + z) * dims_y + y) * dims_x + x] is sum n of a block, divided by the voxels of one.
 
+// A field may have colours of its voxels. Those of a field whose voxels are not these lie at `to_own` of its placement.
+
 #define ABSORBER_ENTRY float4
 #define BLOCK_INPUTS          \
     ScatterMediumParams p;    \
     __global const uchar *light;
 #define SUMS 7
 #include "light/voxel_blocks.cl"
+#include "shared/linear_light.cl"
 #include "shared/table_entries.cl"
+
+#ifdef TINTED
+// Replaces depths times the albedo by those of the colours of voxels.
+static inline void color_entry(const Absorber *absorber, int i, int j, int k, realv *entry) {
+    if (!absorber->shading.tint.strides[0])
+        return;
+    const realv voxel[3] = {CONVERT_REALV(LANES + i), (realv)(j), (realv)(k)};
+    realv own[3], color[3] = {(realv)(0.0f), (realv)(0.0f), (realv)(0.0f)};
+    to_own_voxels(absorber->field.place, voxel, 1.0f, own);
+    const Point at = {own[0], own[1], own[2]};
+    mix_color(&absorber->shading.tint, at, color, color + 1, color + 2);
+    for (int c = 0; c < 3; c++)
+        entry[c] = albedo(reflectance(color[c])) * entry[3];
+}
+#endif
 
 // The light that arrives at voxels, in steps of 1/255.
 static inline realv arriving(const BlockSource *source, int number, intv held, int i, int j, int k) {
@@ -35,6 +53,9 @@ static inline bool voxel_sums(const BlockSource *source, const realv *values, in
             continue;
         realv entry[4];
         table_entries(absorber->entries, index, entry, entry + 1, entry + 2, entry + 3);
+#ifdef TINTED
+        color_entry(absorber, i, j, k, entry);
+#endif
         for (int n = 0; n < 4; n++) {
 #ifdef THINNED
             entry[n] *= scale;
@@ -57,12 +78,13 @@ static inline bool voxel_sums(const BlockSource *source, const realv *values, in
 }
 
 __kernel void scatter_medium(CHANNEL_FIELDS, PER_CHANNEL(__global const float4 *, entries), RayEnds ray_ends, __global const uchar *light,
-                             ScatterMediumParams p, __global float *blocks, ulong first_item) {
+                             ScatterMediumParams p, __global float *blocks, CHANNEL_COLORS ulong first_item) {
     const int id = first_item + get_global_id(0);
     if (id >= (VW == 1 ? p.dims_x : 1) * p.dims_y * p.dims_z)
         return;
     BlockSource source;
     SET_BLOCK_SOURCE(source);
+    SET_COLORS(source.absorbers, source.count);
     source.p = p, source.light = light;
     const float per_voxel = 1.0f / (PER_BLOCK_U * PER_BLOCK_V * PER_BLOCK_A);
     const size_t plane = (size_t)p.dims_x * p.dims_y * p.dims_z;

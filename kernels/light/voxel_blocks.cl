@@ -14,6 +14,7 @@
 // A field that absorbs light, with what a program has of its table entries.
 typedef struct {
     ChannelField field;
+    ShadingSource shading;
     __global const ABSORBER_ENTRY *entries;
 } Absorber;
 
@@ -62,8 +63,7 @@ static inline bool find_absorbing(const Absorber *absorber, const RayEnds *ends,
 #ifdef THINNED
     *scale = 1.0f;
     if (sample->light.thinned) {
-        const ShadingSource source = shading_of(&absorber->field);
-        const Gradient gradient = gradient_at(&source, &sample->field, u, v, a, *absorbs);
+        const Gradient gradient = gradient_at(&absorber->shading, &sample->field, u, v, a, *absorbs);
         *scale = gradient_extinction_scale(sample, gradient_length(sample, gradient));
     }
 #endif
@@ -77,6 +77,7 @@ static inline bool find_absorbing(const Absorber *absorber, const RayEnds *ends,
     (source).count = FIELDS(count), (source).ends = ray_ends;                                                                  \
     for (int m = 0; m < (source).count; m++) {                                                                                 \
         set_field(channel_params + m, all_voxels[m], all_gradient_voxels[m], 0, 0, &(source).absorbers[m].field);              \
+        (source).absorbers[m].shading = shading_of(&(source).absorbers[m].field);                                              \
         (source).absorbers[m].entries = all_entries[m];                                                                        \
     }
 

@@ -37,7 +37,7 @@ ALWAYS_INLINE void accumulate_step(const struct Marched *m, const MarchParams *p
     const realv per_shaded = reciprocal(needed ? shaded : (realv)(1.0f));
     realv color[3];
     for (int i = 0; i < 3; i++)
-        color[i] = value_at(m->voxels[i], &m->view, point[0], point[1], point[2], needed) * per_shaded;
+        color[i] = LIT_COLOR(value_at(m->voxels[i], &m->view, point[0], point[1], point[2], needed) * per_shaded);
 #ifdef LABELS
 #ifdef VARIED_OPACITIES
     const realv second = value_at(m->voxels[SECOND], &m->view, point[0], point[1], point[2], needed);

@@ -64,8 +64,10 @@ ALWAYS_INLINE ShadingSource shading_of(const ChannelField *field) {
 
 #ifdef TINTED
 // The colours of a field's voxels.
-ALWAYS_INLINE Tint tint_of(__global const ChannelParams *params, const ChannelField *field, __global const uchar *colors) {
-    const Tint tint = {colors, &field->view, {params->color_stride_u, params->color_stride_v, params->color_stride_a}};
+ALWAYS_INLINE Tint tint_of(__global const ChannelParams *params, __global const uchar *colors) {
+    const Tint tint = {colors,
+                       {params->color_stride_u, params->color_stride_v, params->color_stride_a},
+                       {params->color_dims_u, params->color_dims_v, params->color_dims_a}};
     return tint;
 }
 
@@ -73,7 +75,7 @@ ALWAYS_INLINE Tint tint_of(__global const ChannelParams *params, const ChannelFi
 #define SET_COLORS(channels, count)                                                                       \
     __global const uchar *const all_colors[MAX_CHANNELS] = EACH(colors);                                  \
     for (int c = 0; c < (count); c++)                                                                     \
-        (channels)[c].shading.tint = tint_of(channel_params + c, &(channels)[c].field, all_colors[c]);
+        (channels)[c].shading.tint = tint_of(channel_params + c, all_colors[c]);
 #else
 #define SET_COLORS(channels, count)
 #endif

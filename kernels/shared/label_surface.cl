@@ -47,8 +47,14 @@ static inline void light_label(LabelOpacity opacity, realv smoothed, Lighting *l
     const realv lit = SMOOTHSTEP(lack), left = 1.0f - CLAMP(opacity.of_label, (realv)(0.0f), (realv)(1.0f));
     const realv by_surface = 1.0f - left * left * left * left;
     FOR_LIT_COMPONENTS(i) {
+#ifdef STUDIO
+        const realv otherwise = (1.0f - lit) * lighting->beside[i];
+        lighting->factor[i] = by_surface * otherwise + lit * lighting->factor[i];
+        lighting->unlit[i] = (1.0f - by_surface) * otherwise + lit * lighting->unlit[i];
+#else
         const realv otherwise = lighting->unlit[i] + by_surface * (lighting->beside[i] - lighting->unlit[i]);
         lighting->factor[i] = otherwise + lit * (lighting->factor[i] - otherwise);
+#endif
         lighting->highlight[i] *= lit;
     }
 }

@@ -13,6 +13,9 @@ static inline intv table_index(const SampleParams *p, realv value) {
 }
 
 // COLORED_LIGHTS: lights have colours, so red, green and blue are lit apart. Otherwise one factor and one highlight serve all three.
+#if defined(STUDIO) && !defined(COLORED_LIGHTS)
+#error "COLORED_LIGHTS: scattered light has colours"
+#endif
 #ifdef COLORED_LIGHTS
 #define LIT_COMPONENTS 3
 #define COMPONENT(i) (i)
@@ -29,7 +32,8 @@ static inline intv table_index(const SampleParams *p, realv value) {
 
 // Factors of a colour, added highlights, and weight in interpolation with other lighting. THINNED: also the factor of the extinction.
 // DEPTH_CUED: also the share of the background that the lit colour fades to, before it is clamped. LABELS: also the factors
-// without a normal, and beside a surface whose normal is unknown. STUDIO: `unlit` is the light that matter scatters per albedo.
+// without a normal, and beside a surface whose normal is unknown. STUDIO: `unlit` is the light that matter scatters per albedo; that of all
+// matter, which is the mean light over all normals, is `beside`.
 typedef struct {
     realv factor[LIT_COMPONENTS], highlight[LIT_COMPONENTS], weight;
 #if defined(LABELS) || defined(STUDIO)

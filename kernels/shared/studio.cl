@@ -1,15 +1,9 @@
 // Lighting of the studio: matter scatters light, surfaces reflect it. Colours are reflectances in linear light.
 
 #include "shared/light_field.cl"
+#include "shared/linear_light.cl"
 
 #ifdef STUDIO
-// The albedo of matter with a reflectance: src/host/transfer/albedo.rs.
-static inline realv albedo(realv reflectance) {
-    const realv b = 1.139f + 1.17f * reflectance;
-    const realv s = (b - sqrt(MAX(b * b - 0.556f * (1.0f - reflectance), (realv)(0.0f)))) * (1.0f / 0.278f);
-    return 1.0f - s * s;
-}
-
 // Adds light n from a direction: what surfaces with this unit normal reflect per reflectance (`diffuse`), and as a mirror does
 // (`highlight`), and what matter scatters per albedo (`scattered`).
 static inline void add_light(const SampleParams *p, LightVolume volume, Point point, int n, const realv *normal, const float *to_light,
@@ -61,6 +55,9 @@ static inline void studio_lighting(const SampleParams *p, LightVolume volume, Po
     for (int c = 0; c < 3; c++) {
         lighting->factor[c] = lit * diffuse[c], lighting->highlight[c] = lit * highlight[c];
         lighting->unlit[c] = (1.0f - lit) * scattered[c];
+#ifdef LABELS
+        lighting->beside[c] = scattered[c];
+#endif
     }
 }
 #endif

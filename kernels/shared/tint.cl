@@ -4,7 +4,7 @@
 // a label do not bleed a colour. Colour 0 is that of no label. These four are interpolated linearly, on a grid of their own. Beyond it, the
 // outer voxels go on for a while.
 
-#include "shared/elementary.cl"
+#include "shared/cell_corners.cl"
 #include "shared/point.cl"
 #include "shared/words.cl"
 
@@ -25,14 +25,6 @@ static inline realv label_position(const TintParams *p, int n, Point point) {
     return row[0] * point.u + (row[1] * point.v + (row[2] * point.a + row[3]));
 }
 
-// Lower voxel of a cell along an axis with `dims` voxels, and the position in the cell, 0 ... 1.
-static inline intv label_cell(int dims, realv position, realv *within) {
-    const realv clamped = CLAMP(position, (realv)(0.0f), (realv)(dims - 1));
-    const intv cell = CLAMP_INTV(CONVERT_INTV(clamped), 0, max(dims - 2, 0));
-    *within = clamped - CONVERT_REALV(cell);
-    return cell;
-}
-
 // Mixes a colour with that of the labels at a point: (1 - w) C + c, where c is their colour times the weight w.
 ALWAYS_INLINE void mix_color(const Tint *tint, Point point, realv *r, realv *g, realv *b) {
     const TintParams *p = tint->params;
@@ -42,11 +34,11 @@ ALWAYS_INLINE void mix_color(const Tint *tint, Point point, realv *r, realv *g, 
                         z <= p->dims_z + behind;
     if (!ANY(inside))
         return;
-    realv s, t, u;
-    const intv i = label_cell(p->dims_x, x, &s), j = label_cell(p->dims_y, y, &t), k = label_cell(p->dims_z, z, &u);
+    realv within[3];
+    const intv i = lower_voxel(p->dims_x, x, within), j = lower_voxel(p->dims_y, y, within + 1), k = lower_voxel(p->dims_z, z, within + 2);
     const intv first = (i + p->dims_x * (j + p->dims_y * k)) * p->bytes;
-    // To the next row and plane; an axis with a single voxel has none. Along x, a word has both voxels.
-    const int next_y = p->dims_y > 1 ? p->dims_x * p->bytes : 0, next_z = p->dims_z > 1 ? p->dims_x * p->dims_y * p->bytes : 0;
+    // To the next row and plane. Along x, a word has both voxels.
+    const int next_y = to_next_voxel(p->dims_y, p->dims_x * p->bytes), next_z = to_next_voxel(p->dims_z, p->dims_x * p->dims_y * p->bytes);
     const int bits = 8 * p->bytes, mask = (1 << bits) - 1;
     intv indices[8], any = 0, uneven = 0;
 #pragma unroll
@@ -63,11 +55,10 @@ ALWAYS_INLINE void mix_color(const Tint *tint, Point point, realv *r, realv *g, 
     const int corners = ANY(inside && uneven != 0) ? 8 : 1;
     for (int n = 0; n < corners; n++) {
         const intv word = WORDS_AT(tint->colors, indices[n] * 4);
-        const realv weight = (n & 1 ? s : 1.0f - s) * (n & 2 ? t : 1.0f - t) * (n & 4 ? u : 1.0f - u);
-        const realv share = corners == 1 ? (realv)(1.0f) : weight;
+        const realv share = corners == 1 ? (realv)(1.0f) : corner_share(n, within);
 #pragma unroll
         for (int c = 0; c < 4; c++)
-            color[c] += share * CONVERT_REALV((word >> (8 * c)) & 255);
+            color[c] += share * byte_of_words(word, c);
     }
     const realv scale = inside ? (realv)(1.0f / 255.0f) : (realv)(0.0f);
     const realv left = 1.0f - color[3] * scale;

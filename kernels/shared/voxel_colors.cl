@@ -3,7 +3,8 @@
 // A voxel has red, green, blue and a weight, as bytes, so that transparent voxels do not bleed their colour. Colours are interpolated linearly
 // by these weights.
 
-#include "shared/elementary.cl"
+#include "shared/cell_corners.cl"
+#include "shared/linear_light.cl"
 #include "shared/point.cl"
 #include "shared/words.cl"
 
@@ -11,31 +12,20 @@
 
 typedef struct {
     __global const uchar *voxels;
-    const VolumeView *view;
     // Bytes from a voxel to the next along u, v, a; 0 without colours.
-    int strides[3];
+    int strides[3], dims[3];
 } Tint;
 
-// Lower voxel of a cell along an axis with `dims` voxels, and the position in the cell, 0 ... 1.
-static inline intv color_cell(int dims, realv position, realv *within) {
-    const realv clamped = CLAMP(position, (realv)(0.0f), (realv)(dims - 1));
-    const intv cell = CLAMP_INTV(CONVERT_INTV(clamped), 0, max(dims - 2, 0));
-    *within = clamped - CONVERT_REALV(cell);
-    return cell;
-}
-
-// Replaces a colour by that of the voxels around a point, which is among the field's voxels.
+// Replaces a colour by that of the voxels around a point, which is among the voxels with colours.
 ALWAYS_INLINE void mix_color(const Tint *tint, Point point, realv *r, realv *g, realv *b) {
-    const VolumeView *view = tint->view;
-    const int *strides = tint->strides;
+    const int *strides = tint->strides, *dims = tint->dims;
     if (!strides[0])
         return;
-    realv s, t, u;
-    const intv i = color_cell(view->dims_u, point.u, &s), j = color_cell(view->dims_v, point.v, &t);
-    const intv k = color_cell(view->dims_a, point.a, &u), first = i * strides[0] + j * strides[1] + k * strides[2];
-    // An axis with a single voxel has no next one.
-    const int next_u = view->dims_u > 1 ? strides[0] : 0, next_v = view->dims_v > 1 ? strides[1] : 0;
-    const int next_a = view->dims_a > 1 ? strides[2] : 0;
+    realv within[3];
+    const intv i = lower_voxel(dims[0], point.u, within), j = lower_voxel(dims[1], point.v, within + 1);
+    const intv k = lower_voxel(dims[2], point.a, within + 2), first = i * strides[0] + j * strides[1] + k * strides[2];
+    const int next_u = to_next_voxel(dims[0], strides[0]), next_v = to_next_voxel(dims[1], strides[1]);
+    const int next_a = to_next_voxel(dims[2], strides[2]);
     intv words[8], uneven = 0;
 #pragma unroll
     for (int n = 0; n < 8; n++) {
@@ -46,18 +36,17 @@ ALWAYS_INLINE void mix_color(const Tint *tint, Point point, realv *r, realv *g, 
     // Most cells of labels lie within one of them.
     const int corners = ANY(uneven != 0) ? 8 : 1;
     for (int n = 0; n < corners; n++) {
-        const realv share = (n & 1 ? s : 1.0f - s) * (n & 2 ? t : 1.0f - t) * (n & 4 ? u : 1.0f - u);
-        const realv weight = (corners == 1 ? (realv)(1.0f) : share) * CONVERT_REALV((words[n] >> 24) & 255);
+        const realv weight = (corners == 1 ? (realv)(1.0f) : corner_share(n, within)) * byte_of_words(words[n], 3);
         sum += weight;
 #pragma unroll
         for (int c = 0; c < 3; c++)
-            color[c] += weight * CONVERT_REALV((words[n] >> (8 * c)) & 255);
+            color[c] += weight * byte_of_words(words[n], c);
     }
     const intv known = sum > 0.0f;
     const realv scale = (1.0f / 255.0f) * reciprocal(known ? sum : (realv)(1.0f));
-    *r = known ? color[0] * scale : *r;
-    *g = known ? color[1] * scale : *g;
-    *b = known ? color[2] * scale : *b;
+    *r = known ? LIT_COLOR(color[0] * scale) : *r;
+    *g = known ? LIT_COLOR(color[1] * scale) : *g;
+    *b = known ? LIT_COLOR(color[2] * scale) : *b;
 }
 
 #endif

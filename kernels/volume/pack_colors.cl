@@ -35,13 +35,13 @@ __kernel void pack_colors(__global const VOXEL *red, __global const VOXEL *green
         const size_t id = row * p.dims_x + x;
         const float own = extinction[id];
         float4 sum = (float4)(red[id], green[id], blue[id], own);
-        const int reach = own > 0.0f || around == 0.0f ? -1 : REACH;
-        for (int k = max(z - reach, 0); k <= min(z + reach, p.dims_z - 1); k++)
-            for (int j = max(y - reach, 0); j <= min(y + reach, p.dims_y - 1); j++)
-                for (int i = max(x - reach, 0); i <= min(x + reach, p.dims_x - 1); i++) {
-                    const size_t at = ((size_t)k * p.dims_y + j) * p.dims_x + i;
-                    sum += (float4)(red[at], green[at], blue[at], extinction[at]);
-                }
+        if (own == 0.0f && around > 0.0f)
+            for (int k = max(z - REACH, 0); k <= min(z + REACH, p.dims_z - 1); k++)
+                for (int j = max(y - REACH, 0); j <= min(y + REACH, p.dims_y - 1); j++)
+                    for (int i = max(x - REACH, 0); i <= min(x + REACH, p.dims_x - 1); i++) {
+                        const size_t at = ((size_t)k * p.dims_y + j) * p.dims_x + i;
+                        sum += (float4)(red[at], green[at], blue[at], extinction[at]);
+                    }
         const float3 color = sum.w > 0.0f ? sum.xyz / sum.w : (float3)(0.0f);
         const float weight = sum.w > 0.0f ? fmax(255.0f * own / p.largest, 1.0f) : 0.0f;
         vstore4(convert_uchar4_sat_rte((float4)(255.0f * color, weight)), id, out);

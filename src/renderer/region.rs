@@ -188,7 +188,7 @@ fn rendering(scene: &Scene, kernel: Kernel, blend: BlendMode, clipped: bool) -> 
         clipped,
         gradient_opacity: settings.gradient_opacity.is_some(),
         several_lights,
-        colored_lights: settings.shading.is_some_and(|shading| !shading.is_white()),
+        colored_lights: settings.studio.is_some() || settings.shading.is_some_and(|shading| !shading.is_white()),
         depth_cue: settings.fading().is_some(),
         light_volume: settings.sweeps_light(),
         studio: settings.studio.is_some(),

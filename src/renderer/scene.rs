@@ -1,6 +1,6 @@
 //! Inputs shared by all passes: a view of a field through a transfer function.
 
-use super::channels::PackedColors;
+use super::channels::{PackedColors, VoxelColors};
 use super::classification::{Classification, EntryKind, Integrals, PreparationKernels, Table, VisibleBlocks};
 use super::colors::ColorFields;
 use super::field::{Field, Layout};
@@ -10,9 +10,9 @@ use super::lighting::Lighting;
 use super::region::Region;
 use super::sampling::Steps;
 use super::store::Inputs;
+use crate::device::Device;
 use crate::device::launch::Tint;
 use crate::device::launch::structs::{ClassificationParams, FieldPlacement, SampleParams, SegmentParams};
-use crate::device::{Buffer, Device};
 use crate::error::Error;
 use crate::layers::{Axis, AxisFrame, GradientEstimator, Kernel, Rays};
 use crate::settings::Settings;
@@ -133,10 +133,17 @@ impl<'a> Scene<'a> {
         self.channels() > 1 || self.field.is_framed() || self.voxel_colors.is_some()
     }
 
-    /// The colours of the field's voxels, and the bytes from one to the next in the layout for a layer axis.
-    pub fn voxel_colors(&self, axis: Axis) -> Option<(Arc<Buffer<u8>>, [i32; 3])> {
-        let colors = self.voxel_colors?;
-        Some((colors.bytes.clone(), colors.strides(self.field.own_axis(axis).frame())))
+    /// The colours of the field's voxels, in the layout for a layer axis.
+    pub fn voxel_colors(&self, axis: Axis) -> Option<VoxelColors> {
+        Some(self.voxel_colors?.along(self.field.own_axis(axis).frame()))
+    }
+
+    /// The colours of voxels that absorb light: also those of a field of colours alone.
+    pub fn absorbed_colors(&self) -> Result<Option<PackedColors>, Error> {
+        match (self.voxel_colors, self.colors) {
+            (None, Some(colors)) => PackedColors::new(self.device, self.field, colors).map(Some),
+            (colors, _) => Ok(colors.cloned()),
+        }
     }
 
     /// The fields of colours beside the scene's, if it shows colours.
@@ -182,9 +189,9 @@ impl<'a> Scene<'a> {
             return self.for_each_channel(work);
         }
         let Self { device, kernels, light, rays, viewport, .. } = self;
-        let each = self.absorbers.iter_mut().map(|OtherField { field, classification, settings, .. }| {
+        let each = self.absorbers.iter_mut().map(|OtherField { field, classification, settings, voxel_colors }| {
             let view = View { device, rays, viewport: *viewport, settings };
-            work(&mut Scene::new(view, field, classification, kernels, light))
+            work(&mut Scene::new(view, field, classification, kernels, light).with_voxel_colors(*voxel_colors))
         });
         each.collect()
     }

@@ -10,3 +10,4 @@ mod label_surfaces;
 mod methods;
 mod mixed;
 mod sheared;
+mod studio;

@@ -5,7 +5,7 @@ use glam::{DMat3, DVec3};
 use layersplat::layers::Kernel;
 use layersplat::reference::Sum;
 use layersplat::renderer::{Channel, ColorOpacity, UploadedColors, UploadedVolume};
-use layersplat::settings::{Algorithm, Light, Lights, Shading, Shadows};
+use layersplat::settings::{Algorithm, Light, Lights, Look, Shading, Shadows};
 use layersplat::volume::Grid;
 use layersplat::{Camera, Frame, Orbit, Quality, Renderer, Settings, TransferFunction, Viewport, Volume};
 
@@ -111,13 +111,21 @@ fn largest_difference(one: &Frame, other: &Frame) -> f32 {
     pairs.flat_map(|(a, b)| (0..4).map(|c| (a[c] - b[c]).abs()).collect::<Vec<_>>()).fold(0.0, f32::max)
 }
 
-/// Layers and rays, and layers with shadows.
+/// Layers and rays, layers with shadows, and the studio of both.
 fn methods() -> Vec<(&'static str, Settings)> {
     let cast = Settings { algorithm: Algorithm::Raycast { kernel: Kernel::Cubic, step: 0.25 }, ..Settings::default() };
     let shading =
         Some(Shading { lights: Lights::new(&[Light::towards(DVec3::new(-1.0, 1.2, 0.4))]).unwrap(), ..Shading::default() });
     let shadows = Settings { shading, shadows: Some(Shadows::default()), ..Quality::Standard.settings() };
-    vec![("standard", Quality::Standard.settings()), ("high", Quality::High.settings()), ("cast", cast), ("shadows", shadows)]
+    let [studio, cast_studio] = [Quality::Standard.settings(), cast].map(|settings| settings.with_look(Look::Studio));
+    vec![
+        ("standard", Quality::Standard.settings()),
+        ("high", Quality::High.settings()),
+        ("cast", cast),
+        ("shadows", shadows),
+        ("studio", studio),
+        ("studio, cast", cast_studio),
+    ]
 }
 
 /// A volume of one colour is a field of its extinction in that colour.

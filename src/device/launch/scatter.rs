@@ -6,7 +6,7 @@ use super::structs::{
     Float4, RayEnds, ScatterCellsParams, ScatterGrid, ScatterMediumParams, ScatterPackParams, ScatterSourceParams,
     ScatterSweepParams,
 };
-use super::{ChannelFields, Defines, Items, PerChannel, Rendering, VoxelKind, kernel};
+use super::{ChannelColors, ChannelFields, Defines, Items, PerChannel, Rendering, VoxelKind, kernel};
 use crate::device::{Buffer, LatticeSchedule, Tuning};
 use crate::layers::Kernel;
 
@@ -54,6 +54,7 @@ kernel! {
         light: &'a Buffer<u8>,
         p: ScatterMediumParams,
         blocks: &'a Buffer<f32>,
+        colors: Option<ChannelColors<'a>>,
     }
 }
 

@@ -379,9 +379,10 @@ kernel_struct! {
         gradient_view: VolumeView,
         sample: SampleParams,
         place: FieldPlacement,
-        /// Bytes from the colour of a voxel to the next along u, v, a of `view` (voxel_colors.cl); 0 without colours.
+        /// Bytes from a voxel with a colour to the next along u, v, a (voxel_colors.cl), 0 without colours; and these voxels.
         color_stride as [color_stride_u, color_stride_v, color_stride_a]: i32,
-        padding: f32,
+        color_dims as [color_dims_u, color_dims_v, color_dims_a]: i32,
+        padding: [f32; 2],
     }
 }
 

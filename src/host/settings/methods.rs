@@ -113,8 +113,9 @@ impl FieldKind {
     /// [`Error::Settings`], as of the frame.
     pub fn check(self, settings: &Settings) -> Result<(), Error> {
         self.check_method(Method::of(settings.algorithm), settings.blend)?;
-        if settings.studio.is_some() && self != Self::One {
-            let problem = "the studio lights one field in its own colours: choose one, or the plain look";
+        if settings.studio.is_some() && self == Self::LabelColors {
+            let problem =
+                "the studio draws no colours of labels over one scan: draw the labels beside it, or choose the plain look";
             return Err(Error::Settings { field: "look", problem: problem.into() });
         }
         match (self, settings.algorithm) {

@@ -22,8 +22,15 @@ pub(in crate::renderer) struct FieldInputs {
     pub place: FieldPlacement,
     /// A length of all fields, in unit distances of this one.
     pub length: f64,
-    /// Colours of the voxels, and the bytes from one to the next along the axes of the layout.
-    pub colors: Option<(Arc<Buffer<u8>>, [i32; 3])>,
+    pub colors: Option<VoxelColors>,
+}
+
+/// Colours of voxels.
+pub(in crate::renderer) struct VoxelColors {
+    pub bytes: Arc<Buffer<u8>>,
+    /// Bytes from a voxel to the next along the axes of the layout, and the numbers of voxels.
+    pub strides: [i32; 3],
+    pub dims: [i32; 3],
 }
 
 impl FieldInputs {
@@ -108,8 +115,8 @@ impl<'a> MergedInputs<'a> {
 
     /// Kernel arguments, if voxels of any field have colours.
     pub fn colors(&self) -> Option<ChannelColors<'a>> {
-        let any = self.fields.iter().find_map(|field| Some(&*field.colors.as_ref()?.0))?;
-        Some(ChannelColors { colors: self.each(|field| field.colors.as_ref().map_or(any, |(bytes, _)| bytes)) })
+        let any = self.fields.iter().find_map(|field| Some(&*field.colors.as_ref()?.bytes))?;
+        Some(ChannelColors { colors: self.each(|field| field.colors.as_ref().map_or(any, |colors| &colors.bytes)) })
     }
 
     pub fn visible(&self) -> PerChannel<&'a Buffer<u8>> {
@@ -136,8 +143,9 @@ impl<'a> MergedInputs<'a> {
             let &FieldInputs { ref layout, ref gradients, mut sample, place, length, ref colors, .. } = *field;
             sample.classification.table_unit *= (length / self.fields[0].length) as f32;
             sample.light = place.lighting(sample.light);
-            let color_stride = colors.as_ref().map_or([0; 3], |(_, strides)| *strides);
-            ChannelParams { view: layout.view, gradient_view: gradients.layout.view, sample, place, color_stride, padding: 0.0 }
+            let (color_stride, color_dims) = colors.as_ref().map_or(([0; 3], [1; 3]), |colors| (colors.strides, colors.dims));
+            let (view, gradient_view) = (layout.view, gradients.layout.view);
+            ChannelParams { view, gradient_view, sample, place, color_stride, color_dims, padding: [0.0; 2] }
         };
         Buffer::from_slice(device, &self.fields.iter().map(params).collect::<Vec<_>>(), name)
     }

@@ -11,7 +11,7 @@ mod scenes;
 mod tests;
 
 pub(super) use fields::Fields;
-pub(super) use inputs::{FieldInputs, MergedInputs};
+pub(super) use inputs::{FieldInputs, MergedInputs, VoxelColors};
 pub(super) use packed_colors::PackedColors;
 
 use super::field::UploadedVolume;

@@ -39,7 +39,7 @@ impl OnFrame {
             let known = kept.iter().position(|kept| kept.is_of(field)).map(|n| kept.swap_remove(n));
             self.0.push(match known {
                 Some(mut known) => {
-                    known.field.classify_as(field);
+                    known.classify_as(field);
                     known
                 }
                 None => Resampled::new(field, kernels, device)?,
@@ -63,9 +63,16 @@ impl Resampled {
         let ends = ends(source);
         let field = source.field.on_frame(&mut kernels.field, device, ends)?;
         let classification = Classification::new(source.classification.transfer_function(), &field);
-        let mut field = ClassifiedField { field, classification, look: source.look, colors: None };
-        field.classify_as(source);
-        Ok(Self { source: source.field.version(), ends, field })
+        let field = ClassifiedField { field, classification, look: source.look, colors: None };
+        let mut resampled = Self { source: source.field.version(), ends, field };
+        resampled.classify_as(source);
+        Ok(resampled)
+    }
+
+    /// Takes over the classification and the colours of the source, whose voxels keep their places.
+    fn classify_as(&mut self, source: &ClassifiedField) {
+        self.field.classify_as(source);
+        self.field.colors = source.colors.as_ref().map(|colors| colors.for_field(source.field.from_frame()));
     }
 
     fn is_of(&self, source: &ClassifiedField) -> bool {

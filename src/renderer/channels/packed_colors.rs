@@ -1,13 +1,16 @@
 //! Colours of the voxels of a field that is drawn together with others.
 
-use super::super::colors::UploadedColors;
+use super::super::colors::{ColorFields, UploadedColors};
+use super::super::field::Field;
 use super::Channel;
+use super::inputs::VoxelColors;
 use crate::device::launch::Launcher;
 use crate::device::launch::colors::{PackColors, PackColorsArguments};
 use crate::device::launch::structs::PackedColorParams;
 use crate::device::{Buffer, Device};
 use crate::error::Error;
 use crate::layers::AxisFrame;
+use glam::DAffine3;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -19,13 +22,16 @@ const MOST_VOXELS: usize = (1 << 31) / BYTES - 1;
 /// Red, green, blue and the weight of each voxel, on a device.
 #[derive(Clone)]
 pub(in crate::renderer) struct PackedColors {
-    pub bytes: Arc<Buffer<u8>>,
+    bytes: Arc<Buffer<u8>>,
     dims: [usize; 3],
+    /// Where the voxels of the field that has these colours lie among theirs.
+    of_field: DAffine3,
 }
 
 impl PackedColors {
-    fn new(device: &Device, colors: &UploadedColors) -> Result<Self, Error> {
-        let description = colors.description();
+    /// Those of the voxels of colours. `shaded`: their extinction, or their opacity.
+    pub fn new(device: &Device, shaded: &Field, colors: &ColorFields) -> Result<Self, Error> {
+        let description = shaded.description();
         let (dims, count) = (description.grid().dims(), description.grid().voxel_count());
         if count > MOST_VOXELS {
             let problem = format!(
@@ -34,23 +40,34 @@ impl PackedColors {
             return Err(Error::volume(Path::new(description.name()), problem));
         }
         let bytes = Buffer::new(device, BYTES * count, "the colours of voxels")?;
-        let [red, green, blue] = &colors.fields.colors;
+        let [red, green, blue] = &colors.colors;
         let arguments = PackColorsArguments {
             red: red.voxels(),
             green: green.voxels(),
             blue: blue.voxels(),
-            extinction: colors.shaded.voxels(),
+            extinction: shaded.voxels(),
             p: PackedColorParams { dims: dims.map(|n| n as i32), largest: (description.range().1 as f32).max(f32::MIN_POSITIVE) },
             out: &bytes,
         };
         Launcher::<PackColors>::default().launch(device, red.voxel_kind(), &arguments)?;
-        Ok(Self { bytes: Arc::new(bytes), dims })
+        Ok(Self { bytes: Arc::new(bytes), dims, of_field: DAffine3::IDENTITY })
     }
 
-    /// Bytes from a voxel to the next along the axes of `frame`.
-    pub fn strides(&self, frame: AxisFrame) -> [i32; 3] {
+    /// The same colours for a field at other voxels, which lie there among theirs.
+    pub fn for_field(&self, of_field: Option<DAffine3>) -> Self {
+        Self { of_field: of_field.unwrap_or_default(), ..self.clone() }
+    }
+
+    /// Kernel argument: where the voxels of the field lie among those that have the colours.
+    pub fn from_field(&self) -> [[f32; 4]; 3] {
+        [0, 1, 2].map(|i| self.of_field.matrix3.row(i).extend(self.of_field.translation[i]).as_vec4().to_array())
+    }
+
+    /// Kernel arguments, along the axes of `frame`.
+    pub fn along(&self, frame: AxisFrame) -> VoxelColors {
         let [x, y, _] = self.dims;
-        [frame.u, frame.v, frame.a].map(|axis| (BYTES * [1, x, x * y][axis]) as i32)
+        let along = |numbers: [usize; 3]| [frame.u, frame.v, frame.a].map(|axis| numbers[axis] as i32);
+        VoxelColors { bytes: self.bytes.clone(), strides: along([1, x, x * y].map(|n| BYTES * n)), dims: along(self.dims) }
     }
 }
 
@@ -66,7 +83,7 @@ impl Channel {
     pub fn from_colors(colors: &UploadedColors) -> Result<Self, Error> {
         let device = colors.device.with_own_sequence();
         device.begin(&[])?;
-        let packed = PackedColors::new(&device, colors)?;
+        let packed = PackedColors::new(&device, &colors.shaded, &colors.fields)?;
         // Renderers have sequences of their own, which do not wait for this one.
         device.finish()?;
         let (volume, transfer) = colors.visibility();

@@ -65,6 +65,11 @@ impl Field {
         self.framed.as_ref().map_or(&self.grid, |framed| &framed.own)
     }
 
+    /// Voxels of the frame among those of the field, if these are others.
+    pub fn from_frame(&self) -> Option<DAffine3> {
+        self.framed.as_ref().map(|framed| framed.to_own)
+    }
+
     /// The layer axis of the layout that is read in layers along an axis of the frame.
     pub fn own_axis(&self, axis: Axis) -> Axis {
         let is_apart = self.framed.as_ref().is_some_and(|framed| framed.shift.is_none());

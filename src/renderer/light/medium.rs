@@ -94,6 +94,7 @@ impl Scene<'_> {
             light: lights.unwrap_or(merged.unused()),
             p,
             blocks: &blocks,
+            colors: merged.colors(),
         };
         let variant = (merged.kind, merged.rendering, grids.per_block, merged.channels());
         self.light.medium.launch(self.device, variant, &arguments)?;
@@ -102,7 +103,11 @@ impl Scene<'_> {
 
     /// The field of this scene, with optical depths of an edge of this world length.
     fn scatterer(&mut self, edge: f64) -> Result<Scatterer, Error> {
-        let field = self.absorbing_blocks(edge / self.settings.unit_distance.unwrap_or(self.field.unit_distance()))?;
+        let mut field = self.absorbing_blocks(edge / self.settings.unit_distance.unwrap_or(self.field.unit_distance()))?;
+        if let Some(colors) = self.absorbed_colors()? {
+            field.place.to_own = colors.from_field();
+            field.colors = Some(colors.along(Axis::Z.frame()));
+        }
         let table = self.table(KERNEL)?;
         let scattering = |&[r, g, b, extinction]: &[f32; 4]| {
             let depth = (f64::from(extinction) * field.length).min(DEEPEST);
