@@ -13,8 +13,12 @@
     __global const uchar *light;
 #define SUMS 7
 #include "light/voxel_blocks.cl"
+#include "shared/blend_modes.cl"
 #include "shared/linear_light.cl"
 #include "shared/table_entries.cl"
+
+// Optical depth of an iso-surface, whose matter is a voxel thick, along the edge of a cell.
+#define SURFACE_DEPTH 16.0f
 
 #ifdef TINTED
 // Replaces depths times the albedo by those of the colours of voxels.
@@ -41,23 +45,69 @@ static inline realv arriving(const BlockSource *source, int number, intv held, i
     return CONVERT_REALV(GATHER_AS(intv, row, at));
 }
 
+#if BLEND == ISO
+// Offset of neighbour n along an axis.
+#define BESIDE(n, axis) ((n) >> 1 == (axis) ? ((n) & 1 ? -1 : 1) : 0)
+
+// An iso-surface is opaque: voxels of its side with larger values absorb, which have a neighbour on the other side. `entry`: as of a table.
+static inline bool find_surface(const Absorber *absorber, const RayEnds *ends, realv value, intv held, int i, int j, int k, intv *absorbs,
+                                realv *entry) {
+    const ClassificationParams *c = &absorber->field.sample.classification;
+    *absorbs = held && value >= c->iso;
+#ifdef CLIPPED
+    *absorbs &= unclipped(ends, CONVERT_REALV(LANES + i), (realv)(j), (realv)(k));
+#endif
+    if (!ANY(*absorbs))
+        return false;
+    realv least = INFINITY;
+    for (int n = 0; n < 6; n++) {
+        realv beside;
+        for (int lane = 0; lane < VW; lane++)
+            ((float *)&beside)[lane] =
+                voxel_at(absorber->field.voxels, &absorber->field.view, i + lane + BESIDE(n, 0), j + BESIDE(n, 1), k + BESIDE(n, 2));
+        least = MIN(least, beside);
+    }
+    *absorbs &= least < c->iso;
+    entry[0] = SURFACE_DEPTH * albedo((realv)(c->iso_r)), entry[1] = SURFACE_DEPTH * albedo((realv)(c->iso_g));
+    entry[2] = SURFACE_DEPTH * albedo((realv)(c->iso_b)), entry[3] = SURFACE_DEPTH;
+    return ANY(*absorbs);
+}
+#endif
+
+// The light that matter of this depth absorbs at voxels. A surface absorbs what arrives beside it, by half on the mean over its directions; a
+// cell has two voxels along its edge.
+static inline realv absorbed_light(const BlockSource *source, int number, realv depth, intv held, int i, int j, int k) {
+#if BLEND == ISO
+    realv most = 0.0f;
+    for (int n = 0; n < 6; n++)
+        most = MAX(most, arriving(source, number, held, i + BESIDE(n, 0), j + BESIDE(n, 1), k + BESIDE(n, 2)));
+    return depth > 0.0f ? most : (realv)(0.0f);
+#else
+    return depth * arriving(source, number, held, i, j, k);
+#endif
+}
+
 static inline bool voxel_sums(const BlockSource *source, const realv *values, intv held, int i, int j, int k, realv *sums) {
     const ScatterMediumParams *p = &source->p;
     realv own[4] = {(realv)(0.0f), (realv)(0.0f), (realv)(0.0f), (realv)(0.0f)};
     bool any = false;
     for (int m = 0; m < source->count; m++) {
         const Absorber *absorber = source->absorbers + m;
-        intv absorbs, index;
-        realv scale;
+        intv absorbs, index = 0;
+        realv scale, entry[4];
+#if BLEND == ISO
+        if (!find_surface(absorber, &source->ends, values[m], held, i, j, k, &absorbs, entry))
+            continue;
+#else
         if (!find_absorbing(absorber, &source->ends, values[m], held, i, j, k, &absorbs, &index, &scale))
             continue;
-        realv entry[4];
         table_entries(absorber->entries, index, entry, entry + 1, entry + 2, entry + 3);
+#endif
 #ifdef TINTED
         color_entry(absorber, i, j, k, entry);
 #endif
         for (int n = 0; n < 4; n++) {
-#ifdef THINNED
+#if defined(THINNED) && BLEND != ISO
             entry[n] *= scale;
 #endif
             own[n] += absorbs ? entry[n] : (realv)(0.0f);
@@ -70,7 +120,7 @@ static inline bool voxel_sums(const BlockSource *source, const realv *values, in
     for (int c = 0; c < 3; c++)
         sums[1 + c] += own[c];
     for (int l = 0; l < p->lights; l++) {
-        const realv light = own[3] * arriving(source, l, held, i, j, k);
+        const realv light = absorbed_light(source, l, own[3], held, i, j, k);
         for (int c = 0; c < 3; c++)
             sums[4 + c] += p->irradiance[3 * l + c] * light;
     }

@@ -60,7 +60,7 @@ static inline float4 line_sample(__global const float4 *lattice, const Lines *l,
 static inline float4 filter_color(float4 w, float4 before, float4 low, float4 high, float4 behind) {
     const float4 color = w.x * before + w.y * low + w.z * high + w.w * behind;
     const float4 between = CLAMP(color, MIN(low, high), MAX(low, high));
-    return MIN(between, between.wwww);
+    return WITHIN_OPACITY(between, between.wwww);
 }
 
 // A line where the row of pixels crosses it.
@@ -121,7 +121,7 @@ static inline FourWeights catmull_rom_four(float4 t) {
 static inline float16 filter_four(const FourWeights *w, float16 before, float16 low, float16 high, float16 behind) {
     const float16 color = w->tap[0] * before + w->tap[1] * low + w->tap[2] * high + w->tap[3] * behind;
     const float16 between = CLAMP(color, MIN(low, high), MAX(low, high));
-    return MIN(between, OPACITIES(between));
+    return WITHIN_OPACITY(between, OPACITIES(between));
 }
 
 // Four consecutive lines, starting with `line`, where the row of pixels crosses them.

@@ -20,7 +20,7 @@ typedef float16 __attribute__((aligned(16))) Four;
 static inline float4 clamp_color(float4 color, float8 upper, float8 lower) {
     const float8 lo = MIN(upper, lower), hi = MAX(upper, lower);
     color = CLAMP(color, MIN(lo.lo, lo.hi), MAX(hi.lo, hi.hi));
-    return MIN(color, color.wwww);
+    return WITHIN_OPACITY(color, color.wwww);
 }
 
 // GPUs use blocks of one pixel, and lack the registers for all samples at once.
@@ -135,9 +135,8 @@ static inline void store_pixel(const WarpParams *p, float4 color, float4 backgro
     if (p->displayed) {
         ((__global uchar4 *)picture)[at] = displayed(color, background, curve);
     } else {
-        // Rounding can make sums of means and shares exceed 1 where the frame is opaque.
         __global float4 *out = (__global float4 *)picture + at;
-        *out = MIN((float4)(1.0f), (p->added ? *out : (float4)(0.0f)) + p->share * color);
+        *out = MIN(BRIGHTEST, (p->added ? *out : (float4)(0.0f)) + p->share * color);
     }
 }
 
@@ -147,7 +146,7 @@ ALWAYS_INLINE void store_four(const WarpParams *p, float16 colors, float4 backgr
         vstore16(displayed_four(colors, background, curve), 0, picture + 4 * at);
     } else {
         __global Four *out = (__global Four *)((__global float4 *)picture + at);
-        *out = MIN((float16)(1.0f), (p->added ? *out : (float16)(0.0f)) + p->share * colors);
+        *out = MIN((float16)(BRIGHTEST, BRIGHTEST, BRIGHTEST, BRIGHTEST), (p->added ? *out : (float16)(0.0f)) + p->share * colors);
     }
 }
 

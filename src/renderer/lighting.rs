@@ -54,9 +54,11 @@ impl LightDirections {
 impl Lighting {
     /// The lighting of a field seen along `rays`.
     pub fn new(settings: &Settings, field: &Field, rays: &Rays) -> Self {
+        let shading = settings.shading.unwrap_or(UNLIT);
         Self {
             sources: Self::sources_in(settings, field.grid(), rays),
-            shading: settings.shading.unwrap_or(UNLIT),
+            // In the studio colours are all that is reflected.
+            shading: if settings.studio.is_some() { Shading { diffuse: 1.0, ..shading } } else { shading },
             directions: Self::directions(settings, field.grid(), rays),
             gradient_opacity: settings.gradient_opacity.map(|opacity| opacity.times(field.gradient_per_value())),
             depth_cue: CuePlane::new(settings, field, rays),

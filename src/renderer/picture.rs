@@ -90,11 +90,13 @@ pub(super) struct WarpInputs<'a> {
     pub lattice: &'a Lattice,
     pub rays: &'a Rays,
     pub viewport: Viewport,
+    /// Whether colours are in linear light.
+    pub is_linear: bool,
 }
 
 impl WarpInputs<'_> {
     fn params(self, tiles: Tiles, share: Share) -> WarpParams {
-        let Self { lattice, rays, viewport } = self;
+        let Self { lattice, rays, viewport, .. } = self;
         let from_screen = lattice.from_screen(rays);
         let filter = rays.voxels_per_pixel(lattice.frame).ceil().clamp(1.0, MAX_FILTER_TAPS) as i32;
         let (lines, is_upright) = match Lines::new(lattice, rays, viewport) {
@@ -130,7 +132,7 @@ impl Picture {
         let [background, curve] = [Float4([0.0; 4]); 2];
         let (p, warped) = (onto.params(*tiles, share), Warped::Frame(&picture));
         let arguments = WarpArguments { lattice, active_samples, p, background, curve, picture: warped };
-        self.warp.launch(device, false, &arguments)?;
+        self.warp.launch(device, (false, onto.is_linear), &arguments)?;
         Ok(Finished::Floats(picture))
     }
 
@@ -148,7 +150,7 @@ impl Picture {
         let (numbers, warped) = (Float4(curve.numbers()), Warped::Displayed(&picture));
         let arguments =
             WarpArguments { lattice, active_samples, p, background: for_kernels(background), curve: numbers, picture: warped };
-        self.warp.launch(device, curve != Curve::NONE, &arguments)?;
+        self.warp.launch(device, (curve != Curve::NONE, onto.is_linear), &arguments)?;
         Ok(Finished::Rgba8(picture))
     }
 
@@ -220,7 +222,7 @@ mod tests {
         let mut resources = Resources::default();
         declare_floats(viewport, &mut resources);
         target.arena.reserve(device, &resources).unwrap();
-        let onto = WarpInputs { lattice, rays, viewport };
+        let onto = WarpInputs { lattice, rays, viewport, is_linear: false };
         let Finished::Floats(warped) = Picture::default().warp(device, &target, onto, Share::WHOLE).unwrap() else {
             panic!("the warp yields a float picture");
         };

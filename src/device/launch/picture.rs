@@ -28,10 +28,11 @@ impl Argument for Warped<'_> {
 kernel! {
     /// Warps a composited lattice to the screen.
     Warp = "picture/warp.cl", warp, "warp", Items::Tiles;
-    defines |tuning, has_curve: bool| {
+    // The flags: pictures of 8 bits have a curve; colours are in linear light.
+    defines |tuning, (has_curve, is_linear): (bool, bool)| {
         let [columns, rows] = tuning.block;
         let defines = Defines::new(tuning.vector_width).with("BLOCK_COLUMNS", columns).with("BLOCK_ROWS", rows);
-        defines.with_if(has_curve, "CURVE")
+        defines.with_if(has_curve, "CURVE").with_if(is_linear, "LINEAR")
     };
     items |a, tuning| blocks(&a.p, tuning);
     arguments WarpArguments<'a> {

@@ -100,8 +100,8 @@ kernel_struct! {
         lift as [lift_u, lift_v, lift_a]: f32,
         /// Direction to the eye, unit length: the visible side of an iso-surface.
         eye as [eye_u, eye_v, eye_a]: f32,
-        /// Structures with 64-bit fields hold an even number of 32-bit ones.
-        padding: f32,
+        /// In the studio: how many times as far from an iso-surface the light of lights is looked up.
+        shadow_lift: f32,
     }
 }
 

@@ -313,8 +313,8 @@ impl Settings {
                 "light scatters in matter whose extinction is exponential: omit it, or choose the plain look",
             );
         }
-        if self.blend != Blend::Composite {
-            return refuse("look", "the studio lights composited volumes: choose composite, or the plain look");
+        if self.blend.gathers_values() {
+            return refuse("look", "maximum, minimum and average are not lit: choose another blend mode, or the plain look");
         }
         match self.algorithm {
             Algorithm::Layered(Layered { classification: Classification::Post(_), .. }) => {

@@ -2,6 +2,7 @@
 
 use super::super::scene::Scene;
 use super::tables::{Integrals, Scale, Table};
+use crate::color::reflectance;
 use crate::device::launch::structs::ClassificationParams;
 use crate::settings::Blend;
 use crate::transfer::Extinction;
@@ -10,6 +11,10 @@ impl ClassificationParams {
     /// Parameters for a table of this scale and unit of extinction, without limits of visible values.
     fn new(scene: &Scene, scale: Scale, table_unit: f32) -> Self {
         let iso = if let Blend::Iso(value) = scene.settings.blend { Some(value) } else { None };
+        let color = |value| {
+            let coded = scene.classification.transfer_function().color(value);
+            if scene.settings.studio.is_some() { coded.map(reflectance) } else { coded }
+        };
         Self {
             table_first: scale.first,
             table_per_value: scale.per_value,
@@ -21,7 +26,7 @@ impl ClassificationParams {
             linear: i32::from(scene.settings.extinction == Extinction::Linear),
             background_visible: i32::from(scene.background_shows()),
             iso: iso.map_or(0.0, |value| scene.field.stored_value(value) as f32),
-            iso_color: iso.map_or([0.0; 3], |value| scene.classification.transfer_function().color(value).map(|c| c as f32)),
+            iso_color: iso.map_or([0.0; 3], |value| color(value).map(|c| c as f32)),
             brightness: scene.classification.factor() as f32,
             padding: 0.0,
         }

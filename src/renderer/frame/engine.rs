@@ -333,11 +333,11 @@ impl Engine {
                 done.finished = Finished::Floats(target.drawn().samples);
             }
             Step::Warp { lattice, share } => {
-                let onto = WarpInputs { lattice, rays, viewport };
+                let onto = WarpInputs { lattice, rays, viewport, is_linear: settings.studio.is_some() };
                 done.finished = self.passes.picture.warp(device, &self.target, onto, share)?;
             }
             Step::WarpDisplayed { lattice, background } => {
-                let onto = WarpInputs { lattice, rays, viewport };
+                let onto = WarpInputs { lattice, rays, viewport, is_linear: settings.studio.is_some() };
                 done.finished = self.passes.picture.warp_displayed(device, &self.target, onto, (background, settings.curve()))?;
             }
             Step::Present(background) => {

@@ -25,6 +25,9 @@ const LIFT_TO_LIGHT: f64 = 0.5;
 
 /// Distance from a surface, along its normal, at which scattered light is looked up, in edges of a cell.
 const LIFT_OF_CELLS: f64 = 0.25;
+/// The same for an iso-surface, whose cells are opaque: a ball has the light of its surroundings within 2 % (tests/fields/studio.rs), and at
+/// 0.25 a third of it less.
+const LIFT_OF_SURFACE: f64 = 1.25;
 
 /// What scattered light depends on, besides the medium. Directions are along grid axes.
 #[derive(Clone, Debug, PartialEq)]
@@ -148,6 +151,10 @@ impl LightSources {
         (self.shadows, self.sky) = (shadows.unwrap_or(self.shadows), sky.unwrap_or(self.sky));
     }
 
+    fn lift_of_cells(&self) -> f64 {
+        if self.is_surface { LIFT_OF_SURFACE } else { LIFT_OF_CELLS }
+    }
+
     /// Kernel argument, in the axes of `frame`.
     pub fn params(&self, shading: &Shading, frame: AxisFrame, to_eye: DVec3) -> LightVolumeParams {
         let narrow = |v: DVec3| frame.local(v).as_vec3().to_array();
@@ -165,7 +172,7 @@ impl LightSources {
             None => (all(self.sky.values_per_voxel()), self.sky.position(DVec3::ZERO), self.sky.last(), self.sky.strides(frame)),
         };
         let lift = match cells {
-            Some(cells) => narrow(LIFT_OF_CELLS * cells.edge / self.spacing),
+            Some(cells) => narrow(self.lift_of_cells() * cells.edge / self.spacing),
             None if self.is_surface => narrow(LIFT / self.spacing),
             None => [0.0; 3],
         };
@@ -189,7 +196,9 @@ impl LightSources {
             unshaded_lights: shares.map_or([0.0; 4], |(_, lights)| lights.map(|share| share as f32)),
             lift,
             eye: narrow(to_eye),
-            padding: 0.0,
+            shadow_lift: cells
+                .filter(|_| self.is_surface)
+                .map_or(0.0, |cells| (LIFT / (self.lift_of_cells() * cells.edge)) as f32),
         }
     }
 }
@@ -216,6 +225,6 @@ impl LightVolumeParams {
         unshaded_lights: [0.0; 4],
         lift: [0.0; 3],
         eye: [0.0; 3],
-        padding: 0.0,
+        shadow_lift: 0.0,
     };
 }
