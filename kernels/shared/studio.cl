@@ -38,11 +38,9 @@ static inline void studio_lighting(const SampleParams *p, LightVolume volume, Po
         diffuse[c] = around.radiance[c] * MAX(shine, (realv)(0.0f));
         highlight[c] = 0.0f, scattered[c] = around.radiance[c];
     }
-#ifdef LIFTED_LIGHT
-    // What is behind the surface has no light.
-    point.u += normal[0] * light->lift_u * light->shadow_lift, point.v += normal[1] * light->lift_v * light->shadow_lift;
-    point.a += normal[2] * light->lift_a * light->shadow_lift;
-#endif
+    // Behind a surface is no light.
+    point.u += light->shadow_lift * (off.u - point.u), point.v += light->shadow_lift * (off.v - point.v);
+    point.a += light->shadow_lift * (off.a - point.a);
     add_light(p, volume, point, 0, normal, &p->light.direction_u, &p->light.half_u, p->light.diffuse, p->light.specular, diffuse, highlight,
               scattered);
 #ifdef SEVERAL_LIGHTS

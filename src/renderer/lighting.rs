@@ -83,6 +83,11 @@ impl Lighting {
         self.sources.iter_mut().for_each(|sources| sources.set_grids(grids));
     }
 
+    /// Lights the surfaces of labels.
+    pub fn set_surfaces(&mut self) {
+        self.sources.iter_mut().for_each(LightSources::set_surfaces);
+    }
+
     /// The light volumes that samples look up, if any.
     pub fn sources(&self) -> Option<&LightSources> {
         self.sources.as_ref()

@@ -15,7 +15,7 @@ use crate::device::launch::Tint;
 use crate::device::launch::structs::{ClassificationParams, FieldPlacement, SampleParams, SegmentParams};
 use crate::error::Error;
 use crate::layers::{Axis, AxisFrame, GradientEstimator, Kernel, Rays};
-use crate::settings::Settings;
+use crate::settings::{FieldKind, Settings};
 use crate::viewport::Viewport;
 use std::sync::Arc;
 
@@ -136,6 +136,12 @@ impl<'a> Scene<'a> {
     /// The colours of the field's voxels, in the layout for a layer axis.
     pub fn voxel_colors(&self, axis: Axis) -> Option<VoxelColors> {
         Some(self.voxel_colors?.along(self.field.own_axis(axis).frame()))
+    }
+
+    /// Whether the field is one of labels.
+    fn has_labels(&self) -> bool {
+        self.voxel_colors.is_some_and(|colors| colors.of_labels)
+            || self.colors.is_some_and(|colors| colors.kind == FieldKind::Labels)
     }
 
     /// The colours of voxels that absorb light: also those of a field of colours alone.
@@ -283,6 +289,9 @@ impl Scene<'_> {
     /// z themselves.
     pub fn sample(&self, frame: AxisFrame, classification: ClassificationParams, segments: SegmentParams) -> SampleParams {
         let mut lighting = Lighting::new(self.settings, self.field, self.rays);
+        if self.has_labels() {
+            lighting.set_surfaces();
+        }
         self.light.given_grids().into_iter().for_each(|grids| lighting.set_light_grids(grids));
         let light = lighting.params(frame);
         SampleParams { field: self.field.params(self.settings.needed_gradient(), frame), classification, light, segments }

@@ -100,7 +100,7 @@ kernel_struct! {
         lift as [lift_u, lift_v, lift_a]: f32,
         /// Direction to the eye, unit length: the visible side of an iso-surface.
         eye as [eye_u, eye_v, eye_a]: f32,
-        /// In the studio: how many times as far from an iso-surface the light of lights is looked up.
+        /// In the studio: how many times as far from a surface the light of lights is looked up; 0 in matter.
         shadow_lift: f32,
     }
 }

@@ -10,6 +10,7 @@ use crate::device::launch::structs::PackedColorParams;
 use crate::device::{Buffer, Device};
 use crate::error::Error;
 use crate::layers::AxisFrame;
+use crate::settings::FieldKind;
 use glam::DAffine3;
 use std::path::Path;
 use std::sync::Arc;
@@ -24,6 +25,8 @@ const MOST_VOXELS: usize = (1 << 31) / BYTES - 1;
 pub(in crate::renderer) struct PackedColors {
     bytes: Arc<Buffer<u8>>,
     dims: [usize; 3],
+    /// Whether they are those of labels.
+    pub of_labels: bool,
     /// Where the voxels of the field that has these colours lie among theirs.
     of_field: DAffine3,
 }
@@ -50,7 +53,7 @@ impl PackedColors {
             out: &bytes,
         };
         Launcher::<PackColors>::default().launch(device, red.voxel_kind(), &arguments)?;
-        Ok(Self { bytes: Arc::new(bytes), dims, of_field: DAffine3::IDENTITY })
+        Ok(Self { bytes: Arc::new(bytes), dims, of_labels: colors.kind == FieldKind::Labels, of_field: DAffine3::IDENTITY })
     }
 
     /// The same colours for a field at other voxels, which lie there among theirs.

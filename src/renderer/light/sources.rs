@@ -25,7 +25,7 @@ const LIFT_TO_LIGHT: f64 = 0.5;
 
 /// Distance from a surface, along its normal, at which scattered light is looked up, in edges of a cell.
 const LIFT_OF_CELLS: f64 = 0.25;
-/// The same for an iso-surface, whose cells are opaque: a ball has the light of its surroundings within 2 % (tests/fields/studio.rs), and at
+/// The same for iso-surfaces and labels, whose cells are opaque: a ball has the light of its surroundings within 2 % (tests/fields/studio.rs), and at
 /// 0.25 a third of it less.
 const LIFT_OF_SURFACE: f64 = 1.25;
 
@@ -144,6 +144,11 @@ impl LightSources {
     /// The values of the volumes of the lights, and of that of the ambient light.
     pub fn grids(&self) -> [ValueGrid; 2] {
         [self.shadows, self.sky]
+    }
+
+    /// Matter has the surfaces of labels: in the studio they are lit like iso-surfaces. Opaque matter has no light within.
+    pub fn set_surfaces(&mut self) {
+        self.is_surface |= self.studio.is_some();
     }
 
     /// Replaces the grids by those of the layers that are held.
