@@ -12,7 +12,7 @@ mod tests;
 
 pub(super) use fields::Fields;
 pub(super) use inputs::{FieldInputs, MergedInputs, VoxelColors};
-pub(super) use packed_colors::PackedColors;
+pub(super) use packed_colors::{PackedColors, VOXEL_COLORS};
 
 use super::field::UploadedVolume;
 use super::frame::{Declaring, Resources, Slot};

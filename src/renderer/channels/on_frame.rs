@@ -72,7 +72,7 @@ impl Resampled {
     /// Takes over the classification and the colours of the source, whose voxels keep their places.
     fn classify_as(&mut self, source: &ClassifiedField) {
         self.field.classify_as(source);
-        self.field.colors = source.colors.as_ref().map(|colors| colors.for_field(source.field.from_frame()));
+        self.field.colors = source.colors.as_ref().map(|colors| colors.for_field(source.field.of_frame()));
     }
 
     fn is_of(&self, source: &ClassifiedField) -> bool {

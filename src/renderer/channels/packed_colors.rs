@@ -15,6 +15,8 @@ use glam::DAffine3;
 use std::path::Path;
 use std::sync::Arc;
 
+pub(in crate::renderer) const VOXEL_COLORS: &str = "the colours of voxels";
+
 /// Bytes of a voxel.
 const BYTES: usize = 4;
 /// Largest number of voxels: kernels count bytes in 32 bits.
@@ -42,7 +44,7 @@ impl PackedColors {
             );
             return Err(Error::volume(Path::new(description.name()), problem));
         }
-        let bytes = Buffer::new(device, BYTES * count, "the colours of voxels")?;
+        let bytes = Buffer::new(device, BYTES * count, VOXEL_COLORS)?;
         let [red, green, blue] = &colors.colors;
         let arguments = PackColorsArguments {
             red: red.voxels(),
@@ -56,13 +58,18 @@ impl PackedColors {
         Ok(Self { bytes: Arc::new(bytes), dims, of_labels: colors.kind == FieldKind::Labels, of_field: DAffine3::IDENTITY })
     }
 
+    /// Bytes of the colours of this many voxels.
+    pub fn size(dims: [usize; 3]) -> usize {
+        BYTES * dims.iter().product::<usize>()
+    }
+
     /// The same colours for a field at other voxels, which lie there among theirs.
     pub fn for_field(&self, of_field: Option<DAffine3>) -> Self {
         Self { of_field: of_field.unwrap_or_default(), ..self.clone() }
     }
 
     /// Kernel argument: where the voxels of the field lie among those that have the colours.
-    pub fn from_field(&self) -> [[f32; 4]; 3] {
+    pub fn placement(&self) -> [[f32; 4]; 3] {
         [0, 1, 2].map(|i| self.of_field.matrix3.row(i).extend(self.of_field.translation[i]).as_vec4().to_array())
     }
 

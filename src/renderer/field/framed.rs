@@ -66,7 +66,7 @@ impl Field {
     }
 
     /// Voxels of the frame among those of the field, if these are others.
-    pub fn from_frame(&self) -> Option<DAffine3> {
+    pub fn of_frame(&self) -> Option<DAffine3> {
         self.framed.as_ref().map(|framed| framed.to_own)
     }
 

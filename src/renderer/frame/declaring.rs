@@ -38,6 +38,8 @@ pub(in crate::renderer) struct DeclaredLight {
     pub sky: bool,
     /// The cells of the studio.
     pub studio: Option<ScatterGrids>,
+    /// Whether they are those of colours or labels alone.
+    pub of_colors: bool,
     pub grid: LightGrid,
     /// Of a part of a volume, light is uploaded and not swept.
     pub part: Option<PartOfLight>,
@@ -60,7 +62,14 @@ impl DeclaredLight {
         let volumes = if settings.shadows.is_some() || settings.studio.is_some() { lights } else { 0 };
         let sky = settings.ambient_occlusion.is_some();
         let studio = settings.studio.map(|_| ScatterGrids::new(grid));
-        (volumes > 0 || sky || studio.is_some()).then_some(Self { volumes, sky, studio, grid: settings.swept_grid(), part: None })
+        (volumes > 0 || sky || studio.is_some()).then_some(Self {
+            volumes,
+            sky,
+            studio,
+            of_colors: false,
+            grid: settings.swept_grid(),
+            part: None,
+        })
     }
 }
 

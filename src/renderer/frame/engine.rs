@@ -24,7 +24,7 @@ use crate::camera::Camera;
 use crate::device::{Device, Limits, Rehearsal, ScratchMemory};
 use crate::error::Error;
 use crate::layers::{Lattice, Rays};
-use crate::settings::{self, Blend, Layered, Method, Settings};
+use crate::settings::{self, Blend, FieldKind, Layered, Method, Settings};
 use crate::transfer::TransferFunction;
 use crate::viewport::Viewport;
 use crate::volume::{Held, Volume};
@@ -208,6 +208,8 @@ impl Engine {
     pub fn declaring<T>(&self, viewport: Viewport, settings: &Settings, declare: impl FnOnce(&Declaring) -> T) -> T {
         let fields = self.fields.sizes();
         let (shape, tables) = &fields[0];
+        let kind = self.fields.kind(settings.blend);
+        let light = DeclaredLight::new(settings, self.field().grid());
         declare(&Declaring {
             shape: *shape,
             tables,
@@ -217,7 +219,7 @@ impl Engine {
             tuning: self.device.tuning(),
             viewport,
             gradient: settings.needed_gradient(),
-            light: DeclaredLight::new(settings, self.field().grid()),
+            light: light.map(|light| DeclaredLight { of_colors: matches!(kind, FieldKind::Colors | FieldKind::Labels), ..light }),
         })
     }
 

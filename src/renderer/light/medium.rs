@@ -105,7 +105,7 @@ impl Scene<'_> {
     fn scatterer(&mut self, edge: f64) -> Result<Scatterer, Error> {
         let mut field = self.absorbing_blocks(edge / self.settings.unit_distance.unwrap_or(self.field.unit_distance()))?;
         if let Some(colors) = self.absorbed_colors()? {
-            field.place.to_own = colors.from_field();
+            field.place.to_own = colors.placement();
             field.colors = Some(colors.along(Axis::Z.frame()));
         }
         let table = self.table(KERNEL)?;

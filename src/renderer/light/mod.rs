@@ -26,6 +26,7 @@ pub(crate) use slabs::Target;
 pub(crate) use slabs::{LightOfParts, SweepGroup};
 pub(super) use sources::LightSources;
 
+use super::channels::{PackedColors, VOXEL_COLORS};
 use super::classification::TableSizes;
 use super::frame::{Declaring, Resources, Slot};
 use super::scene::Scene;
@@ -289,6 +290,9 @@ pub(super) fn declare(declaring: &Declaring, resources: &mut Resources) {
     resources.kept((sweeps::RAYS, None, None, 0), [(sweeps::RAYS, size_of::<f32>())]);
     if let Some(grids) = &light.studio {
         resources.kept((scatter::LIGHT_FIELD, None, None, 0), scatter::declared(grids, light.grid, declaring.tuning));
+        if light.of_colors {
+            resources.kept((VOXEL_COLORS, None, None, 0), [(VOXEL_COLORS, PackedColors::size(declaring.shape.dims))]);
+        }
     }
     for (name, count, values) in volumes {
         let offsets = sweeps::offsets(declaring.shape.dims);

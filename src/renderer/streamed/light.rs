@@ -28,7 +28,14 @@ impl PlannedLight {
     /// What a part of a view needs of it.
     pub fn declared(&self, settings: &Settings) -> DeclaredLight {
         let volumes = |sky: bool| self.wanted.iter().filter(|of| of.is_sky() == sky).map(Wanted::volumes).sum::<usize>();
-        DeclaredLight { volumes: volumes(false), sky: volumes(true) > 0, studio: None, grid: settings.swept_grid(), part: None }
+        DeclaredLight {
+            volumes: volumes(false),
+            sky: volumes(true) > 0,
+            studio: None,
+            of_colors: false,
+            grid: settings.swept_grid(),
+            part: None,
+        }
     }
 }
 

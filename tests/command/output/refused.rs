@@ -93,7 +93,7 @@ fn bad_command_lines_exit_with_2() {
         ("--look studio --sky red:x", "invalid sky"),
         ("--look studio --scattering 2", "0 to 1"),
         ("--look studio --shadows on", "belongs to the plain look"),
-        ("--look studio --blend iso --iso 3", "composited"),
+        ("--look studio --blend maximum", "are not lit"),
         ("--look studio --quality paper", "splatted"),
         ("--look studio --extinction linear", "exponential"),
         ("-o a.bmp", ".png"),

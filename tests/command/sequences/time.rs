@@ -286,6 +286,8 @@ fn sequences_that_cannot_be_played_are_refused() {
     let folder = folder();
     let f = folder.path();
     nrrd(&f.join("small.nrrd"), [14, 12, 9], &voxels(0)[..14 * 12 * 9]);
+    let header = "NRRD0004\ntype: uint8\ndimension: 4\nsizes: 3 2 2 2\nkinds: RGB-color domain domain domain\nencoding: raw\n\n";
+    write(f.join("rgb.nrrd"), [header.as_bytes(), &[9; 24]].concat()).unwrap();
     let bytes = std::fs::read(f.join("beat.nii")).unwrap();
     write(f.join("cut.nii"), &bytes[..bytes.len() - 1]).unwrap();
     for (arguments, code, words) in [
@@ -303,6 +305,8 @@ fn sequences_that_cannot_be_played_are_refused() {
         ("- --time", 2, vec!["standard input", "name a file"]),
         ("s0.nrrd s1.nrrd --time --with beat.nii", 2, vec!["--time", "2 steps", "has 4"]),
         ("beat.nii --time --with beat.nii,frame=4", 2, vec!["frame is 4"]),
+        ("beat.nii --time --with rgb.nrrd", 1, vec!["rgb.nrrd", "films do not play beside other fields", "channel=N"]),
+        ("beat.nii --time --with rgb.nrrd,channel=0,labels=", 1, vec!["rgb.nrrd", "holds labels"]),
         ("beat.nii --time --channels 0,1", 2, vec!["channel", "beat.nii"]),
         ("beat.nii --time --scene scene.json", 2, vec!["--time", "--with"]),
         ("beat.nii --time --labels", 1, vec!["beat.nii", "whole numbers"]),
