@@ -35,14 +35,13 @@ static inline void color_entry(const Absorber *absorber, int i, int j, int k, re
 }
 #endif
 
-// The light that arrives at voxels, in steps of 1/255.
-static inline realv arriving(const BlockSource *source, int number, intv held, int i, int j, int k) {
+// The light that arrives at voxels, or `to_value` values beyond them, in steps of 1/255.
+static inline realv arriving(const BlockSource *source, int number, int to_value, intv held, int i, int j, int k) {
     const ScatterMediumParams *p = &source->p;
     const int shift = p->light_shift;
     __global const uchar *row =
         source->light + (size_t)number * p->light_bytes + ((j >> shift) + 1) * p->light_row + (size_t)((k >> shift) + 1) * p->light_layer;
-    const intv at = held ? ((LANES + i) >> shift) + 1 : (intv)(0);
-    return CONVERT_REALV(GATHER_AS(intv, row, at));
+    return CONVERT_REALV(GATHER_AS(intv, row + to_value, held ? ((LANES + i) >> shift) + 1 : (intv)(0)));
 }
 
 #if BLEND == ISO
@@ -74,16 +73,24 @@ static inline bool find_surface(const Absorber *absorber, const RayEnds *ends, r
 }
 #endif
 
+// Least light in the middle of an opaque voxel, in steps of 1/255: half a step is rounded to 0.
+#define LEAST_LIGHT 0.5f
+
 // The light that matter of this depth absorbs at voxels. A surface absorbs what arrives beside it, by half on the mean over its directions; a
-// cell has two voxels along its edge.
+// cell has two voxels along its edge. Other matter absorbs on the whole way through a voxel: where it is dense, much less arrives at its middle.
 static inline realv absorbed_light(const BlockSource *source, int number, realv depth, intv held, int i, int j, int k) {
 #if BLEND == ISO
     realv most = 0.0f;
     for (int n = 0; n < 6; n++)
-        most = MAX(most, arriving(source, number, held, i + BESIDE(n, 0), j + BESIDE(n, 1), k + BESIDE(n, 2)));
+        most = MAX(most, arriving(source, number, 0, held, i + BESIDE(n, 0), j + BESIDE(n, 1), k + BESIDE(n, 2)));
     return depth > 0.0f ? most : (realv)(0.0f);
 #else
-    return depth * arriving(source, number, held, i, j, k);
+    const realv middle = arriving(source, number, 0, held, i, j, k);
+    const realv most = arriving(source, number, source->p.towards[number], held, i, j, k);
+    const float crossing = source->p.crossings[number];
+    const realv way = MIN(crossing * depth, (realv)(40.0f));
+    const realv entering = MIN(most, MAX(middle, (realv)(LEAST_LIGHT)) * exp(0.5f * way));
+    return MAX(depth * middle, entering * (1.0f - exp(-way)) * (1.0f / crossing));
 #endif
 }
 

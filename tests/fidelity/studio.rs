@@ -24,9 +24,9 @@ fn measured(
     let size = viewport(size, size);
     let camera = parallel(volume, size, 30.0, 20.0);
     let settings = Settings { light_grid: grid, ..studio(&camera) };
-    let halves = PathTracer::new(volume, transfer, &settings).halves(&camera, size, samples).unwrap();
+    let halves = PathTracer::new(volume, transfer, &settings).halves(&camera, size, 1, samples).unwrap();
     let found = render(volume, transfer, &camera, size, &settings);
-    let (error, brightness) = against_halves(&found, &halves);
+    let (error, brightness) = against_halves(&found, &halves, 1);
     let decibels = -10.0 * error.max(1e-9).log10();
     println!("{name}, {grid:?}: {decibels:.1} dB, brightness {brightness:.3}");
     if let Ok(folder) = std::env::var("LAYERSPLAT_PICTURES") {

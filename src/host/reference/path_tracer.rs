@@ -108,14 +108,17 @@ impl<'a> PathTracer<'a> {
         tracer
     }
 
-    /// Two independent halves of the picture, premultiplied. Each pixel has `samples` paths in each.
+    /// Two independent halves of every `stride`th pixel of the picture along x and y, premultiplied. Each of them has `samples` paths in each
+    /// half.
     ///
     /// # Errors
     /// If the camera is invalid.
-    pub fn halves(&self, camera: &Camera, viewport: Viewport, samples: usize) -> Result<[Frame; 2], Error> {
+    pub fn halves(&self, camera: &Camera, viewport: Viewport, stride: u32, samples: usize) -> Result<[Frame; 2], Error> {
         let rays = Rays::new(camera, viewport, self.volume.grid())?;
+        let strided = strided(viewport, stride)?;
         let half = |seed: u64| {
-            super::compositing::picture(viewport, |x, y| {
+            super::compositing::picture(strided, |x, y| {
+                let (x, y) = (x * stride, y * stride);
                 let mut random = Random(seed ^ ((x as u64) << 32 | y as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15));
                 let ray = rays.at(x, y);
                 let direction = (ray.direction * rays.spacing).normalize();
@@ -324,16 +327,25 @@ impl<'a> PathTracer<'a> {
     }
 }
 
-/// Mean square of the differences of red, green and blue from two halves of the truth whose noise is independent, and their brightness relative
-/// to it.
-pub fn against_halves(found: &Frame, [one, other]: &[Frame; 2]) -> (f64, f64) {
-    let (mut squares, mut sums, count) = (0.0, [0.0; 2], found.pixels().len() as f64 * 3.0);
-    for ((found, one), other) in found.pixels().iter().zip(one.pixels()).zip(other.pixels()) {
+/// The size of every `stride`th pixel of a picture.
+fn strided(viewport: Viewport, stride: u32) -> Result<Viewport, Error> {
+    Viewport::new(viewport.width.div_ceil(stride), viewport.height.div_ceil(stride))
+}
+
+/// Mean square of the differences of red, green and blue from two halves of the truth whose noise is independent, and the brightness relative to
+/// it. The halves have every `stride`th pixel of the picture.
+pub fn against_halves(found: &Frame, [one, other]: &[Frame; 2], stride: u32) -> (f64, f64) {
+    let (mut squares, mut sums) = (0.0, [0.0; 2]);
+    let size = one.viewport();
+    for n in 0..one.pixels().len() as u32 {
+        let (x, y) = (n % size.width, n / size.width);
+        let [found, one, other] =
+            [(found, stride), (one, 1), (other, 1)].map(|(frame, stride)| frame.pixel(x * stride, y * stride));
         for c in 0..3 {
             let [found, one, other] = [found[c], one[c], other[c]].map(f64::from);
             squares += (found - one) * (found - other);
             sums = [sums[0] + found, sums[1] + 0.5 * (one + other)];
         }
     }
-    (squares / count, sums[0] / sums[1].max(f64::MIN_POSITIVE))
+    (squares / (3.0 * one.pixels().len() as f64), sums[0] / sums[1].max(f64::MIN_POSITIVE))
 }

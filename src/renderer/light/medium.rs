@@ -86,6 +86,8 @@ impl Scene<'_> {
             light_row,
             light_layer,
             light_shift: values.voxels().ilog2() as i32,
+            crossings: sources.crossings(grids.fine.edge),
+            towards: sources.towards(values.strides(frame)),
         };
         let arguments = ScatterMediumArguments {
             fields: merged.arguments(&fields),

@@ -141,6 +141,23 @@ impl LightSources {
         self.studio.as_ref()
     }
 
+    /// Of each light that is swept: the mean length of its rays in a voxel, in this length.
+    pub fn crossings(&self, length: f64) -> [f32; 4] {
+        // The volume of a voxel by its area seen from the light.
+        let of_light = |source: &Source| (1.0 / ((source.to_light / self.spacing).abs().element_sum() * length)) as f32;
+        std::array::from_fn(|n| self.swept.get(n).map_or(0.0, of_light))
+    }
+
+    /// Of each light that is swept: the distance to the neighbour of a value that is the next one towards the light.
+    pub fn towards(&self, strides: [i32; 3]) -> [i32; 4] {
+        let of_light = |source: &Source| {
+            let along = source.to_light / self.spacing;
+            let steps = (along / along.abs().max_element()).round().to_array();
+            steps.iter().zip(strides).map(|(&step, stride)| step as i32 * stride).sum()
+        };
+        std::array::from_fn(|n| self.swept.get(n).map_or(0, of_light))
+    }
+
     /// The values of the volumes of the lights, and of that of the ambient light.
     pub fn grids(&self) -> [ValueGrid; 2] {
         [self.shadows, self.sky]
