@@ -118,7 +118,7 @@ impl<'a> PathTracer<'a> {
         let strided = strided(viewport, stride)?;
         let half = |seed: u64| {
             super::compositing::picture(strided, |x, y| {
-                let (x, y) = (x * stride, y * stride);
+                let [x, y] = [x, y].map(|centre| (centre - 0.5) * f64::from(stride) + 0.5);
                 let mut random = Random(seed ^ ((x as u64) << 32 | y as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15));
                 let ray = rays.at(x, y);
                 let direction = (ray.direction * rays.spacing).normalize();
@@ -336,9 +336,9 @@ fn strided(viewport: Viewport, stride: u32) -> Result<Viewport, Error> {
 /// it. The halves have every `stride`th pixel of the picture.
 pub fn against_halves(found: &Frame, [one, other]: &[Frame; 2], stride: u32) -> (f64, f64) {
     let (mut squares, mut sums) = (0.0, [0.0; 2]);
-    let size = one.viewport();
+    let width = one.width();
     for n in 0..one.pixels().len() as u32 {
-        let (x, y) = (n % size.width, n / size.width);
+        let (x, y) = (n % width, n / width);
         let [found, one, other] =
             [(found, stride), (one, 1), (other, 1)].map(|(frame, stride)| frame.pixel(x * stride, y * stride));
         for c in 0..3 {
