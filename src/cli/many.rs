@@ -4,10 +4,10 @@ use super::cameras::Cameras;
 use super::json_view::View;
 use super::options::LightOptions;
 use super::orientation::OBLIQUE;
+use super::pictures::Pictures;
 use super::processes::Processes;
 use super::render::Arguments;
 use super::scene::OpenedScene;
-use super::studio::Studio;
 use super::{check, parse, progress};
 use crate::camera::Camera;
 use crate::check::Family;
@@ -82,12 +82,12 @@ pub(super) fn run(arguments: &Arguments, source: &Path, processes: &Processes) -
     )?;
     let scene = OpenedScene::open(&arguments.scene, processes)?;
     let cameras = arguments.pictures.cameras(&arguments.scene.camera, &scene);
-    let studio = Studio::new(&scene, &arguments.pictures, arguments.scene.camera.background)?;
+    let pictures = Pictures::new(&scene, &arguments.pictures, arguments.scene.camera.background)?;
     let lines = Lines::open(source, processes)?;
     let exit_code = std::thread::scope(|threads| {
         let (sender, receiver) = sync_channel(QUEUED);
         let writer = threads.spawn(move || write_all(arguments, &receiver, &bar));
-        let rendered = render_all(arguments, &cameras, studio, lines, &sender);
+        let rendered = render_all(arguments, &cameras, pictures, lines, &sender);
         drop(sender);
         // A write error takes precedence: it also ends rendering.
         writer.join().expect("the writer does not panic").and(rendered)
@@ -99,14 +99,14 @@ pub(super) fn run(arguments: &Arguments, source: &Path, processes: &Processes) -
 fn render_all(
     arguments: &Arguments,
     cameras: &Cameras,
-    mut studio: Studio,
+    mut pictures: Pictures,
     lines: Lines,
     writer: &SyncSender<Rendered>,
 ) -> Result<ExitCode, Error> {
     let options = &arguments.scene.camera;
     let source = lines.source.clone();
     let mut checked = BTreeSet::new();
-    let processes = &studio.scene().processes;
+    let processes = &pictures.scene().processes;
     for (n, line) in lines.enumerate() {
         let line = line?;
         if !processes.owns(n) {
@@ -114,32 +114,32 @@ fn render_all(
         }
         line.check(arguments).map_err(|e| e.into_error(&source))?;
         let size = line.size.unwrap_or(options.size);
-        let inner = arguments.pictures.inner(size, studio.scene());
+        let inner = arguments.pictures.inner(size, pictures.scene());
         let sized = cameras.with_options(super::options::CameraOptions { size: inner, ..options.clone() });
         let camera = line.view.camera(&sized, OBLIQUE).map_err(|problem| line.invalid(problem).into_error(&source))?;
-        let settings = studio.scene().settings_with_light(&arguments.scene, &line.light(arguments))?;
-        arguments.require_shared(studio.scene(), camera, inner, &settings)?;
-        require_checked(arguments, &studio, (camera, &settings), inner, &mut checked)?;
+        let settings = pictures.scene().settings_with_light(&arguments.scene, &line.light(arguments))?;
+        arguments.require_shared(pictures.scene(), camera, inner, &settings)?;
+        require_checked(arguments, &pictures, (camera, &settings), inner, &mut checked)?;
         let started = Instant::now();
-        let (Some(frame), _) = studio.picture_with(&camera, size, &settings)? else { continue };
-        let depths = if arguments.depth { Some(studio.depths(&camera, size)?) } else { None };
+        let (Some(frame), _) = pictures.picture_with(&camera, size, &settings)? else { continue };
+        let depths = if arguments.depth { Some(pictures.depths(&camera, size)?) } else { None };
         let render_ms = started.elapsed().as_secs_f64() * 1e3;
         if writer.send(Rendered { line: line.number, output: line.output, frame, depths, render_ms }).is_err() {
             break;
         }
     }
-    Ok(arguments.exit_code(&studio))
+    Ok(arguments.exit_code(&pictures))
 }
 
 /// As [`OpenedScene::require_checked`], for families that are not in `checked` yet.
 fn require_checked(
     arguments: &Arguments,
-    studio: &Studio,
+    pictures: &Pictures,
     (camera, settings): (Camera, &Settings),
     size: Viewport,
     checked: &mut BTreeSet<Family>,
 ) -> Result<(), Error> {
-    let scene = studio.scene();
+    let scene = pictures.scene();
     let families = arguments.families(scene, camera, size, settings)?;
     let new: BTreeSet<Family> = families.difference(checked).copied().collect();
     if !new.is_empty() {

@@ -5,10 +5,10 @@ use super::check;
 use super::many;
 use super::options::CameraOptions;
 use super::orientation::{OBLIQUE, UpReport};
+use super::pictures::{PictureOptions, Pictures};
 use super::processes::Processes;
 use super::scene::{OpenedScene, SceneOptions};
 use super::standard::{Output, is_input};
-use super::studio::{PictureOptions, Studio};
 use crate::annotation::VectorFormat;
 use crate::camera::Camera;
 use crate::check::Family;
@@ -114,13 +114,13 @@ pub(super) fn run(arguments: &Arguments, processes: &Processes) -> Result<ExitCo
     let families = arguments.families(&scene, camera, inner, &scene.settings)?;
     processes.in_turn(|| check::require(&scene.device, &families, &arguments.scene.device))?;
     let started = Instant::now();
-    let mut studio = Studio::new(&scene, &arguments.pictures, options.background)?;
-    let plan = studio.announce(&camera, options.size)?;
-    studio.measure(arguments.json);
-    let (frame, report) = studio.picture(&camera, options.size)?;
+    let mut pictures = Pictures::new(&scene, &arguments.pictures, options.background)?;
+    let plan = pictures.announce(&camera, options.size)?;
+    pictures.measure(arguments.json);
+    let (frame, report) = pictures.picture(&camera, options.size)?;
     let Some(frame) = frame else { return Ok(ExitCode::SUCCESS) };
-    let depths = if arguments.depth { Some(studio.depths(&camera, options.size)?) } else { None };
-    let first_ms = if studio.is_streamed() { scene.opened_at } else { started }.elapsed().as_secs_f64() * 1e3;
+    let depths = if arguments.depth { Some(pictures.depths(&camera, options.size)?) } else { None };
+    let first_ms = if pictures.is_streamed() { scene.opened_at } else { started }.elapsed().as_secs_f64() * 1e3;
     if plan.is_some() {
         let (all, picture, first) = (first_ms / 1e3, started.elapsed().as_secs_f64(), scene.first_pass.as_secs_f64());
         eprintln!("memory: {all:.2} s in total: {first:.2} s for the first pass over the volume, {picture:.2} s for the picture");
@@ -128,7 +128,7 @@ pub(super) fn run(arguments: &Arguments, processes: &Processes) -> Result<ExitCo
     arguments.save(&frame, depths.as_ref(), output.path())?;
     if output.is_standard() {
         let written = output.finish(output.path())?;
-        return Ok(if written == ExitCode::SUCCESS { arguments.exit_code(&studio) } else { written });
+        return Ok(if written == ExitCode::SUCCESS { arguments.exit_code(&pictures) } else { written });
     }
     let rendered = Rendered {
         output: arguments.output.display().to_string(),
@@ -150,13 +150,13 @@ pub(super) fn run(arguments: &Arguments, processes: &Processes) -> Result<ExitCo
         processes: report.processes,
     };
     super::report(arguments.json, &rendered, || rendered.output.clone())?;
-    Ok(arguments.exit_code(&studio))
+    Ok(arguments.exit_code(&pictures))
 }
 
 impl Arguments {
     /// The exit code after pictures are written.
-    pub fn exit_code(&self, studio: &Studio) -> ExitCode {
-        ExitCode::from(u8::from(self.fail_empty && studio.has_empty_picture()))
+    pub fn exit_code(&self, pictures: &Pictures) -> ExitCode {
+        ExitCode::from(u8::from(self.fail_empty && pictures.has_empty_picture()))
     }
 
     /// Checks that a picture with this name and the given options can be written.

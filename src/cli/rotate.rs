@@ -4,10 +4,10 @@ use super::film::Film;
 use super::keys::Keys;
 use super::orientation::UpReport;
 use super::parse;
+use super::pictures::{PictureOptions, Pictures};
 use super::processes::Processes;
 use super::progress;
 use super::scene::{OpenedScene, SceneOptions};
-use super::studio::{PictureOptions, Studio};
 use super::time::{Moments, TimeOptions, Timed};
 use crate::camera::Orbit;
 use crate::error::Error;
@@ -123,17 +123,17 @@ pub(super) fn run(arguments: &Arguments, processes: &Processes) -> Result<ExitCo
     scene.fix_lights(&arguments.scene, &cameras[0])?;
     let inner = arguments.pictures.rendered(arguments.pictures.inner(options.size, &scene))?;
     scene.require_checked(&arguments.scene, inner, &cameras)?;
-    let mut studio = Studio::new(&scene, &arguments.pictures, options.background)?;
-    studio.announce(&cameras[0], options.size)?;
+    let mut pictures = Pictures::new(&scene, &arguments.pictures, options.background)?;
+    pictures.announce(&cameras[0], options.size)?;
     let bar = progress::steps(frames, "rendering");
     let mut played = moments.as_ref().map(Moments::play);
     for (n, camera) in cameras.iter().enumerate() {
         if let Some(step) = played.as_mut().map_or(Ok(None), |played| played.change(n))? {
-            studio.set_step(step)?;
+            pictures.set_step(step)?;
         }
-        let rendered = if processes.owns(n) { studio.picture(camera, options.size)?.0 } else { None };
+        let rendered = if processes.owns(n) { pictures.picture(camera, options.size)?.0 } else { None };
         if let (Some(film), Some(frame)) = (&mut film, processes.collect(n, rendered, options.size)) {
-            film.add(&frame.with_curve(studio.curve(&scene.settings)))?;
+            film.add(&frame.with_curve(pictures.curve(&scene.settings)))?;
             bar.inc(1);
         }
     }

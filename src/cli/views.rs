@@ -1,11 +1,11 @@
 //! `layersplat views`: a contact sheet of eight views.
 
 use super::orientation::UpReport;
+use super::pictures::{PictureOptions, Pictures};
 use super::processes::Processes;
 use super::progress;
 use super::scene::{OpenedScene, SceneOptions};
 use super::standard::Output;
-use super::studio::{PictureOptions, Studio};
 use crate::annotation::labelled;
 use crate::camera::{Camera, Orbit};
 use crate::error::Error;
@@ -77,10 +77,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let cameras = fitting.sequence(views.iter().map(|view| view.orbit));
     let inner = arguments.pictures.rendered(arguments.pictures.inner(options.size, &scene))?;
     scene.require_checked(&arguments.scene, inner, &cameras)?;
-    let mut studio = Studio::new(&scene, &arguments.pictures, options.background)?;
-    studio.announce(&cameras[0], options.size)?;
-    let pixels = render_views(arguments, &mut studio, views.iter().zip(&cameras), sheet)?;
-    let picture = Frame::new(sheet, pixels).with_curve(studio.curve(&scene.settings));
+    let mut pictures = Pictures::new(&scene, &arguments.pictures, options.background)?;
+    pictures.announce(&cameras[0], options.size)?;
+    let pixels = render_views(arguments, &mut pictures, views.iter().zip(&cameras), sheet)?;
+    let picture = Frame::new(sheet, pixels).with_curve(pictures.curve(&scene.settings));
     picture.save_encoded(output.path(), options.background, &encoding, None)?;
     if output.is_standard() {
         return output.finish(output.path());
@@ -121,7 +121,7 @@ fn views(orientation: &Orientation, start: Orbit) -> [View; VIEWS] {
 /// Renders the views into the pixels of the sheet.
 fn render_views<'a>(
     arguments: &Arguments,
-    studio: &mut Studio,
+    pictures: &mut Pictures,
     views: impl Iterator<Item = (&'a View, &'a Camera)>,
     sheet: Viewport,
 ) -> Result<Vec<[f32; 4]>, Error> {
@@ -132,8 +132,8 @@ fn render_views<'a>(
     let bar = progress::steps(VIEWS as u32, "rendering");
     for (n, (view, camera)) in views.enumerate() {
         // One legend for all views.
-        studio.set_legend(arguments.pictures.legend && n + 1 == COLUMNS);
-        let (frame, _) = studio.picture(camera, options.size)?;
+        pictures.set_legend(arguments.pictures.legend && n + 1 == COLUMNS);
+        let (frame, _) = pictures.picture(camera, options.size)?;
         // Always present: this command runs in a single process.
         let Some(frame) = frame else { continue };
         let frame = labelled(frame, &view.label, background)?;

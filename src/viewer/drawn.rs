@@ -168,9 +168,7 @@ impl PageField {
                 made.get(key, || shown.channels(device, uploaded, transfer, &self.tables()?))?.to_vec()
             }
             (UploadedField::Values(volume), _) => {
-                let channel = Channel::new(volume, transfer);
-                let channel = self.gradient_opacity.map_or(channel.clone(), |opacity| channel.with_gradient_opacity(opacity));
-                vec![self.iso.map_or(channel.clone(), |value| channel.with_iso(value))]
+                vec![Channel::new(volume, transfer).with_gradient_opacity(self.gradient_opacity).with_iso(self.iso)]
             }
             (UploadedField::Shown(..), None) => unreachable!("a field is uploaded as it is shown"),
         };

@@ -65,11 +65,8 @@ impl Channel {
             }
         };
         let channel = channel.with_factor(self.factor)?.with_visibility(flag("visible", self.visible)?);
-        let channel = match gradient_points(self.gradient_point_count, &self.gradient_opacity)? {
-            Some(opacity) => channel.with_gradient_opacity(opacity),
-            None => channel,
-        };
-        Ok(if flag("has_iso_value", self.has_iso_value)? { channel.with_iso(self.iso_value) } else { channel })
+        let channel = channel.with_gradient_opacity(gradient_points(self.gradient_point_count, &self.gradient_opacity)?);
+        Ok(channel.with_iso(flag("has_iso_value", self.has_iso_value)?.then_some(self.iso_value)))
     }
 }
 

@@ -48,14 +48,7 @@ impl Drawn {
     pub fn on(&self, device: &Device) -> std::result::Result<Ours, Error> {
         let channel = Ours::new(&self.voxels.on(device)?, &self.transfer);
         let channel = channel.with_factor(self.factor)?.with_visibility(self.visible);
-        let channel = match self.gradient_opacity {
-            Some(opacity) => channel.with_gradient_opacity(opacity),
-            None => channel,
-        };
-        Ok(match self.iso {
-            Some(value) => channel.with_iso(value),
-            None => channel,
-        })
+        Ok(channel.with_gradient_opacity(self.gradient_opacity).with_iso(self.iso))
     }
 
     fn framing(&self, settings: &OurSettings) -> OurFraming {

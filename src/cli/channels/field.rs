@@ -56,8 +56,7 @@ impl FieldLook {
 
     fn applied_to(&self, channel: Channel) -> Result<Channel, Error> {
         let channel = channel.with_visibility(self.visible).with_factor(self.factor)?;
-        let channel = self.gradient_opacity.map_or(channel.clone(), |opacity| channel.with_gradient_opacity(opacity));
-        Ok(self.iso.map_or(channel.clone(), |value| channel.with_iso(value)))
+        Ok(channel.with_gradient_opacity(self.gradient_opacity).with_iso(self.iso))
     }
 }
 

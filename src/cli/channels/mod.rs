@@ -2,10 +2,10 @@
 
 mod field;
 mod opening;
-mod placement;
 mod scene_file;
 mod spec;
 mod steps;
+mod transform;
 
 use super::options::VolumeOptions;
 use super::parse;

@@ -36,8 +36,8 @@ impl FieldSpec {
             let problem = "its directions are along its own axes, and the key at turns these: omit at, or colors=direction";
             return Err(Error::volume(self.path(), problem));
         }
-        let placement = self.placement()?;
-        let shown = shown.placed(|grid| placement.grid(grid))?;
+        let transform = self.transform()?;
+        let shown = shown.placed(|grid| transform.grid(grid))?;
         Ok(Opened { volume: shown.volume().clone(), shown: Some(shown) })
     }
 
@@ -114,7 +114,7 @@ impl FieldSpec {
     fn open_values(&self, unstated: Placement) -> Result<Volume<'static>, Error> {
         let options = OpenOptions { unstated, ..open_options(self) };
         let volume = Volume::open(self.path(), &options)?;
-        self.placement()?.applied_to(self.masked(&volume, unstated)?.unwrap_or(volume))
+        self.transform()?.applied_to(self.masked(&volume, unstated)?.unwrap_or(volume))
     }
 
     /// The steps of its file in time, or the one that it names. See [`open_any`](Self::open_any).

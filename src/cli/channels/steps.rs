@@ -1,6 +1,6 @@
 //! Fields beside the first one, in time.
 
-use super::placement::FieldPlacement;
+use super::transform::FieldTransform;
 use super::{ChannelOptions, Components, FieldSpec};
 use crate::cli::options::VolumeOptions;
 use crate::cli::values::Component;
@@ -12,7 +12,7 @@ use std::path::PathBuf;
 /// A field beside the first one: a step for each of the first, or one for all.
 pub(in crate::cli) struct FieldSteps {
     sequence: Sequence,
-    placement: FieldPlacement,
+    transform: FieldTransform,
 }
 
 impl ChannelOptions {
@@ -39,11 +39,11 @@ impl ChannelOptions {
             };
             for component in listed.iter().skip(1) {
                 let sequence = options.sequence(more, Some(component), Some(size), None)?;
-                fields.push(FieldSteps { sequence, placement: FieldSpec::default().placement()? });
+                fields.push(FieldSteps { sequence, transform: FieldSpec::default().transform()? });
             }
         }
         for spec in &self.with {
-            fields.push(FieldSteps { sequence: spec.sequence(options.placement())?, placement: spec.placement()? });
+            fields.push(FieldSteps { sequence: spec.sequence(options.placement())?, transform: spec.transform()? });
         }
         match fields.iter().map(|field| field.sequence.len()).find(|&own| own != 1 && own != count) {
             Some(own) => refuse(format!("plays {count} steps, and a field beside the first has {own}: choose one of its frames")),
@@ -55,7 +55,7 @@ impl ChannelOptions {
 impl FieldSteps {
     /// A step.
     pub fn step(&self, n: usize) -> Result<Volume<'static>, Error> {
-        self.placement.applied_to(self.sequence.step(if self.is_still() { 0 } else { n })?)
+        self.transform.applied_to(self.sequence.step(if self.is_still() { 0 } else { n })?)
     }
 
     /// A volume with the values of all steps.
@@ -84,6 +84,6 @@ impl PlayedField<'_> {
     /// The next step, unless the field stays as it is.
     pub fn next(&mut self) -> Option<Result<Volume<'static>, Error>> {
         let step = self.playback.as_mut()?.next().expect("a step is read for every change");
-        Some(step.and_then(|volume| self.field.placement.applied_to(volume)))
+        Some(step.and_then(|volume| self.field.transform.applied_to(volume)))
     }
 }

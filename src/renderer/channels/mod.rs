@@ -95,15 +95,16 @@ impl Channel {
         self
     }
 
-    /// Sets the opacity by gradient magnitude, instead of that of the settings.
-    pub fn with_gradient_opacity(mut self, opacity: GradientOpacity) -> Self {
-        self.look.gradient_opacity = Some(opacity);
+    /// Sets the opacity by gradient magnitude, instead of that of the settings. `None` changes nothing.
+    pub fn with_gradient_opacity(mut self, opacity: impl Into<Option<GradientOpacity>>) -> Self {
+        self.look.gradient_opacity = opacity.into().or(self.look.gradient_opacity);
         self
     }
 
-    /// Sets the value of the iso-surface, instead of that of the settings. Its colour is that of the transfer function.
-    pub fn with_iso(mut self, value: f64) -> Self {
-        self.look.iso = Some(value);
+    /// Sets the value of the iso-surface, instead of that of the settings. Its colour is that of the transfer function. `None` changes nothing:
+    /// labels have a value of their own.
+    pub fn with_iso(mut self, value: impl Into<Option<f64>>) -> Self {
+        self.look.iso = value.into().or(self.look.iso);
         self
     }
 }

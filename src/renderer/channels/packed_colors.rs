@@ -97,10 +97,6 @@ impl Channel {
         // Renderers have sequences of their own, which do not wait for this one.
         device.finish()?;
         let (volume, transfer) = colors.visibility();
-        let channel = Self { colors: Some(packed), ..Self::new(&volume, &transfer) };
-        Ok(match colors.surface() {
-            Some(value) => channel.with_iso(value),
-            None => channel,
-        })
+        Ok(Self { colors: Some(packed), ..Self::new(&volume, &transfer) }.with_iso(colors.surface()))
     }
 }

@@ -9,16 +9,16 @@ use std::path::{Path, PathBuf};
 
 impl FieldSpec {
     /// Where `at` places volumes.
-    pub fn placement(&self) -> Result<FieldPlacement, Error> {
+    pub fn transform(&self) -> Result<FieldTransform, Error> {
         let transform = self.at.as_deref().map(|path| Ok::<_, Error>((path.to_owned(), read_transform(path)?))).transpose()?;
-        Ok(FieldPlacement(transform))
+        Ok(FieldTransform(transform))
     }
 }
 
 /// A transform from the world of a field's file to that of the scene, and its file.
-pub(super) struct FieldPlacement(Option<(PathBuf, DAffine3)>);
+pub(super) struct FieldTransform(Option<(PathBuf, DAffine3)>);
 
-impl FieldPlacement {
+impl FieldTransform {
     /// The grid where the transform places it, of colours and labels, whose voxels stay as they are.
     pub fn grid(&self, grid: &Grid) -> Result<Grid, Error> {
         let Some((path, transform)) = &self.0 else { return Ok(grid.clone()) };

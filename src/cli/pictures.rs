@@ -64,7 +64,7 @@ pub(super) enum LegendPlace {
 }
 
 /// Renders the pictures of a scene. Sizes are those of finished pictures; legend and axes may take a part.
-pub(super) struct Studio<'a> {
+pub(super) struct Pictures<'a> {
     scene: &'a OpenedScene,
     options: &'a PictureOptions,
     background: Background,
@@ -79,8 +79,8 @@ pub(super) struct Studio<'a> {
     has_empty_picture: bool,
 }
 
-impl<'a> Studio<'a> {
-    /// Creates a studio. `background` selects contrasting annotation colours; the default is black.
+impl<'a> Pictures<'a> {
+    /// Creates the renderer of a scene. `background` selects contrasting annotation colours; the default is black.
     pub fn new(scene: &'a OpenedScene, options: &'a PictureOptions, background: Option<Background>) -> Result<Self, Error> {
         let background = background.unwrap_or(Background::BLACK);
         let annotations = options.annotations(scene);
