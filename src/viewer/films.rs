@@ -131,8 +131,7 @@ impl Maker {
         let look = saved_look(&order.look);
         let mut settings = scene.host.settings(&look, None)?;
         // As in `layersplat rotate`, lights stay where the first camera sees them, unless they were told to move with the camera.
-        let follow = look.lights_follow && look.lights.iter().any(|light| light.direction.is_some());
-        if !follow {
+        if !look.is_lit_from_camera() {
             settings = settings.with_light_in_world(&cameras[0])?;
         }
         let rendered = Viewport::new(size.width * film.samples, size.height * film.samples)?;

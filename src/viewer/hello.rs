@@ -4,13 +4,15 @@ use super::drawn::{Drawn, PageField};
 use super::first::{First, Opening};
 use super::look::Look;
 use super::look_fields::is_name;
+use super::page_light::PageStudio;
 use super::replies::{NamedTransfer, Reply};
 use super::scene::SharedScene;
 use super::slices;
 use crate::framing::Side;
+use crate::image::Background;
 use crate::layers::{GradientEstimator, Kernel};
 use crate::renderer::ColorOpacity;
-use crate::settings::{Blend, Kind, Method, Quality, Setting, Settings};
+use crate::settings::{self, Blend, Kind, Method, Quality, Setting, Settings, Studio};
 use crate::shown::{Shown, name_of};
 use crate::transfer::TransferFunction;
 use crate::volume::{Label, LabelLayer, Statistics};
@@ -56,6 +58,7 @@ impl SharedScene {
                 "blend": Blend::ALL.map(Blend::name), "quality": Quality::ALL.map(Quality::name),
                 "kernel": Kernel::OF_LAYERS.map(Kernel::name), "gradient": GradientEstimator::ALL.map(|gradient| gradient.to_string()),
             },
+            "studio": studio_described(),
             "settings": Setting::plain().map(described).collect::<Vec<_>>(),
             "camera": camera, "camera_is_given": camera_is_given, "look": look,
             "transfer": NamedTransfer::from(transfer),
@@ -120,7 +123,7 @@ impl SharedScene {
     /// What the page cannot do with these fields, by name, and why.
     fn unavailable(&self, look: &Look) -> Map<String, Value> {
         let kind = self.kind();
-        let plain = Look { shadows: false, ambient_occlusion: false, shading: true, ..look.clone() };
+        let plain = Look { shadows: false, ambient_occlusion: false, studio: None, shading: true, ..look.clone() };
         let plain = Look { blend: Blend::Composite, ..plain };
         // What does not go with the options of the program is said when it is chosen.
         let check = |look: Look| self.host.settings(&look, None).map_or(Ok(()), |settings| kind.check(&settings));
@@ -135,6 +138,7 @@ impl SharedScene {
         let checked = [
             ("shadows", check(Look { shadows: true, ..plain.clone() })),
             ("ambient-occlusion", check(Look { ambient_occlusion: true, ..plain.clone() })),
+            ("studio", check(Look { studio: Some(PageStudio::of(&Studio::default())), ..plain.clone() })),
             ("slices", kind.check_method(Method::Slices, Blend::Composite)),
             ("paper", check(paper)),
         ];
@@ -147,6 +151,15 @@ impl SharedScene {
     fn preview(&self, name: &str) -> Vec<[f64; 3]> {
         TransferFunction::builtin(name, self.values()).map_or_else(|_| Vec::new(), |map| strip(&map))
     }
+}
+
+/// The studio that a page begins with, and its lights, along the axes of the camera.
+fn studio_described() -> Value {
+    let studio = Settings::default().with_look(settings::Look::Studio);
+    let Look { studio, lights, .. } = Look::of(&studio, Background::BLACK, 0.0, [1; 3]);
+    let ranges = [("scattering", Studio::SCATTERING), ("exposure", Studio::EXPOSURE)];
+    let ranges: Map<String, Value> = ranges.into_iter().map(|(name, number)| (name.into(), json!(number.range()))).collect();
+    json!({ "look": studio, "lights": lights, "ranges": ranges })
 }
 
 /// What a control of a setting needs.

@@ -1,13 +1,14 @@
 //! What the page can change besides the camera and the transfer function.
 
 use super::look_fields::{PageChannel, PageLabels};
+use super::page_light::{PageLight, PageStudio};
 use crate::annotation::{Annotations, Legend};
 use crate::choice::by_name;
 use crate::error::Error;
 use crate::image::Background;
 use crate::layers::{GradientEstimator, Kernel};
 use crate::settings::{
-    Argument, Blend, ClipPlane, Clipping, CropBox, Light, LightSpace, Lights, Quality, Setting, Settings, Shadows, WHITE,
+    Argument, Blend, ClipPlane, Clipping, CropBox, Light, LightSpace, Lights, Quality, Setting, Settings, Shadows, Studio,
 };
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
@@ -33,8 +34,10 @@ pub struct Look {
     pub shading: bool,
     /// Lights; none: the default of the settings.
     pub lights: Vec<PageLight>,
-    /// Whether lights move with the camera.
+    /// Whether lights, and the sky of the studio, move with the camera.
     pub lights_follow: bool,
+    /// The studio; `None`: the plain look.
+    pub studio: Option<PageStudio>,
     /// Shadows of the lights.
     pub shadows: bool,
     /// Share of the shadows, 0 … 1.
@@ -65,31 +68,14 @@ pub struct Look {
     pub labels: PageLabels,
 }
 
-/// A light.
-#[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq)]
-#[serde(deny_unknown_fields)]
-pub struct PageLight {
-    /// Direction towards the light; `None`: at the camera.
-    pub direction: Option<[f64; 3]>,
-    /// 0 … 100.
-    pub strength: f64,
-    /// Angular diameter in degrees, 0 … 45.
-    pub angle: f64,
-    /// Red, green and blue, 0 … 1. Links of earlier versions have none: white.
-    #[serde(default = "white")]
-    pub color: [f64; 3],
-}
-
-fn white() -> [f64; 3] {
-    WHITE
-}
-
 impl Look {
     /// The look of settings. `iso` is the value that an iso-surface begins with, if there is none yet. Open sides of a crop box end with the
     /// field of a volume of `dims` voxels.
     pub fn of(settings: &Settings, background: Background, iso: f64, dims: [usize; 3]) -> Self {
         let lights = settings.shading.map_or_else(Lights::default, |shading| shading.lights);
-        let lights: &[Light] = if lights == Lights::default() { &[] } else { lights.as_slice() };
+        let is_default = lights == Lights::default() && settings.studio.is_none();
+        let lights: &[Light] = if is_default { &[] } else { lights.as_slice() };
+        let is_at_camera = |light: &Light| light.space == LightSpace::Camera || light.direction.is_none();
         let iso = if let Blend::Iso(value) = settings.blend { value } else { iso };
         let (least, most) = (DVec3::NEG_ONE, DVec3::from_array(dims.map(|n| n as f64)));
         let ends = |CropBox { lowest, highest }: CropBox| [lowest.max(least).to_array(), highest.min(most).to_array()];
@@ -105,7 +91,11 @@ impl Look {
             iso,
             shading: settings.shading.is_some(),
             lights: lights.iter().map(PageLight::of).collect(),
-            lights_follow: lights.iter().all(|light| light.space == LightSpace::Camera || light.direction.is_none()),
+            lights_follow: settings.studio.map_or_else(
+                || lights.iter().all(is_at_camera),
+                |studio| studio.sky.space == LightSpace::Camera && lights.iter().all(is_at_camera),
+            ),
+            studio: settings.studio.as_ref().map(PageStudio::of),
             shadows: settings.shadows.is_some(),
             shadow_strength: settings.shadows.map_or(1.0, |shadows| shadows.strength),
             ambient_occlusion: settings.ambient_occlusion.is_some(),
@@ -168,6 +158,7 @@ impl Look {
         }
         Clipping { crop: self.crop_box(), ..Clipping::default() }.with_planes(self.planes()).check()?;
         Shadows { strength: self.shadow_strength, ..Shadows::default() }.check()?;
+        self.studio.map_or(Ok(()), |studio| studio.over(Studio::default(), LightSpace::World).check())?;
         Blend::Iso(self.iso).check()?;
         if let Some(gradient) = &self.gradient
             && gradient.parse::<GradientEstimator>().is_err()
@@ -199,18 +190,6 @@ impl Look {
     }
 }
 
-impl PageLight {
-    fn of(light: &Light) -> Self {
-        let Light { strength, angle, color, .. } = *light;
-        Self { direction: light.direction.map(|d| d.to_array()), strength, angle, color }
-    }
-
-    pub(super) fn light(&self) -> Light {
-        let direction = self.direction.map(DVec3::from_array);
-        Light { direction, strength: self.strength, angle: self.angle, color: self.color, ..Light::AT_CAMERA }
-    }
-}
-
 fn plain_of(settings: &Settings) -> BTreeMap<String, Argument> {
     let default = Settings::default();
     let own = Setting::plain().map(|setting| (setting, setting.get(settings)));
@@ -231,6 +210,7 @@ fn name_of(background: Background) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::settings::WHITE;
 
     #[test]
     fn the_default_look_is_that_of_the_default_settings() {
@@ -246,6 +226,7 @@ mod tests {
     fn bad_looks_are_refused() {
         let good = Look::of(&Settings::default(), Background::BLACK, 0.0, [4; 3]);
         let light = PageLight { direction: Some([0.0; 3]), strength: 1.0, angle: 0.0, color: WHITE };
+        let studio = PageStudio::of(&Studio::default());
         let fine = PageLight { direction: None, ..light };
         let plain = |name: &str, argument: Argument| BTreeMap::from([(name.to_owned(), argument)]);
         for (what, bad) in [
@@ -256,6 +237,9 @@ mod tests {
             ("seven planes", Look { clips: vec![[0.0, 0.0, 0.0, 1.0, 0.0, 0.0]; 7], ..good.clone() }),
             ("no normal", Look { clips: vec![[0.0; 6]], ..good.clone() }),
             ("an empty box", Look { crop: Some([[0.0; 3], [1.0, 0.0, 1.0]]), ..good.clone() }),
+            ("no up", Look { studio: Some(PageStudio { sky_up: [0.0; 3], ..studio }), ..good.clone() }),
+            ("scattering", Look { studio: Some(PageStudio { scattering: 2.0, ..studio }), ..good.clone() }),
+            ("exposure", Look { studio: Some(PageStudio { exposure: f64::NAN, ..studio }), ..good.clone() }),
             ("strength", Look { shadow_strength: 1.1, ..good.clone() }),
             ("iso", Look { iso: f64::NAN, ..good.clone() }),
             ("gradient", Look { gradient: Some("gaussian:9".into()), ..good.clone() }),

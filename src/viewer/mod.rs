@@ -29,6 +29,7 @@ mod outgoing;
 mod overlay;
 mod pace;
 mod page_camera;
+mod page_light;
 mod page_renderer;
 mod painter;
 #[cfg(feature = "viewer")]
@@ -63,7 +64,7 @@ pub use checks::check_message;
 pub use drawn::{Drawn, PageField};
 pub use first::{First, Opening, Time};
 pub use host::{FilmWanted, Host, Offered, RawLayout, Source, Wanted};
-pub use look::{Look, PageLight};
+pub use look::Look;
 pub use look_fields::{PageChannel, PageLabels};
 #[cfg(feature = "viewer")]
 #[doc(hidden)]
@@ -71,6 +72,7 @@ pub use opening::reorders;
 pub use outgoing::Message;
 pub use overlay::Overlay;
 pub use page_camera::{PageCamera, PageProjection};
+pub use page_light::{PageLight, PageStudio};
 pub use requests::{OpenWanted, SavedFormat};
 pub use scene::SharedScene;
 #[cfg(feature = "viewer")]

@@ -4,7 +4,7 @@ use super::look::Look;
 use crate::error::Error;
 use crate::image::Background;
 use crate::layers::Kernel;
-use crate::settings::{Classification, Layered, Light, LightSpace, Lights, Quality, Settings, Shading, Shadows};
+use crate::settings::{Classification, Layered, Light, Lights, Quality, Settings, Shading, Shadows};
 
 /// Settings, and their look. What a page does not change stays as in these settings: the coefficients of the shading, for example.
 #[derive(Clone, Debug, PartialEq)]
@@ -43,16 +43,21 @@ impl Overlay {
         if look.gradient != own.gradient {
             settings.gradient = look.gradient.as_ref().and_then(|name| name.parse().ok());
         }
+        let studio = look.drawn_studio();
+        settings.studio = studio.map(|studio| studio.over(base.studio.unwrap_or_default(), look.light_space()));
         // Elsewhere the page offers neither.
-        let is_lit = look.shading && !look.blend.gathers_values();
+        let is_lit = look.shading && studio.is_none() && !look.blend.gathers_values();
         let shadows = || Shadows { strength: look.shadow_strength, ..base.shadows.unwrap_or_default() };
         settings.shadows = (look.shadows && is_lit).then(shadows);
         settings.ambient_occlusion = (look.ambient_occlusion && is_lit).then(|| base.ambient_occlusion.unwrap_or_default());
         let of_lights = |look: &Look| (look.lights.clone(), look.lights_follow, look.shadows);
-        settings.shading = match base.shading {
-            _ if !look.shading => None,
+        let is_own_look = settings.look() == base.look();
+        settings.shading = match base.shading.filter(|_| is_own_look) {
+            _ if !look.shading && studio.is_none() => None,
             Some(shading) if of_lights(look) == of_lights(own) => Some(shading),
-            shading => Some(Shading { lights: lights(look)?, ..shading.unwrap_or_default() }),
+            shading => {
+                Some(Shading { lights: lights(look)?, ..shading.unwrap_or_else(|| Shading::default_of(settings.look(), false)) })
+            }
         };
         if look.crop != own.crop {
             settings.clipping.crop = look.crop_box();
@@ -123,17 +128,21 @@ fn lights(look: &Look) -> Result<Lights, Error> {
     if look.lights.is_empty() {
         return Ok(Lights::default_with(look.shadows));
     }
-    let space = if look.lights_follow { LightSpace::Camera } else { LightSpace::World };
-    let lights: Vec<Light> = look.lights.iter().map(|light| Light { space, ..light.light() }).collect();
+    let lights: Vec<Light> = look.lights.iter().map(|light| Light { space: look.light_space(), ..light.light() }).collect();
     Lights::new(&lights)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::camera::{Camera, Orbit};
     use crate::layers::{Density, GradientEstimator};
-    use crate::settings::{AmbientOcclusion, Argument, Blend, ClipPlane, Clipping, CropBox, DepthCue, Evaluation, LightGrid};
-    use crate::viewer::PageLight;
+    use crate::settings::{
+        self, AmbientOcclusion, Argument, Blend, ClipPlane, Clipping, CropBox, DepthCue, Evaluation, LightGrid, LightSpace,
+        Studio,
+    };
+    use crate::viewer::{PageLight, PageStudio};
+    use crate::viewport::Viewport;
     use glam::DVec3;
 
     fn overlay(base: Settings) -> Overlay {
@@ -153,6 +162,8 @@ mod tests {
         let of_lights = |lights| Some(Shading { specular: 0.123, lights, ..Shading::default() });
         let crop = CropBox { lowest: DVec3::splat(-5.0), highest: DVec3::new(1.0 / 3.0, 99.0, 4.0) };
         let clip = ClipPlane { point: DVec3::ONE, normal: DVec3::new(0.0, -2.0, 1e-3) };
+        let aside = Orbit { azimuth: 40.0, elevation: 20.0, roll: 3.0 };
+        let aside = Camera::fit_parallel(DVec3::ZERO, 2.0, Viewport { width: 8, height: 8 }, aside);
         let all = [
             layered(|l| l.evaluation = Evaluation::Lattice(Density::Fixed(3))),
             layered(|l| l.classification = l.classification.with_kernel(Kernel::CatmullRom)),
@@ -171,6 +182,10 @@ mod tests {
                 ..lit
             },
             Settings { clipping: Clipping { crop: Some(crop), ..Default::default() }.with_planes([clip; 2]), ..lit },
+            lit.with_look(settings::Look::Studio),
+            Settings { light_grid: LightGrid::Half, ..lit.with_look(settings::Look::Studio) }
+                .with_light_in_world(&aside)
+                .unwrap(),
             Settings::from(crate::settings::Algorithm::Slicing { step: 0.25 }),
         ];
         for base in Quality::ALL.map(Quality::settings).into_iter().chain(all) {
@@ -211,6 +226,27 @@ mod tests {
         // What the page takes back is the default.
         assert_eq!((plain.gamma, plain.early_termination, plain.unit_distance), (2.0, false, None));
         assert_eq!(settings(&Look { shading: false, ..own }).shading, None);
+    }
+
+    /// The studio that a page chooses, and that it leaves again.
+    #[test]
+    fn the_look_is_chosen_with_its_light() {
+        let plain = overlay(Settings { shadows: Some(Shadows::default()), ..Settings::default() });
+        let studio = overlay(Settings::default().with_look(settings::Look::Studio));
+        let to_studio = Look { studio: studio.look().studio, lights: studio.look().lights.clone(), ..plain.look().clone() };
+        assert_eq!(plain.settings(&to_studio, None).unwrap(), Settings::default().with_look(settings::Look::Studio));
+        let own = PageStudio { sky_up: [0.0, 0.0, 2.0], scattering: 0.5, exposure: 1.0 };
+        let changed = Look { studio: Some(own), lights_follow: false, ..to_studio.clone() };
+        let drawn = plain.settings(&changed, None).unwrap().studio.unwrap();
+        assert_eq!(
+            (drawn.sky.up, drawn.sky.space, drawn.scattering, drawn.exposure),
+            (DVec3::Z * 2.0, LightSpace::World, 0.5, 1.0)
+        );
+        assert_eq!(drawn.sky.top, Studio::default().sky.top);
+        // Other blend modes have the plain look, and so has what leaves the studio.
+        assert_eq!(plain.settings(&Look { blend: Blend::Maximum, ..to_studio }, None).unwrap().studio, None);
+        let left = Look { studio: None, lights: Vec::new(), ..studio.look().clone() };
+        assert_eq!(studio.settings(&left, None).unwrap(), Settings::default());
     }
 
     #[test]

@@ -114,6 +114,13 @@ fn saved_pictures_are_those_of_the_command() {
         look
     };
     let light = json!([{ "direction": [0.5, 0.25, 0.3333333333333333], "strength": 0.8, "angle": 0.0 }]);
+    let studio = changed(&[
+        ("studio", json!({ "sky_up": [0.25, 1.0, -0.3333333333333333], "scattering": 0.5, "exposure": 0.75 })),
+        ("lights", page.hello["studio"]["lights"].clone()),
+        ("lights_follow", json!(false)),
+        ("quality", json!("standard")),
+    ]);
+    let labelled = json!({ "legend": true, "lights_follow": true, "lights": [] }).as_object().unwrap().clone();
     for (look, camera, samples, format) in [
         (first.clone(), &turned, 1, "png"),
         (changed(&[("quality", json!("standard")), ("shadows", json!(false)), ("background", json!("#a0b0c0"))]), &eye, 2, "exr"),
@@ -135,6 +142,9 @@ fn saved_pictures_are_those_of_the_command() {
             "png",
         ),
         (changed(&[("bounding_box", json!(true)), ("quality", json!("draft"))]), &eye, 1, "exr"),
+        // The given shadows do not go with the studio.
+        (studio.clone(), &turned, 1, "png"),
+        (Value::Object([studio.as_object().unwrap().clone(), labelled].into_iter().flatten().collect()), &eye, 2, "png"),
         (
             changed(&[
                 ("blend", json!("maximum")),

@@ -50,6 +50,7 @@ fn programs_draw_the_bits_of_saved_pictures() {
         look
     };
     let light = json!([{ "direction": [0.5, 0.25, 0.3333333333333333], "strength": 0.8, "angle": 2.0 }]);
+    let studio = json!({ "sky_up": [0.25, 1.0, -0.5], "scattering": 0.5, "exposure": 0.75 });
     let cases = [
         (first.clone(), &camera, 1, "png"),
         (changed(json!({ "shadows": true, "lights": light, "lights_follow": true, "background": "#a0b0c0" })), &eye, 2, "png"),
@@ -62,6 +63,7 @@ fn programs_draw_the_bits_of_saved_pictures() {
         ),
         (changed(json!({ "crop": [[3, 4, 5], [20.5, 30, 31]], "background": "#102030" })), &eye, 1, "exr"),
         (changed(json!({ "blend": "maximum", "background": "transparent" })), &camera, 2, "exr"),
+        (changed(json!({ "studio": studio, "lights": light, "lights_follow": false })), &eye, 1, "png"),
     ];
     let python = interpreter();
     for (look, camera, samples, format) in cases {

@@ -45,6 +45,15 @@ impl View {
     fn overlay(&self, settings: OurSettings, background: Background) -> Overlay {
         Overlay::new(settings, background, self.iso, self.dims)
     }
+
+    /// The newest look. The own lights of the studio stay in the world where this camera sees them first: turning computes no light anew.
+    fn look_from(&self, camera: &OurCamera) -> Result<Look> {
+        let mut shown = locked(&self.shown);
+        if shown.look.has_light_of_studio() {
+            shown.look = shown.look.clone().with_light_in_world(camera)?;
+        }
+        Ok(shown.look.clone())
+    }
 }
 
 /// The host of the scene is the view, which Python reaches too.
@@ -175,8 +184,8 @@ impl LiveScene {
         send: Py<PyAny>,
     ) -> Result<LivePage> {
         extract!(camera, transfer);
+        let look = self.view.look_from(camera.get().ours())?;
         let camera = PageCamera::of(camera.get().ours(), self.view.frame)?;
-        let look = locked(&self.view.shown).look.clone();
         let transfer = transfer.get().ours().clone();
         let first = First { camera, camera_is_given: true, look, transfer, others: Vec::new() };
         let hello = detached(py, || Ok(self.scene.hello(&first)))?;
@@ -249,8 +258,8 @@ impl LivePage {
     /// Shows another camera and transfer function, and what the scene shows now.
     fn give(&self, py: Python, camera: Argument<Bound<Camera>>, transfer: Argument<Bound<TransferFunction>>) -> Result<()> {
         extract!(camera, transfer);
+        let look = self.view.look_from(camera.get().ours())?;
         let camera = PageCamera::of(camera.get().ours(), self.view.frame)?;
-        let look = locked(&self.view.shown).look.clone();
         let transfer = transfer.get().ours().clone();
         let now = First { camera, camera_is_given: true, look, transfer, others: Vec::new() };
         let text = self.scene.given(&now);

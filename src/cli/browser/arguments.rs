@@ -5,9 +5,9 @@ use super::given::{GivenOption, GivenOptions};
 use crate::cli::blending::BlendOptions;
 use crate::cli::options::{QualityOptions, quoted};
 use crate::error::Error;
-use crate::settings::{Argument, Blend, Quality, Setting, Settings, WHITE};
+use crate::settings::{self, Argument, Blend, Quality, Setting, Settings, WHITE};
 use crate::transfer::Value;
-use crate::viewer::{FilmWanted, Look, PageProjection, Wanted};
+use crate::viewer::{FilmWanted, Look, PageProjection, PageStudio, Wanted};
 use crate::viewport::Viewport;
 use clap::Parser;
 use std::iter::once;
@@ -41,10 +41,18 @@ pub(super) fn of_look(look: &Look, quality: Option<Quality>, is_layered: bool) -
     if let Blend::Iso(_) = look.blend {
         add("--iso", look.iso.to_string());
     }
-    if !look.shading {
-        add("--shading", "off".into());
+    let studio = look.drawn_studio();
+    match studio {
+        Some(PageStudio { sky_up, scattering, exposure }) => {
+            add("--look", settings::Look::Studio.name().into());
+            add("--sky-up", list(&sky_up));
+            add("--scattering", scattering.to_string());
+            add("--exposure", exposure.to_string());
+        }
+        None if !look.shading => add("--shading", "off".into()),
+        None => {}
     }
-    if look.shading {
+    if look.shading || studio.is_some() {
         for light in &look.lights {
             let strength = light.strength;
             let color = if light.color == WHITE { String::new() } else { format!(":{}", list(&light.color)) };
@@ -56,7 +64,7 @@ pub(super) fn of_look(look: &Look, quality: Option<Quality>, is_layered: bool) -
                 },
             );
         }
-        if look.lights_follow && look.lights.iter().any(|light| light.direction.is_some()) {
+        if look.is_lit_from_camera() {
             add("--light-space", "camera".into());
         }
     }
@@ -200,21 +208,22 @@ fn annotations(look: &Look, length_units: Option<&str>) -> Vec<String> {
     words
 }
 
-/// GivenOptions options that go with a look: those of shadows only where there are shadows.
+/// Given options that go with a look: those of shadows and of the studio only where they are drawn.
 fn kept<'a>(given: &'a [GivenOption], look: &'a Look) -> impl Iterator<Item = String> + 'a {
     let goes = |option: &&GivenOption| match option.id.as_str() {
-        "ambient_color" => look.shading,
+        "ambient_color" => look.shading && look.drawn_studio().is_none(),
+        "sky" | "tone" => look.drawn_studio().is_some(),
         "shadow_forgiveness" => casts_shadows(look),
         "ao_reach" => has_occlusion(look),
-        "light_grid" => casts_shadows(look) || has_occlusion(look),
+        "light_grid" => casts_shadows(look) || has_occlusion(look) || look.drawn_studio().is_some(),
         _ => true,
     };
     given.iter().filter(goes).flat_map(|option| option.words.clone())
 }
 
-/// Whether samples of the look are lit.
+/// Whether samples are lit by the plain look.
 fn is_lit(look: &Look) -> bool {
-    look.shading && !look.blend.gathers_values()
+    look.shading && look.drawn_studio().is_none() && !look.blend.gathers_values()
 }
 
 fn casts_shadows(look: &Look) -> bool {
@@ -259,6 +268,7 @@ mod tests {
         let light =
             PageLight { direction: Some([0.1, -0.30000000000000004, 1e-7]), strength: 0.7, angle: 3.0, color: [1.0, 0.5, 0.25] };
         let headlight = PageLight { direction: None, strength: 0.25, angle: 0.0, color: WHITE };
+        let studio = PageStudio { sky_up: [0.1, 1.0 / 3.0, -1e-7], scattering: 0.3, exposure: -1.0 / 3.0 };
         let looks = [
             Look { blend: Blend::Iso(0.0), iso: -12.3456789012345, ..look() },
             Look { blend: Blend::Maximum, ..look() },
@@ -266,6 +276,8 @@ mod tests {
             Look { lights: vec![light, headlight], ..look() },
             Look { lights: vec![light], lights_follow: true, shadows: true, shadow_strength: 0.4, ..look() },
             Look { ambient_occlusion: true, ..look() },
+            Look { lights: vec![light, headlight], studio: Some(studio), ..look() },
+            Look { lights: vec![headlight], lights_follow: true, studio: Some(studio), ..look() },
             Look { gradient: Some("gaussian:0.7".into()), ..look() },
             Look {
                 plain: [
@@ -286,7 +298,8 @@ mod tests {
         for look in looks {
             let settings = made(&look, None);
             let again = Look::of(&settings, Background::BLACK, look.iso, [8; 3]);
-            let follows = look.lights_follow || look.lights.iter().all(|light| light.direction.is_none());
+            let is_headlight = look.studio.is_none() && look.lights.iter().all(|light| light.direction.is_none());
+            let follows = look.lights_follow || is_headlight;
             assert_eq!(again, Look { lights_follow: follows, ..look.clone() });
         }
         let beside = made(&Look { shadows: true, ..look() }, None);

@@ -12,23 +12,27 @@ use std::ffi::OsString;
 use std::path::Path;
 
 /// Options whose values are part of the page's look, besides those of plain settings.
-const OF_THE_PAGE: [&str; 16] = [
+const OF_THE_PAGE: [&str; 20] = [
     "ambient_occlusion",
     "blend",
     "clip",
     "crop",
+    "exposure",
     "gradient",
     "iso",
     "iso_color",
     "kernel",
     "light",
     "light_space",
+    "look",
     "minip",
     "mip",
     "quality",
+    "scattering",
     "shading",
     "shadow_strength",
     "shadows",
+    "sky_up",
 ];
 
 /// An option and its value.

@@ -150,10 +150,15 @@ fn opening_of(options: &SceneOptions, mut scene: OpenedScene, sequence: Option<S
     let orientation = scene.orientation(&options.camera);
     let cameras = Cameras::new(&options.camera, &scene, Fit::Visible, orientation);
     let orbit = cameras.angles().or_all_of(OBLIQUE);
-    let camera = PageCamera::new(&cameras.still(orbit), orbit);
+    let still = cameras.still(orbit);
+    let camera = PageCamera::new(&still, orbit);
     let given = &options.camera;
     let camera_is_given = given.parallel_scale.is_some() || given.distance.is_some() || given.center.is_some();
     let mut look = look(options, &scene);
+    // As in films, the light of the studio stays in the world, unless it was told to move with the camera.
+    if look.studio.is_some() && !options.quality.light.moves_with_camera() {
+        look = look.with_light_in_world(&still)?;
+    }
     let (drawn, channels) = first_fields::drawn_of(&mut scene)?;
     look.channels = channels;
     drawn.kind().check(&scene.settings)?;

@@ -33,9 +33,9 @@ pub(super) fn program(
     }
     lines.push(String::new());
     let fields = fields.missing_in_python().map(str::to_owned);
-    let gamma =
-        (settings.gamma != 1.0 && is_averaged && format == SavedFormat::Png).then(|| format!("--gamma {}", settings.gamma));
-    lines.extend(fields.into_iter().chain(missing(given, look)).chain(gamma).map(|what| format!("# Not included: {what}.")));
+    let is_curved = settings.curve() != Settings::default().curve() && is_averaged && format == SavedFormat::Png;
+    let curve = is_curved.then(|| "gamma, exposure and tone curve, which are those of one sample per pixel".to_owned());
+    lines.extend(fields.into_iter().chain(missing(given, look)).chain(curve).map(|what| format!("# Not included: {what}.")));
     lines.push(format!(
         "volume = layersplat.Volume.open({})",
         arguments(vec![string(&source.volume)], reading(given, source.frame))

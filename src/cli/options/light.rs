@@ -6,6 +6,7 @@ use crate::settings::{
     AmbientOcclusion, Light, LightGrid, LightSpace, Lights, Look, Settings, Shading, Shadows, Sky, Studio, Tone,
 };
 use clap::Args;
+use glam::DVec3;
 
 #[derive(Args, Clone)]
 #[command(next_help_heading = "Light")]
@@ -16,6 +17,9 @@ pub(in crate::cli) struct LightOptions {
     /// Light from all around in the studio: one colour, or those above and below, with a strength (1)
     #[arg(long, value_parser = parse::sky, value_name = "COLOR[,COLOR][:S]")]
     pub(super) sky: Option<Sky>,
+    /// Where up is for the sky of the studio [default: along z with --sky, upwards in the picture without]
+    #[arg(long, value_parser = parse::vector, value_name = "X,Y,Z", allow_hyphen_values = true)]
+    pub(super) sky_up: Option<DVec3>,
     /// Factor of the light that scatters again in the studio, 0 to 1 [default: 1]
     #[arg(long, value_parser = parse::number(Studio::SCATTERING), value_name = "F", allow_hyphen_values = true)]
     pub(super) scattering: Option<f64>,
@@ -35,7 +39,7 @@ pub(in crate::cli) struct LightOptions {
     /// Colour of the ambient light: white, grey, #rrggbb or R,G,B [default: white]
     #[arg(long, value_parser = parse::color, value_name = "COLOR")]
     pub(super) ambient_color: Option<[f64; 3]>,
-    /// Axes of --light, and where up is for --sky: world, or camera (right, up, towards the viewer), in which lights move with the camera
+    /// Axes of --light and --sky-up: world, or camera (right, up, towards the viewer), in which lights move with the camera
     /// [default: world]
     #[arg(long, value_name = "NAME", value_parser = names::of::<LightSpace>())]
     pub(super) light_space: Option<LightSpace>,
@@ -106,6 +110,7 @@ impl LightOptions {
     fn check_look(&self, look: Look) -> Result<(), crate::Error> {
         let of_studio = [
             ("sky", self.sky.is_some()),
+            ("sky_up", self.sky_up.is_some()),
             ("scattering", self.scattering.is_some()),
             ("exposure", self.exposure.is_some()),
             ("tone", self.tone.is_some()),
@@ -117,17 +122,19 @@ impl LightOptions {
             ("ambient_occlusion", self.ambient_occlusion.is_some()),
         ];
         let (others, problem) = match look {
-            Look::Plain => (of_studio, "belongs to the studio: omit it, or choose the look studio"),
-            Look::Studio => (of_plain, "belongs to the plain look, and the studio has light of its own: omit it"),
+            Look::Plain => (&of_studio[..], "belongs to the studio: omit it, or choose the look studio"),
+            Look::Studio => (&of_plain[..], "belongs to the plain look, and the studio has light of its own: omit it"),
         };
-        match others.into_iter().find(|(_, is_given)| *is_given) {
+        match others.iter().find(|(_, is_given)| *is_given) {
             Some((field, _)) => Err(crate::Error::Settings { field, problem: problem.into() }),
             None => Ok(()),
         }
     }
 
     fn studio(&self, own: Studio) -> Studio {
-        let sky = self.sky.map_or(own.sky, |sky| sky.up_in(self.light_space.unwrap_or_default()));
+        let space = self.light_space.unwrap_or_default();
+        let sky = self.sky.map_or(own.sky, |sky| sky.up_in(space));
+        let sky = self.sky_up.map_or(sky, |up| Sky { up, space, ..sky });
         Studio {
             sky,
             scattering: self.scattering.unwrap_or(own.scattering),

@@ -44,30 +44,33 @@ impl LightOptions {
         Self::from_arg_matches(&matches).map_err(|refused| problem(&refused))
     }
 
-    /// These options, with those of `other` where they are not given. Where these disable shadows or ambient occlusion, the details that
-    /// `other` gives of them do not apply.
+    /// These options, with those of `other` where they are not given. Where these choose another look, or disable shadows or ambient
+    /// occlusion, the details that `other` gives of them do not apply.
     pub fn or(self, other: &Self) -> Self {
-        let shadows = self.shadows.or(other.shadows);
-        let ambient_occlusion = self.ambient_occlusion.or(other.ambient_occlusion);
-        let [has_shadows, has_occlusion] = [shadows, ambient_occlusion].map(|on| on == Some(true));
         let look = self.look.or(other.look);
         let is_studio = look == Some(Look::Studio);
+        // The studio has none of these.
+        let of_plain = |on: Option<bool>| on.filter(|_| !is_studio);
+        let shadows = self.shadows.or(of_plain(other.shadows));
+        let ambient_occlusion = self.ambient_occlusion.or(of_plain(other.ambient_occlusion));
+        let [has_shadows, has_occlusion] = [shadows, ambient_occlusion].map(|on| on == Some(true));
         Self {
             look,
             sky: self.sky.or(other.sky.filter(|_| is_studio)),
+            sky_up: self.sky_up.or(other.sky_up.filter(|_| is_studio)),
             scattering: self.scattering.or(other.scattering.filter(|_| is_studio)),
             exposure: self.exposure.or(other.exposure.filter(|_| is_studio)),
             tone: self.tone.or(other.tone.filter(|_| is_studio)),
-            shading: self.shading.or(other.shading),
+            shading: self.shading.or(of_plain(other.shading)),
             light: if self.light.is_empty() { other.light.clone() } else { self.light },
-            ambient_color: self.ambient_color.or(other.ambient_color),
+            ambient_color: self.ambient_color.or(other.ambient_color.filter(|_| !is_studio)),
             light_space: self.light_space.or(other.light_space),
             shadows,
             shadow_strength: self.shadow_strength.or(other.shadow_strength.filter(|_| has_shadows)),
             shadow_forgiveness: self.shadow_forgiveness.or(other.shadow_forgiveness.filter(|_| has_shadows)),
             ambient_occlusion,
             ao_reach: self.ao_reach.or(other.ao_reach.filter(|_| has_occlusion)),
-            light_grid: self.light_grid.or(other.light_grid.filter(|_| has_shadows || has_occlusion)),
+            light_grid: self.light_grid.or(other.light_grid.filter(|_| has_shadows || has_occlusion || is_studio)),
         }
     }
 }
@@ -75,6 +78,7 @@ impl LightOptions {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::settings::{LightGrid, Settings};
 
     fn options(text: &str) -> Result<LightOptions, String> {
         LightOptions::from_fields(&mut serde_json::from_str(text).unwrap())
@@ -102,5 +106,15 @@ mod tests {
         let both = line.or(&command.unwrap());
         assert_eq!((both.shadows, both.shadow_strength, both.light.len()), (Some(false), None, 1));
         assert!(both.ao_reach.is_some_and(|reach| reach.0.is_none()) && both.light_grid.is_some());
+        // A line of the other look.
+        let plain = r#"{"shadows":true,"shading":true,"ambient_color":"white","light_grid":"half"}"#;
+        let studio = r#"{"look":"studio","sky":"white","sky_up":"0,1,0","exposure":1,"light_grid":"half"}"#;
+        let to_studio = options(r#"{"look":"studio"}"#).unwrap().or(&options(plain).unwrap()).apply(Settings::default()).unwrap();
+        assert_eq!((to_studio.look(), to_studio.shadows, to_studio.light_grid), (Look::Studio, None, LightGrid::Half));
+        let to_plain = options(r#"{"look":"plain"}"#).unwrap().or(&options(studio).unwrap()).apply(Settings::default()).unwrap();
+        assert_eq!(to_plain, Settings::default());
+        let kept = options("{}").unwrap().or(&options(studio).unwrap()).apply(Settings::default()).unwrap();
+        let exposure = kept.studio.map(|studio| (studio.exposure, studio.sky.up.y));
+        assert_eq!((exposure, kept.light_grid), (Some((1.0, 1.0)), LightGrid::Half));
     }
 }

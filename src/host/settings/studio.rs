@@ -65,7 +65,9 @@ impl Studio {
         Shading { specular: 0.2, power: 30.0, lights: Lights::of_two(key, rim), ..Shading::DEFAULT }
     };
 
-    pub(super) fn check(&self) -> Result<(), Error> {
+    /// Checks all ranges.
+    #[doc(hidden)]
+    pub fn check(&self) -> Result<(), Error> {
         self.sky.check()?;
         Self::SCATTERING.check(self.scattering)?;
         Self::EXPOSURE.check(self.exposure)

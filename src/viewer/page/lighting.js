@@ -1,4 +1,4 @@
-// Lights on a ball, shadows and ambient occlusion.
+// Lights on a ball, shadows and ambient occlusion, and the studio.
 
 import { Ball, onBall } from "./ball.js";
 import { fromHex, toHex } from "./editing.js";
@@ -17,6 +17,8 @@ const KEY_STEP = 0.08;
 
 const WHITE = [1, 1, 1];
 
+const rounded = (/** @type {number} */ x) => Number(x.toFixed(4));
+
 /** @param {string} id */
 const element = (id) => /** @type {HTMLInputElement} */ (document.getElementById(id));
 
@@ -31,6 +33,10 @@ export class Lighting {
     this.chosen = 0;
     /** What the fields do not have, and why. @type {Record<string, string>} */
     this.unavailable = {};
+    /** The studio as it begins, its lights along the camera's axes. @type {{ look: import("./state.js").Studio, lights: Light[] }} */
+    this.studio = { look: { sky_up: [0, 1, 0], scattering: 1, exposure: 0 }, lights: [] };
+    /** The light of the other look, to which the page returns. @type {Pick<Look, "studio" | "lights" | "lights_follow"> | null} */
+    this.other = null;
     this.ball = new Ball({
       choose: (index) => { this.chosen = index; this.show(); },
       aim: (x, y, isDone) => this.point(onBall(x, y), isDone),
@@ -45,6 +51,11 @@ export class Lighting {
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.draw());
   }
 
+  /** @param {{ unavailable: Record<string, string>, studio: { look: import("./state.js").Studio, lights: Light[] } }} hello */
+  begin({ unavailable, studio }) {
+    [this.unavailable, this.studio, this.other] = [unavailable, studio, null];
+  }
+
   /** @param {Look} look */
   set(look) {
     this.look = look;
@@ -56,6 +67,14 @@ export class Lighting {
     this.chosen = Math.min(this.chosen, Math.max(look.lights.length - 1, 0));
     const light = look.lights[this.chosen] ?? null;
     const isBeside = light === null && look.shadows;
+    const isStudio = look.studio !== null && look.blend === "composite";
+    element("lit").value = look.studio ? "studio" : "plain";
+    element("lit").disabled = look.blend !== "composite";
+    for (const id of /** @type {const} */ (["exposure", "scattering"])) {
+      element(id).value = String((look.studio ?? this.studio.look)[id]);
+      element(id).disabled = !isStudio;
+    }
+    element("shading").disabled = isStudio;
     element("shading").checked = look.shading;
     element("headlight").checked = !isBeside && (light === null || light.direction === null);
     element("lights-follow").checked = look.lights_follow || isBeside;
@@ -65,12 +84,13 @@ export class Lighting {
     element("shadows").checked = look.shadows;
     element("shadow-strength").value = String(look.shadow_strength);
     element("ambient-occlusion").checked = look.ambient_occlusion;
-    const isLit = look.shading && (look.blend === "composite" || look.blend === "iso");
-    const ids = ["headlight", "lights-follow", "strength", "light-color", "shadows", "ambient-occlusion", "light", "add-light", "delete-light"];
-    for (const id of ids) element(id).disabled = !isLit || id in this.unavailable;
-    element("lights-follow").disabled ||= look.lights.every(({ direction }) => direction === null) && !isBeside;
-    element("shadow-strength").disabled = !isLit || !look.shadows || "shadows" in this.unavailable;
-    element("angle").disabled = !isLit || !look.shadows || element("headlight").checked;
+    const isLit = isStudio || (look.shading && (look.blend === "composite" || look.blend === "iso"));
+    const ids = ["headlight", "lights-follow", "strength", "light-color", "light", "add-light", "delete-light"];
+    for (const id of ids) element(id).disabled = !isLit;
+    for (const id of ["shadows", "ambient-occlusion"]) element(id).disabled = !isLit || isStudio || id in this.unavailable;
+    element("lights-follow").disabled ||= look.lights.every(({ direction }) => direction === null) && !isBeside && !isStudio;
+    element("shadow-strength").disabled = element("shadows").disabled || !look.shadows;
+    element("angle").disabled = !isLit || !(look.shadows || isStudio) || element("headlight").checked;
     element("add-light").disabled ||= look.lights.length >= MOST;
     element("delete-light").disabled ||= look.lights.length < 2;
     const count = Math.max(look.lights.length, 1);
@@ -98,6 +118,23 @@ export class Lighting {
     return [{ direction: look.shadows ? [...BESIDE] : null, strength: 1, angle: 0, color: WHITE }];
   }
 
+  /** Chooses the studio, or the plain look. The light of either stays as it was left. @param {Look} look @param {boolean} isStudio */
+  choose(look, isStudio) {
+    if ((look.studio !== null) === isStudio) return;
+    const { studio, lights, lights_follow } = look;
+    const toWorld = (/** @type {number[]} */ direction) => this.page.toWorld(direction).map(rounded);
+    const first = () => ({
+      // Light stays in the world: turning computes none anew.
+      studio: { ...this.studio.look, sky_up: toWorld(this.studio.look.sky_up) },
+      lights: this.studio.lights.map((light) => ({ ...light, direction: light.direction && toWorld(light.direction) })),
+      lights_follow: false,
+    });
+    // Undo may have led to the look that was left.
+    const left = this.other && (this.other.studio !== null) === isStudio ? this.other : null;
+    Object.assign(look, left ?? (isStudio ? first() : { studio: null, lights: [], lights_follow: true }));
+    this.other = { studio, lights, lights_follow };
+  }
+
   /** Changes the chosen light. @param {(light: Light, look: Look) => void} change @param {boolean} isDone */
   changeLight(change, isDone) {
     this.page.change((look) => {
@@ -113,8 +150,8 @@ export class Lighting {
     this.changeLight((light, look) => {
       const hasOthers = look.lights.some((other) => other !== light && other.direction !== null);
       // One switch is for all lights: the first direction decides as the box says.
-      if (!hasOthers && light.direction === null) look.lights_follow = true;
-      light.direction = (look.lights_follow ? camera : this.page.toWorld(camera)).map((x) => Number(x.toFixed(4)));
+      if (!hasOthers && light.direction === null && !look.studio) look.lights_follow = true;
+      light.direction = (look.lights_follow ? camera : this.page.toWorld(camera)).map(rounded);
     }, isDone);
   }
 
@@ -138,8 +175,10 @@ export class Lighting {
       const directions = this.directions;
       look.lights = this.listed(look);
       look.lights.forEach((light, n) => { if (light.direction) light.direction = on ? directions[n] : page.toWorld(directions[n]); });
+      if (look.studio) look.studio.sky_up = on ? page.toCamera(look.studio.sky_up) : page.toWorld(look.studio.sky_up);
       look.lights_follow = on;
     });
+    element("lit").addEventListener("change", () => page.change((look) => this.choose(look, element("lit").value === "studio"), true));
     element("headlight").addEventListener("change", () => {
       if (!element("headlight").checked) this.point([...BESIDE], true);
       else this.changeLight((light) => { light.direction = null; }, true);
@@ -150,8 +189,8 @@ export class Lighting {
       page.change((look) => {
         if (look.lights.length === 0 && look.shadows) look.lights_follow = true;
         look.lights = [...this.listed(look), { direction: null, strength: 0.5, angle: 0, color: WHITE }];
-        if (look.lights.every(({ direction }) => direction === null)) look.lights_follow = true;
-        look.lights[this.chosen].direction = look.lights_follow ? [...ADDED] : page.toWorld(ADDED).map((x) => Number(x.toFixed(4)));
+        if (look.lights.every(({ direction }) => direction === null) && !look.studio) look.lights_follow = true;
+        look.lights[this.chosen].direction = look.lights_follow ? [...ADDED] : page.toWorld(ADDED).map(rounded);
       }, true);
     });
     element("delete-light").addEventListener("click", () => page.change((look) => {
@@ -167,6 +206,9 @@ export class Lighting {
       element("light-color").addEventListener(event, () => {
         this.changeLight((light) => { light.color = fromHex(element("light-color").value).map((part) => Number(part.toFixed(4))); }, isDone);
       });
+    }
+    for (const id of /** @type {const} */ (["exposure", "scattering"])) {
+      slide(id, (value, isDone) => page.change((look) => { if (look.studio) look.studio[id] = value; }, isDone));
     }
     slide("shadow-strength", (value, isDone) => page.change((look) => { look.shadow_strength = value; }, isDone));
   }

@@ -192,7 +192,7 @@ function begin(hello) {
   controls.make(hello.settings, changeLook);
   sides.set(hello.sides);
   channels.begin(hello);
-  lighting.unavailable = hello.unavailable;
+  lighting.begin(hello);
   slices.begin(hello);
   time.begin(hello.steps);
   session.begin(hello);

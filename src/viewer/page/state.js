@@ -4,8 +4,9 @@
  * @typedef {{ parallel_scale: number } | { perspective: [number, number] }} Projection
  * @typedef {{ azimuth: number, elevation: number, roll: number, center: number[], projection: Projection }} Camera
  * @typedef {{ direction: number[] | null, strength: number, angle: number, color?: number[] }} Light
+ * @typedef {{ sky_up: number[], scattering: number, exposure: number }} Studio
  * @typedef {{ quality: string | null, kernel: string | null, blend: string, iso: number, shading: boolean, lights: Light[],
- *   lights_follow: boolean, shadows: boolean, shadow_strength: number, ambient_occlusion: boolean, background: string,
+ *   lights_follow: boolean, studio: Studio | null, shadows: boolean, shadow_strength: number, ambient_occlusion: boolean, background: string,
  *   crop: number[][] | null, clips: number[][], gradient: string | null, plain: Record<string, unknown>, legend: boolean, bounding_box: boolean, axes: boolean,
  *   frame: number, channels: { visible: boolean, factor: number, color: string }[],
  *   labels: { only: string[], hidden: string[], colors: [string, string][] } }} Look
@@ -110,11 +111,12 @@ const areNumbers = (/** @type {unknown} */ list, /** @type {number} */ count) =>
 function isLook(look, first) {
   const isKind = (/** @type {string} */ name) => typeof look[name] === typeof first[name] && Array.isArray(look[name]) === Array.isArray(first[name]);
   const isText = (/** @type {unknown} */ value) => typeof value === "string";
-  const { quality, kernel, gradient, lights, crop, clips, channels, labels } = look;
-  return Object.keys(first).filter((name) => !["quality", "kernel", "gradient", "crop"].includes(name)).every(isKind)
+  const { quality, kernel, gradient, lights, studio, crop, clips, channels, labels } = look;
+  return Object.keys(first).filter((name) => !["quality", "kernel", "gradient", "crop", "studio"].includes(name)).every(isKind)
     && [quality, kernel, gradient].every((name) => name === null || isText(name))
     && lights.every((/** @type {any} */ { direction, strength, angle, color }) => (direction === null || areNumbers(direction, 3))
       && areNumbers([strength, angle], 2) && (color === undefined || areNumbers(color, 3)))
+    && (studio === null || (areNumbers(studio.sky_up, 3) && areNumbers([studio.scattering, studio.exposure], 2)))
     && (crop === null || (crop.length === 2 && crop.every((/** @type {unknown} */ corner) => areNumbers(corner, 3))))
     && clips.every((/** @type {unknown} */ clip) => areNumbers(clip, 6))
     && channels.every((/** @type {any} */ { visible, factor, color }) => typeof visible === "boolean" && Number.isFinite(factor) && isText(color))

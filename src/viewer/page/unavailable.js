@@ -6,6 +6,7 @@ const element = (/** @type {string} */ id) => /** @type {HTMLElement} */ (docume
 const CONTROLS = {
   shadows: ["shadows", "shadow-strength"],
   "ambient-occlusion": ["ambient-occlusion"],
+  studio: ["lit=studio"],
   slices: ["shown", "planes", "colors", "kernel", "level", "width", "thickness", "x", "y", "z"].map((name) => `slices-${name}`),
   paper: ["quality=paper"],
   maximum: ["blend=maximum"],

@@ -309,6 +309,16 @@ pub const QUALITIES: &[Row] = &[
     beside(
         "--look studio",
         |s| set_studio(s, Studio::default()),
+        "--sky-up",
+        "--sky-up 1,0,2",
+        |s| {
+            let sky = Sky { up: DVec3::new(1.0, 0.0, 2.0), ..Sky::default().up_in(LightSpace::World) };
+            set_studio(s, Studio { sky, ..Studio::default() });
+        },
+    ),
+    beside(
+        "--look studio",
+        |s| set_studio(s, Studio::default()),
         "--scattering",
         "--scattering 0.25",
         |s| {

@@ -286,6 +286,42 @@ describe("light", () => {
   });
 });
 
+describe("studio", () => {
+  on("the studio is chosen, keeps its light in the world while the camera turns, and gives the plain light back", async (page, first) => {
+    const look = async () => (await state(page)).look;
+    const before = await look();
+    await page.locator("#lit").selectOption("studio");
+    const studio = await refined(page);
+    isDifferent(studio, first, "the studio");
+    const { lights, studio: own, lights_follow } = await look();
+    assert.ok(lights.length === 2 && !lights_follow && Math.abs(Math.hypot(...own.sky_up) - 1) < 1e-3, JSON.stringify(own));
+    assert.ok(await page.locator("#shadows").isDisabled());
+    await drag(page, 120, 40);
+    const turned = await refined(page);
+    assert.deepEqual((await look()).lights, lights);
+    // The frames of a hand have light of lower resolution, but the same brightness.
+    const mean = (picture) => measured(picture).mean.slice(0, 3).reduce((sum, value) => sum + value);
+    await page.mouse.move(...await middle(page));
+    await page.mouse.down();
+    await page.mouse.move(...await middle(page, 1, 0));
+    await page.waitForFunction(() => globalThis.layersplat.shown.step === "moving");
+    const moving = await pixels(page);
+    await page.mouse.up();
+    assert.ok(Math.abs(mean(moving) / mean(await refined(page)) - 1) < 0.03, `${mean(moving)} of ${mean(turned)}`);
+    await section(page, "Light");
+    await set(page, "#exposure", 1);
+    assert.ok(mean(await refined(page)) > 1.1 * mean(turned), "the exposure");
+    await set(page, "#scattering", 0);
+    assert.deepEqual((await look()).studio, { ...own, exposure: 1, scattering: 0 });
+    await page.reload();
+    await page.waitForFunction(() => globalThis.layersplat?.shown.pictures > 0);
+    assert.equal((await look()).studio.exposure, 1);
+    await page.locator("#lit").selectOption("plain");
+    await refined(page);
+    assert.deepEqual([(await look()).studio, (await look()).lights], [null, before.lights]);
+  });
+});
+
 describe("settings", () => {
   /** Values other than the default, of all settings whose controls the program describes. @type {Record<string, string | number | boolean>} */
   const VALUES = { unit_distance: 4, extinction: "linear", early_termination: false, gamma: 2 };

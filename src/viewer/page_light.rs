@@ -1,0 +1,108 @@
+//! Lights and the studio, as the page changes them.
+
+use super::look::Look;
+use crate::camera::Camera;
+use crate::error::Error;
+use crate::settings::{Blend, Light, LightSpace, Sky, Studio, WHITE};
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+
+/// A light.
+#[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq)]
+#[serde(deny_unknown_fields)]
+pub struct PageLight {
+    /// Direction towards the light; `None`: at the camera.
+    pub direction: Option<[f64; 3]>,
+    /// 0 … 100.
+    pub strength: f64,
+    /// Angular diameter in degrees, 0 … 45.
+    pub angle: f64,
+    /// Red, green and blue, 0 … 1. Links of earlier versions have none: white.
+    #[serde(default = "white")]
+    pub color: [f64; 3],
+}
+
+/// The studio as the page changes it. Its lights are those of the look.
+#[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq)]
+#[serde(deny_unknown_fields)]
+pub struct PageStudio {
+    /// Direction in which up is for the sky, along the axes of the lights.
+    pub sky_up: [f64; 3],
+    /// Factor of the light that scatters again, 0 … 1.
+    pub scattering: f64,
+    /// Exposure in stops, −20 … 20.
+    pub exposure: f64,
+}
+
+fn white() -> [f64; 3] {
+    WHITE
+}
+
+impl PageLight {
+    pub(super) fn of(light: &Light) -> Self {
+        let Light { strength, angle, color, .. } = *light;
+        Self { direction: light.direction.map(|d| d.to_array()), strength, angle, color }
+    }
+
+    pub(super) fn light(&self) -> Light {
+        let direction = self.direction.map(DVec3::from_array);
+        Light { direction, strength: self.strength, angle: self.angle, color: self.color, ..Light::AT_CAMERA }
+    }
+}
+
+impl PageStudio {
+    /// The studio of settings.
+    pub fn of(studio: &Studio) -> Self {
+        Self { sky_up: studio.sky.up.to_array(), scattering: studio.scattering, exposure: studio.exposure }
+    }
+
+    /// The studio of the page over what it does not change.
+    pub(super) fn over(&self, base: Studio, space: LightSpace) -> Studio {
+        let sky = Sky { up: self.sky_up.into(), space, ..base.sky };
+        Studio { sky, scattering: self.scattering, exposure: self.exposure, ..base }
+    }
+}
+
+impl Look {
+    /// The studio, where it is drawn: other blend modes have the plain look.
+    pub fn drawn_studio(&self) -> Option<PageStudio> {
+        self.studio.filter(|_| self.blend == Blend::Composite)
+    }
+
+    /// Whether the lights are those that a studio has by default, which move with the camera.
+    pub fn has_light_of_studio(&self) -> bool {
+        let own = Studio::SHADING.lights;
+        self.studio.is_some()
+            && self.lights_follow
+            && self
+                .lights
+                .iter()
+                .map(PageLight::light)
+                .eq(own.as_slice().iter().map(|light| Light { space: LightSpace::World, ..*light }))
+    }
+
+    /// Whether directions are along the axes of the camera, so that lights and sky move with it.
+    pub(crate) fn is_lit_from_camera(&self) -> bool {
+        self.lights_follow && (self.studio.is_some() || self.lights.iter().any(|light| light.direction.is_some()))
+    }
+
+    /// Axes of the directions of lights and sky.
+    pub(super) fn light_space(&self) -> LightSpace {
+        if self.lights_follow { LightSpace::Camera } else { LightSpace::World }
+    }
+
+    /// The look whose lights and sky stay in the world where `camera` sees them.
+    ///
+    /// # Errors
+    /// If the camera is invalid.
+    pub fn with_light_in_world(mut self, camera: &Camera) -> Result<Self, Error> {
+        if self.lights_follow {
+            let basis = camera.basis()?;
+            let directions = self.lights.iter_mut().filter_map(|light| light.direction.as_mut());
+            let directions = directions.chain(self.studio.iter_mut().map(|studio| &mut studio.sky_up));
+            directions.for_each(|direction| *direction = basis.in_world((*direction).into()).to_array());
+            self.lights_follow = false;
+        }
+        Ok(self)
+    }
+}
