@@ -6,7 +6,7 @@ use crate::host::{Host, OUT_OF_ORDER, SIZE, frame, hosts, keep, renderer, scene}
 use layersplat::device::DeviceMemory;
 use layersplat::layers::Kernel;
 use layersplat::renderer::{PictureFormat, PictureMemory};
-use layersplat::settings::{Algorithm, Blend, Evaluation, LayerAxis, Layered};
+use layersplat::settings::{Algorithm, Blend, Evaluation, LayerAxis, Layered, LightGrid, Look, Studio};
 use layersplat::{Background, Camera, Orbit, Quality, Settings};
 use opencl3::event::{CL_COMPLETE, Event};
 use opencl3::memory::{CL_FLOAT, CL_RGBA, CL_UNORM_INT8, ClMem, cl_image_format};
@@ -25,6 +25,8 @@ fn ways() -> Vec<Settings> {
         of(SPLATTED, layered(settings).evaluation),
         of(POINTS, Evaluation::Direct),
         Settings { blend: Blend::Maximum, ..settings },
+        Settings { studio: Some(Studio { exposure: 1.0, ..Studio::default() }), ..settings.with_look(Look::Studio) },
+        Settings { algorithm: CONVERGED, light_grid: LightGrid::Quarter, ..settings.with_look(Look::Studio) },
         CONVERGED.into(),
         Algorithm::Slicing { step: 0.8 }.into(),
     ]

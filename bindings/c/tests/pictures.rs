@@ -3,8 +3,9 @@
 mod common;
 
 use common::{EMPTY, FLOATS, FROM, HEIGHT, SOURCE, Scene, WIDTH, last_error, made, ok, refused, settings};
+use layersplat::color::Tone;
 use layersplat::glam::DVec3;
-use layersplat::settings::{Algorithm, AmbientOcclusion, LightGrid, Lights, Shading, Shadows};
+use layersplat::settings::{Algorithm, AmbientOcclusion, LightGrid, Lights, Look, Shading, Shadows};
 use layersplat::volume::Grid as LibraryGrid;
 use layersplat::{Background, DeviceChoice, OpenOptions, Orbit, TransferFunction, Viewport};
 use layersplat_c::*;
@@ -88,6 +89,39 @@ fn shadows_have_the_bits_of_the_library() {
     let floats = scene.floats(&given);
     assert!(floats == expected(both).pixels().as_flattened());
     assert!(floats != expected(shadowed).pixels().as_flattened());
+}
+
+#[test]
+fn the_studio_has_the_bits_of_the_library() {
+    let scene = Scene::new();
+    let plain = scene.floats(null());
+    let look = Settings { look: LookChoice::Studio as i32, ..settings(1) };
+    let own = layersplat::Settings::default().with_look(Look::Studio);
+    let floats = scene.floats(&look);
+    assert!(floats == expected(own).pixels().as_flattened() && floats != plain);
+    let given = Settings { sky_top: [2.0, 0.5, 1.0], sky_strength: 0.75, scattering: 0.5, exposure: 1.5, tone: 0, ..look };
+    let mut changed = own;
+    let studio = changed.studio.as_mut().unwrap();
+    (studio.sky.top, studio.sky.strength, studio.scattering) = ([2.0, 0.5, 1.0], 0.75, 0.5);
+    (studio.exposure, studio.tone) = (1.5, Tone::None);
+    let frame = expected(changed);
+    assert!(scene.floats(&given) == frame.pixels().as_flattened());
+    // The curve is that of bytes.
+    let mut bytes = vec![0u8; FLOATS];
+    // SAFETY: all arguments are alive.
+    unsafe {
+        ok(layersplat_render_rgba8(scene.renderer, &scene.camera, WIDTH, HEIGHT, &given, null(), bytes.as_mut_ptr(), FLOATS));
+    }
+    let curved = frame.with_curve(changed.curve()).to_rgba8(Background::Transparent);
+    let largest = bytes.iter().zip(&curved).map(|(a, b)| a.abs_diff(*b)).max();
+    assert!(largest <= Some(1), "{largest:?}: the device and the host round alike to a step");
+    // What the plain look has is refused, by its name.
+    let both = Settings { shadows: 1, ..look };
+    let mut none = [0f32; FLOATS];
+    // SAFETY: all arguments are alive.
+    let status =
+        unsafe { layersplat_render_floats(scene.renderer, &scene.camera, WIDTH, HEIGHT, &both, none.as_mut_ptr(), FLOATS) };
+    assert!(refused(status, Status::InvalidArgument).contains("the studio has shadows of its own"));
 }
 
 #[test]

@@ -130,7 +130,7 @@ impl LightSources {
             is_surface: matches!(settings.blend, Blend::Iso(_)),
             shadows: ValueGrid::new(dims, grid.voxels().min(2)),
             sky: ValueGrid::new(dims, grid.voxels()),
-            shift: if studio.is_some() { SHIFT_OF_STUDIO } else { shift_to_light(grid) },
+            shift: shift_to_light(grid).max(studio.as_ref().map_or(0.0, |_| SHIFT_OF_STUDIO)),
             spacing,
             studio,
         })

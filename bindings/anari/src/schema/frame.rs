@@ -163,6 +163,38 @@ pub static RENDERER: Class = Class {
             ..PLAIN
         },
         Parameter {
+            name: c"look",
+            types: &[ANARI_STRING],
+            description: c"how volumes are lit: as in the command, or by light that scatters in them",
+            default: DefaultValue::Text(c"plain"),
+            values: &[c"plain", c"studio"],
+            ..PLAIN
+        },
+        Parameter {
+            name: c"scattering",
+            types: &[ANARI_FLOAT32],
+            description: c"factor of the light that scatters again in the studio",
+            default: DefaultValue::Floats(&[1.0]),
+            range: Some(&[0.0, 1.0]),
+            ..PLAIN
+        },
+        Parameter {
+            name: c"exposure",
+            types: &[ANARI_FLOAT32],
+            description: c"stops by which bytes of the studio are brighter; floats are unaffected",
+            default: DefaultValue::Floats(&[0.0]),
+            range: Some(&[-20.0, 20.0]),
+            ..PLAIN
+        },
+        Parameter {
+            name: c"tone",
+            types: &[ANARI_STRING],
+            description: c"curve of bright colours of the studio, for bytes",
+            default: DefaultValue::Text(c"shoulder"),
+            values: &[c"none", c"shoulder"],
+            ..PLAIN
+        },
+        Parameter {
             name: c"gamma",
             types: &[ANARI_FLOAT32],
             description: c"colours of bytes are raised to 1/gamma; floats are unaffected",

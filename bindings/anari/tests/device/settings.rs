@@ -2,8 +2,9 @@
 
 use crate::scene::{DIRECTION, Expected, LIGHT, POSITION, SIDE, SIZE, Scene, difference};
 use anari_sys::*;
+use layersplat::color::Tone;
 use layersplat::glam::DVec3;
-use layersplat::settings::{AmbientOcclusion, ClipPlane, Clipping, CropBox, Light, Lights, Shadows};
+use layersplat::settings::{AmbientOcclusion, ClipPlane, Clipping, CropBox, Light, Lights, Look, Shadows, Sky, Studio};
 use layersplat::{Kernel, Projection, Quality};
 
 /// Frames of floats and bytes agree to rounding; a step of a byte is the limit.
@@ -13,7 +14,7 @@ const STEP: f64 = 1.0;
 type Change = fn(&Scene, &mut Expected);
 
 /// Parameters of camera, lights and renderer, each with the library's settings.
-const CHANGES: [(&str, Change); 18] = [
+const CHANGES: [(&str, Change); 21] = [
     ("gamma", |scene, expected| {
         scene.renderer.set(c"gamma", 2.0f32).commit();
         expected.settings.gamma = 2.0;
@@ -98,6 +99,30 @@ const CHANGES: [(&str, Change); 18] = [
         scene.renderer.set_flag(c"ambientOcclusion", true).set(c"ambientRadiance", 0.6f32).commit();
         expected.settings.shading.as_mut().unwrap().ambient = f64::from(0.6f32);
         expected.settings.ambient_occlusion = Some(AmbientOcclusion::default());
+    }),
+    ("the studio of the scene", |scene, expected| {
+        let look = scene.renderer.set_text(c"look", c"studio").set_text(c"tone", c"none").set(c"scattering", 0.5f32);
+        look.set(c"exposure", 1.0f32).set(c"ambientColor", [1.0f32, 0.5, 0.25]).set(c"ambientRadiance", 0.5f32).commit();
+        // Radiance comes from all around, and a light of strength 1 has an irradiance of pi.
+        let light = Light::towards(-DVec3::from_array(LIGHT.map(f64::from)));
+        expected.settings = expected.settings.with_look(Look::Studio);
+        set_lights(expected, &[Light { strength: 1.0 / std::f64::consts::PI, ..light }]);
+        let color = [0.5, 0.25, 0.125];
+        let sky = Sky { top: color, bottom: color, strength: 1.0, ..Sky::default() };
+        expected.settings.studio = Some(Studio { sky, scattering: 0.5, exposure: 1.0, tone: Tone::None });
+    }),
+    ("a sky alone", |scene, expected| {
+        scene.world.unset(c"light").commit();
+        scene.renderer.set_text(c"look", c"studio").set(c"ambientRadiance", 0.75f32).commit();
+        expected.settings = expected.settings.with_look(Look::Studio);
+        set_lights(expected, &[Light { strength: 0.0, ..Light::AT_CAMERA }]);
+        expected.settings.studio.as_mut().unwrap().sky =
+            Sky { top: [0.75; 3], bottom: [0.75; 3], strength: 1.0, ..Sky::default() };
+    }),
+    ("the light of the studio", |scene, expected| {
+        scene.world.unset(c"light").commit();
+        scene.renderer.unset(c"ambientRadiance").set_text(c"look", c"studio").commit();
+        expected.settings = expected.settings.with_look(Look::Studio);
     }),
     ("no light", |scene, expected| {
         scene.world.unset(c"light").commit();

@@ -17,7 +17,7 @@ pub const SUBTYPES: [&CStr; 9] = [
 ];
 
 /// Names of parameters.
-pub const NAMES: [&CStr; 36] = [
+pub const NAMES: [&CStr; 37] = [
     c"world",
     c"camera",
     c"renderer",
@@ -33,6 +33,7 @@ pub const NAMES: [&CStr; 36] = [
     c"pixelSamples",
     c"quality",
     c"kernel",
+    c"look",
     c"shadows",
     c"ambientOcclusion",
     c"region",
