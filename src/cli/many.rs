@@ -12,7 +12,7 @@ use super::{check, parse, progress};
 use crate::camera::Camera;
 use crate::check::Family;
 use crate::error::Error;
-use crate::image::{Depths, Frame};
+use crate::image::{Depths, Frame, ImageFormat};
 use crate::settings::Settings;
 use crate::viewport::Viewport;
 use indicatif::ProgressBar;
@@ -120,6 +120,7 @@ fn render_all(
         let settings = pictures.scene().settings_with_light(&arguments.scene, &line.light(arguments))?;
         arguments.require_shared(pictures.scene(), camera, inner, &settings)?;
         require_checked(arguments, &pictures, (camera, &settings), inner, &mut checked)?;
+        pictures.set_format(ImageFormat::from_path(&line.output)?);
         let started = Instant::now();
         let (Some(frame), _) = pictures.picture_with(&camera, size, &settings)? else { continue };
         let depths = if arguments.depth { Some(pictures.depths(&camera, size)?) } else { None };

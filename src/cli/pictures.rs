@@ -13,7 +13,7 @@ use crate::annotation::{AnnotatedView, Annotations, VectorFormat};
 use crate::camera::Camera;
 use crate::color::Curve;
 use crate::error::Error;
-use crate::image::{Background, Depths, Frame};
+use crate::image::{Background, Depths, Frame, ImageFormat};
 use crate::renderer::{Channel, FrameReport, StreamPlan};
 use crate::settings::Settings;
 use crate::shown::Shown;
@@ -69,6 +69,8 @@ pub(super) struct Pictures<'a> {
     options: &'a PictureOptions,
     background: Background,
     annotations: Annotations,
+    /// Whether pictures become files of floats, which stay in linear light.
+    keeps_floats: bool,
     scene_renderer: SceneRenderer,
     /// Grid of the volume that is drawn.
     grid: Grid,
@@ -89,12 +91,18 @@ impl<'a> Pictures<'a> {
             options,
             background,
             annotations,
+            keeps_floats: false,
             scene_renderer: SceneRenderer::new(scene)?,
             grid: scene.volume.grid().clone(),
             others: vec![None; scene.others.len()],
             first_checked: false,
             has_empty_picture: false,
         })
+    }
+
+    /// The following pictures are for files of this format.
+    pub fn set_format(&mut self, format: ImageFormat) {
+        self.keeps_floats = format.has_floats();
     }
 
     /// Enables or disables the legend of the following pictures.
@@ -192,15 +200,16 @@ impl<'a> Pictures<'a> {
             blend: settings.blend,
             background: self.background,
         };
-        let curve = self.curve(settings);
-        let frame = if curve == settings.curve() { frame } else { frame.coded(settings.curve()) };
-        let frame = self.annotations.drawn_beside(frame, size, shown)?.with_curve(curve);
-        Ok((Some(frame), report))
+        // Annotations keep their colours in pictures of integers: they are drawn on coded ones.
+        let curve = settings.curve();
+        let frame = if self.keeps_floats { frame.with_curve(curve) } else { frame.coded(curve) };
+        Ok((Some(self.annotations.drawn_beside(frame, size, shown)?), report))
     }
 
-    /// The curve that is left for finished pictures. Annotations are drawn on coded colours.
-    pub fn curve(&self, settings: &Settings) -> Curve {
-        if self.annotations.is_empty() { settings.curve() } else { settings.curve().of_coded() }
+    /// The curve that is left for finished pictures.
+    pub fn curve(&self) -> Curve {
+        let curve = self.scene.settings.curve();
+        if self.keeps_floats { curve } else { curve.of_coded() }
     }
 
     /// Depths of a picture, along rays through the pixel centres, and the ids of its labels there.

@@ -115,6 +115,7 @@ pub(super) fn run(arguments: &Arguments, processes: &Processes) -> Result<ExitCo
     processes.in_turn(|| check::require(&scene.device, &families, &arguments.scene.device))?;
     let started = Instant::now();
     let mut pictures = Pictures::new(&scene, &arguments.pictures, options.background)?;
+    pictures.set_format(ImageFormat::from_path(output.path())?);
     let plan = pictures.announce(&camera, options.size)?;
     pictures.measure(arguments.json);
     let (frame, report) = pictures.picture(&camera, options.size)?;

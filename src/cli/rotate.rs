@@ -133,7 +133,7 @@ pub(super) fn run(arguments: &Arguments, processes: &Processes) -> Result<ExitCo
         }
         let rendered = if processes.owns(n) { pictures.picture(camera, options.size)?.0 } else { None };
         if let (Some(film), Some(frame)) = (&mut film, processes.collect(n, rendered, options.size)) {
-            film.add(&frame.with_curve(pictures.curve(&scene.settings)))?;
+            film.add(&frame)?;
             bar.inc(1);
         }
     }

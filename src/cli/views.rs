@@ -78,9 +78,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let inner = arguments.pictures.rendered(arguments.pictures.inner(options.size, &scene))?;
     scene.require_checked(&arguments.scene, inner, &cameras)?;
     let mut pictures = Pictures::new(&scene, &arguments.pictures, options.background)?;
+    pictures.set_format(ImageFormat::from_path(output.path())?);
     pictures.announce(&cameras[0], options.size)?;
     let pixels = render_views(arguments, &mut pictures, views.iter().zip(&cameras), sheet)?;
-    let picture = Frame::new(sheet, pixels).with_curve(pictures.curve(&scene.settings));
+    let picture = Frame::new(sheet, pixels).with_curve(pictures.curve());
     picture.save_encoded(output.path(), options.background, &encoding, None)?;
     if output.is_standard() {
         return output.finish(output.path());

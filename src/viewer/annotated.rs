@@ -16,20 +16,21 @@ fn annotations_of(look: &Look, scene: &SharedScene) -> Result<Option<Annotations
     Ok(Some(look.annotations(scene.length_units(), list)).filter(|annotations| !annotations.is_empty()))
 }
 
-/// A finished frame with the annotations and the curve of a look.
+/// A finished frame with the annotations and the curve of a look. `keeps_floats`: for a file of floats, which stays in linear light.
 pub(super) fn annotated(
     frame: Frame,
     scene: &SharedScene,
     CurrentLook { look, transfers }: CurrentLook,
     camera: &Camera,
     blend: Blend,
+    keeps_floats: bool,
 ) -> Result<Frame, Error> {
     let curve = scene.host.settings(look, None)?.curve();
     let Some(annotations) = annotations_of(look, scene)? else { return Ok(frame.with_curve(curve)) };
     let transfer = &transfers[0];
     let (grid, background) = (scene.opening.volume.grid(), look.background()?);
     let shown = AnnotatedView { camera, grid, transfer, blend, background };
-    Ok(annotations.drawn(frame.coded(curve), shown)?.with_curve(curve.of_coded()))
+    annotations.drawn(if keeps_floats { frame.with_curve(curve) } else { frame.coded(curve) }, shown)
 }
 
 impl Painter {
@@ -41,6 +42,6 @@ impl Painter {
 
     /// A finished frame with the annotations of the look.
     pub(super) fn annotated(&self, frame: Frame, camera: &Camera, blend: Blend) -> Result<Frame, Error> {
-        annotated(frame, &self.scene, self.now(), camera, blend)
+        annotated(frame, &self.scene, self.now(), camera, blend, false)
     }
 }

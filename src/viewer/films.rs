@@ -154,7 +154,7 @@ impl Maker {
             let (Some(frame), _) = renderer.render(camera, rendered, &settings)? else { return Ok(()) };
             let frame = if film.samples > 1 { frame.averaged(film.samples)? } else { frame };
             animation
-                .add(&annotated(frame, scene, CurrentLook { look: &look, ..order.now() }, camera, settings.blend)?)
+                .add(&annotated(frame, scene, CurrentLook { look: &look, ..order.now() }, camera, settings.blend, false)?)
                 .map_err(without_path)?;
         }
         animation.finish().map_err(without_path)?;

@@ -48,7 +48,14 @@ impl Maker {
         scene.host.require_checked(&view, rendered, &settings)?;
         let (Some(frame), _) = renderer.render(&view, rendered, &settings)? else { return Ok(()) };
         let frame = if samples > 1 { frame.averaged(samples)? } else { frame };
-        let frame = annotated(frame, scene, CurrentLook { look: &look, ..order.now() }, &view, settings.blend)?;
+        let frame = annotated(
+            frame,
+            scene,
+            CurrentLook { look: &look, ..order.now() },
+            &view,
+            settings.blend,
+            format == SavedFormat::Exr,
+        )?;
         let failed = |e: io::Error| Error::write(Path::new("the picture"), e);
         let folder = Scratch::new()?;
         let path = folder.path().join(format.file_name());

@@ -4,13 +4,15 @@ use crate::common::command::*;
 use crate::common::{device, random_bytes, scaled, viewport};
 use layersplat::color::{Curve, Exposure, Tone};
 use layersplat::framing::{Fixed, Framing};
-use layersplat::settings::Blend;
+use layersplat::settings::{Blend, Look};
 use layersplat::{Background, Camera, OpenOptions, Orbit, Projection, Renderer, Settings, TransferFunction, Volume};
 use std::io::Write;
 use std::path::Path;
 use std::process::Command;
 
 const DIMS: [usize; 3] = [14, 12, 10];
+/// Colour of lines and text over black.
+const INK: [u8; 3] = [236; 3];
 const NAME: &str = "plain_14x12x10_uint8.raw";
 
 /// A volume without symmetry.
@@ -55,13 +57,15 @@ fn each_frame_of_a_turn_is_seen_from_its_own_side() {
     let (centre, diagonal) = (volume.grid().centre(), volume.grid().diagonal());
     let framing = Framing::visible(&volume, &transfer, None);
     let around = Fixed { centre: Some(framing.centre()), ..Fixed::default() };
-    let views: [(&str, [f64; 3], Fitted); 3] = [
+    let views: [(&str, [f64; 3], Fitted); 4] = [
         ("--azimuth 30 --elevation -10 --roll 15 --fit volume", [30.0, -10.0, 15.0], &|orbit| {
             Camera::fit_parallel(centre, diagonal, size, orbit)
         }),
         // The default elevation is 20°.
         ("--azimuth -50", [-50.0, 20.0, 0.0], &|orbit| framing.parallel(orbit, size, around)),
         ("--elevation 0 --perspective 40", [0.0; 3], &|orbit| framing.perspective(orbit, size, 40.0, around)),
+        // Its sky and its lights stay in the world where the first camera sees them.
+        ("--look studio --azimuth 15", [15.0, 20.0, 0.0], &|orbit| framing.parallel(orbit, size, around)),
     ];
     for (arguments, [azimuth, elevation, roll], camera) in views {
         let turn = format!("rotate {NAME} --frames {FRAMES} --size 36x28 --transfer fire -o turn {arguments}");
@@ -70,6 +74,10 @@ fn each_frame_of_a_turn_is_seen_from_its_own_side() {
         let cameras: Vec<Camera> = (0..FRAMES).map(|k| camera(side(k))).collect();
         // All frames use the size of the frame that needs most.
         let largest = cameras.iter().map(reach).fold(0.0, f64::max);
+        let mut settings = Settings::default();
+        if arguments.contains("studio") {
+            settings = settings.with_look(Look::Studio).with_light_in_world(&cameras[0]).unwrap();
+        }
         let mut shown: Vec<Vec<u8>> = Vec::new();
         for (k, camera) in cameras.into_iter().enumerate() {
             let camera = match camera.projection {
@@ -79,9 +87,9 @@ fn each_frame_of_a_turn_is_seen_from_its_own_side() {
                     Camera { position: camera.focal_point + to_eye * largest, ..camera }
                 }
             };
-            let (frame, _) = renderer.render(&camera, size, &Settings::default()).unwrap();
+            let (frame, _) = renderer.render(&camera, size, &settings).unwrap();
             let found = decoded(&f.join(format!("turn/frame_{k:04}.png")));
-            assert!(found == frame.to_rgba8(Background::BLACK), "{arguments}: frame {k} differs");
+            assert!(found == frame.with_curve(settings.curve()).to_rgba8(Background::BLACK), "{arguments}: frame {k} differs");
             assert!(!shown.contains(&found), "{arguments}: frame {k} repeats a previous one");
             shown.push(found);
         }
@@ -280,6 +288,31 @@ fn pictures_are_encoded_as_asked() {
         let expected = linear.clone().with_curve(curve).to_rgba8(Background::BLACK);
         assert_eq!(decoded(&f.join("shown.png")), expected, "{options}");
     }
+    // Annotations keep their colours beside it, and in files of floats they are in linear light, too.
+    let wide = scene.replace("36x28", "160x120");
+    let draw = |name: &str, more: &str| assert_eq!(run(f, &format!("render {wide} -o {name} {more}")), Some(0), "{more}");
+    let legend = "--legend --legend-place over --axes";
+    let [lit, plain_over] = ["--look studio", ""].map(|look| {
+        draw("over.png", &format!("{legend} {look}"));
+        decoded(&f.join("over.png"))
+    });
+    let inked: Vec<usize> = (0..plain_over.len() / 4).filter(|n| plain_over[4 * n..][..3] == INK).collect();
+    assert!(inked.len() > 20 && inked.iter().all(|n| lit[4 * n..][..3] == INK), "{}", inked.len());
+    draw("over.npy", &format!("--look studio {legend}"));
+    draw("alone.npy", "--look studio");
+    let [over, alone] = ["over.npy", "alone.npy"].map(|name| layersplat::image::read_image(&f.join(name)).unwrap());
+    let ink = layersplat::color::linear(f64::from(INK[0]) / 255.0) as f32;
+    assert!(inked.iter().all(|&n| over.pixels()[n][..3] == [ink; 3]));
+    let same = over.pixels().iter().zip(alone.pixels()).filter(|(a, b)| a == b && b[3] > 0.0).count();
+    assert!(same > alone.pixels().len() / 5, "{same} pixels of the volume are as they were");
+    // One picture of a contact sheet has the legend; all have the curve once.
+    assert_eq!(run(f, &format!("views {wide} -o sides-legend.png --look studio --legend --legend-place over")), Some(0));
+    assert_eq!(run(f, &format!("views {wide} -o sides.png --look studio")), Some(0));
+    let [with, without] = ["sides-legend.png", "sides.png"].map(|name| decoded(&f.join(name)));
+    let column = |n: usize| n % (4 * 160) / 160;
+    let differ =
+        |c: usize| (0..with.len() / 4).filter(|&n| column(n) == c && with[4 * n..][..4] != without[4 * n..][..4]).count();
+    assert!((1..160 * 120 / 2).contains(&differ(3)) && (0..3).all(|c| differ(c) == 0), "{:?}", [0, 1, 2, 3].map(differ));
     // Gamma is for integers.
     render("-o raised.npy --gamma 2");
     render("-o raised.png --gamma 2");

@@ -1,6 +1,7 @@
 //! Antialiased lines, rectangles and text on transparent pixels.
 
 use super::extent::Extent;
+use crate::color::linear;
 use crate::error::Error;
 use crate::image::text::blend;
 use crate::image::{Background, draw_text};
@@ -49,9 +50,11 @@ impl Canvas {
         self.ink
     }
 
-    /// Pixel `n`, premultiplied.
-    pub fn pixel(&self, n: usize) -> [f32; 4] {
+    /// Pixel `n`, premultiplied. `is_linear`: in linear light.
+    pub fn pixel(&self, n: usize, is_linear: bool) -> [f32; 4] {
         let [r, g, b, a] = [0, 1, 2, 3].map(|channel| f32::from(self.pixels[4 * n + channel]) / 255.0);
+        let decodes = is_linear && a > 0.0;
+        let [r, g, b] = [r, g, b].map(|c| if decodes { linear(f64::from(c)) as f32 } else { c });
         [r * a, g * a, b * a, a]
     }
 
@@ -156,7 +159,7 @@ mod tests {
     }
 
     fn covered(canvas: &Canvas) -> f64 {
-        (0..canvas.viewport().pixels()).map(|n| f64::from(canvas.pixel(n)[3])).sum()
+        (0..canvas.viewport().pixels()).map(|n| f64::from(canvas.pixel(n, false)[3])).sum()
     }
 
     #[test]

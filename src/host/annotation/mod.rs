@@ -175,7 +175,7 @@ impl Annotations {
         let mut canvas = Canvas::new(Extent { viewport, ..extent }, background)?;
         key.draw(&mut canvas);
         let rows = key.rows(extent);
-        let pixels = (rows.start as usize * width as usize..rows.end as usize * width as usize).map(|n| canvas.pixel(n));
+        let pixels = (rows.start as usize * width as usize..rows.end as usize * width as usize).map(|n| canvas.pixel(n, false));
         Ok(Frame::new(Viewport::new(width, rows.end - rows.start)?, pixels.collect()))
     }
 
@@ -195,7 +195,8 @@ impl Annotations {
     /// If the frame is larger than `size`, the camera or the font size is invalid, or memory is insufficient.
     pub fn drawn_beside(&self, frame: Frame, size: Viewport, shown: AnnotatedView) -> Result<Frame, Error> {
         let inner = Viewport::new(frame.width(), frame.height())?;
-        let frame = frame.within(size)?;
+        let curve = frame.curve();
+        let frame = frame.within(size)?.with_curve(curve);
         if self.is_empty() {
             return Ok(frame);
         }
@@ -270,13 +271,15 @@ pub fn with_letters(frame: Frame, [right, left, upper, lower]: &[String; 4], bac
     Ok(composed(frame, viewport, &under, &over))
 }
 
-/// Composites `over` on the frame on `under`.
+/// Composites `over` on the frame on `under`, in linear light if the frame is. It keeps its curve.
 fn composed(frame: Frame, viewport: Viewport, under: &Canvas, over: &Canvas) -> Frame {
+    let curve = frame.curve();
+    let is_linear = curve.linear.is_some();
     let mut pixels = frame.into_pixels();
     pixels.par_iter_mut().enumerate().for_each(|(n, pixel)| {
-        *pixel = on(over.pixel(n), on(*pixel, under.pixel(n)));
+        *pixel = on(over.pixel(n, is_linear), on(*pixel, under.pixel(n, is_linear)));
     });
-    Frame::new(viewport, pixels)
+    Frame::new(viewport, pixels).with_curve(curve)
 }
 
 /// Composites a premultiplied pixel over another. A transparent pixel leaves the other one bit-identical.

@@ -86,7 +86,7 @@ impl ImageFormat {
     }
 
     /// Whether pixels are floats, not integers.
-    pub(super) fn has_floats(self) -> bool {
+    pub fn has_floats(self) -> bool {
         matches!(self, ImageFormat::Exr | ImageFormat::Npy)
     }
 

@@ -70,6 +70,11 @@ impl Frame {
         self.with_curve(coded).curved().into_owned().with_curve(curve.of_coded())
     }
 
+    /// The curve of conversions to 8 and 16 bits.
+    pub(crate) fn curve(&self) -> Curve {
+        self.curve
+    }
+
     /// The frame as it is converted to integers: after its curve.
     #[doc(hidden)]
     pub fn curved(&self) -> Cow<'_, Self> {
