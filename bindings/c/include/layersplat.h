@@ -261,7 +261,7 @@ typedef enum layersplat_blend {
 } layersplat_blend;
 
 /**
- * Resolution of shadows and ambient occlusion. Below full resolution, surfaces that are nearly parallel to the light show contour rings.
+ * Resolution of shadows, ambient occlusion and scattered light. Below full resolution, surfaces that are nearly parallel to the light show contour rings.
  */
 typedef enum layersplat_light_grid {
   /**
@@ -273,10 +273,38 @@ typedef enum layersplat_light_grid {
    */
   LAYERSPLAT_LIGHT_GRID_HALF = 1,
   /**
-   * One value per 4 x 4 x 4 voxels for ambient occlusion; shadows have half the resolution.
+   * One value per 4 x 4 x 4 voxels for ambient occlusion and scattered light; shadows have half the resolution.
    */
   LAYERSPLAT_LIGHT_GRID_QUARTER = 2,
 } layersplat_light_grid;
+
+/**
+ * How a picture is lit.
+ */
+typedef enum layersplat_look {
+  /**
+   * By the lights and the ambient light, as the colours of the transfer function are.
+   */
+  LAYERSPLAT_LOOK_PLAIN = 0,
+  /**
+   * By a sky and lights whose light scatters in the volume, in linear colours.
+   */
+  LAYERSPLAT_LOOK_STUDIO = 1,
+} layersplat_look;
+
+/**
+ * Curve of bright colours in 8-bit pictures of the studio.
+ */
+typedef enum layersplat_tone {
+  /**
+   * They are cut off.
+   */
+  LAYERSPLAT_TONE_NONE = 0,
+  /**
+   * They approach white.
+   */
+  LAYERSPLAT_TONE_SHOULDER = 1,
+} layersplat_tone;
 
 /**
  * Where the opacity of colours comes from.
@@ -775,6 +803,44 @@ typedef struct layersplat_settings {
    * Gamma of 8-bit pictures, from 0.2 to 5: straight colours are raised to 1/gamma. Floats are unaffected.
    */
   double gamma;
+  /**
+   * A layersplat_look. The studio uses the lights: with none, a key light and a rim light beside the camera. It has no use for `ambient`,
+   * `ambient_color`, `diffuse`, `specular` and `power`.
+   */
+  int32_t look;
+  /**
+   * A layersplat_tone of the studio.
+   */
+  int32_t tone;
+  /**
+   * Red, green and blue of the sky above, in linear light, from 0 to 100. Up is upwards in the picture, or, with
+   * `lights` in world axes, along z.
+   */
+  double sky_top[3];
+  /**
+   * The same below.
+   */
+  double sky_bottom[3];
+  /**
+   * Factor of both, from 0 to 100.
+   */
+  double sky_strength;
+  /**
+   * Factor of the light that scatters again in the studio, from 0 to 1.
+   */
+  double scattering;
+  /**
+   * Exposure of 8-bit pictures of the studio in stops, from -20 to 20.
+   */
+  double exposure;
+  /**
+   * Share of the light that surfaces of the studio reflect as by a mirror, from 0 to 100.
+   */
+  double studio_specular;
+  /**
+   * Specular exponent of the studio, above 0.
+   */
+  double studio_power;
 } layersplat_settings;
 
 /**

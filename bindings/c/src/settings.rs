@@ -123,8 +123,8 @@ pub struct Settings {
     pub ambient_color: [f64; 3],
     /// Gamma of 8-bit pictures, from 0.2 to 5: straight colours are raised to 1/gamma. Floats are unaffected.
     pub gamma: f64,
-    /// A layersplat_look. The studio uses `specular`, the share of the light that surfaces reflect as by a mirror, `power`, and the lights: with
-    /// none, a key light and a rim light beside the camera. It has no use for `ambient`, `ambient_color` and `diffuse`.
+    /// A layersplat_look. The studio uses the lights: with none, a key light and a rim light beside the camera. It has no use for `ambient`,
+    /// `ambient_color`, `diffuse`, `specular` and `power`.
     pub look: i32,
     /// A layersplat_tone of the studio.
     pub tone: i32,
@@ -139,13 +139,18 @@ pub struct Settings {
     pub scattering: f64,
     /// Exposure of 8-bit pictures of the studio in stops, from -20 to 20.
     pub exposure: f64,
+    /// Share of the light that surfaces of the studio reflect as by a mirror, from 0 to 100.
+    pub studio_specular: f64,
+    /// Specular exponent of the studio, above 0.
+    pub studio_power: f64,
 }
 
 /// Size in bytes of the first version of the struct, which ends before `shadows`.
 const FIRST_VERSION: usize = offset_of!(Settings, shadows);
 
 /// Sizes of all versions of the struct, all of which are accepted. Before fields are appended, the present size becomes a constant here.
-const VERSIONS: [usize; 3] = [FIRST_VERSION, offset_of!(Settings, light_colors), size_of::<Settings>()];
+const VERSIONS: [usize; 4] =
+    [FIRST_VERSION, offset_of!(Settings, light_colors), offset_of!(Settings, look), size_of::<Settings>()];
 
 fn from_quality(quality: Quality) -> Settings {
     let Shading { ambient, diffuse, specular, power, .. } = Shading::default();
@@ -199,6 +204,8 @@ fn from_quality(quality: Quality) -> Settings {
         sky_strength: sky.strength,
         scattering,
         exposure,
+        studio_specular: Studio::SHADING.specular,
+        studio_power: Studio::SHADING.power,
     }
 }
 

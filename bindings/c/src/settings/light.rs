@@ -8,7 +8,11 @@ use layersplat::settings::{self, AmbientOcclusion, LightSpace, Lights, Look, Sha
 
 impl Settings {
     pub(super) fn shading(&self) -> Result<Option<Shading>, Failure> {
-        let Self { ambient, ambient_color, diffuse, specular, power, .. } = *self;
+        let Self { ambient, ambient_color, diffuse, .. } = *self;
+        let (specular, power) = match chosen::<Look>(self.look)? {
+            Look::Plain => (self.specular, self.power),
+            Look::Studio => (self.studio_specular, self.studio_power),
+        };
         let lights = self.lights()?;
         Ok(flag("lit", self.lit)?.then_some(Shading { ambient, ambient_color, diffuse, specular, power, lights }))
     }
