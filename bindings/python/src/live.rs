@@ -47,12 +47,14 @@ impl View {
     }
 
     /// The newest look. The own lights of the studio stay in the world where this camera sees them first: turning computes no light anew.
-    fn look_from(&self, camera: &OurCamera) -> Result<Look> {
+    /// Returns the look before, too, which Python knows until the page tells it the other.
+    fn look_from(&self, camera: &OurCamera) -> Result<(Look, Look)> {
         let mut shown = locked(&self.shown);
+        let before = shown.look.clone();
         if shown.look.has_light_of_studio() {
             shown.look = shown.look.clone().with_light_in_world(camera)?;
         }
-        Ok(shown.look.clone())
+        Ok((before, shown.look.clone()))
     }
 }
 
@@ -184,7 +186,7 @@ impl LiveScene {
         send: Py<PyAny>,
     ) -> Result<LivePage> {
         extract!(camera, transfer);
-        let look = self.view.look_from(camera.get().ours())?;
+        let (before, look) = self.view.look_from(camera.get().ours())?;
         let camera = PageCamera::of(camera.get().ours(), self.view.frame)?;
         let transfer = transfer.get().ours().clone();
         let first = First { camera, camera_is_given: true, look, transfer, others: Vec::new() };
@@ -197,7 +199,7 @@ impl LiveScene {
         };
         let begin = first.clone();
         let session = detached(py, move || Ok(Session::new(scene, &begin, carry)?))?;
-        let state = Mutex::new(State { session: Some(session), last: first });
+        let state = Mutex::new(State { session: Some(session), last: First { look: before, ..first } });
         Ok(LivePage { scene: self.scene.clone(), view: self.view.clone(), send, state })
     }
 }
@@ -258,12 +260,12 @@ impl LivePage {
     /// Shows another camera and transfer function, and what the scene shows now.
     fn give(&self, py: Python, camera: Argument<Bound<Camera>>, transfer: Argument<Bound<TransferFunction>>) -> Result<()> {
         extract!(camera, transfer);
-        let look = self.view.look_from(camera.get().ours())?;
+        let (before, look) = self.view.look_from(camera.get().ours())?;
         let camera = PageCamera::of(camera.get().ours(), self.view.frame)?;
         let transfer = transfer.get().ours().clone();
         let now = First { camera, camera_is_given: true, look, transfer, others: Vec::new() };
         let text = self.scene.given(&now);
-        locked(&self.state).last = now;
+        locked(&self.state).last = First { look: before, ..now };
         carried(py, &self.send, Message::Text(text));
         Ok(())
     }

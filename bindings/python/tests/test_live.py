@@ -135,6 +135,24 @@ def test_a_drag_sets_the_camera_and_angles_take_over_again(view):
     assert view.camera is None and len(heard) == 4, "what was given is no hand"
 
 
+def test_the_light_of_the_studio_stays_in_the_world(array):
+    view = layersplat.volshow(array, cmap="fire", clim=(0, 255), size=SIZE, settings=layersplat.Settings(look="studio"))
+    page = Page(view)
+    hello = page.first("hello")
+    assert hello["look"]["studio"]["exposure"] == 0 and not hello["look"]["lights_follow"]
+    page.ask({"type": "look", "look": hello["look"]})
+    page.view_of(turned(hello["camera"]))
+    drawn = pixels(page.picture("standard"))
+    assert np.array_equal(drawn, view.render()[..., :3]), "stills have the light of the page"
+    moved = layersplat.volshow(array, cmap="fire", clim=(0, 255), size=SIZE, camera=view.camera, settings=layersplat.Settings(look="studio"))
+    assert np.abs(drawn.astype(int) - moved.render()[..., :3]).max() > 8, "light that moves with the camera differs"
+    page.ask({"type": "look", "look": {**hello["look"], "studio": None, "lights": [], "lights_follow": True}})
+    page.view_of(hello["camera"])
+    page.picture("standard")
+    assert view.settings == layersplat.Settings()
+    view.close()
+
+
 @pytest.mark.parametrize("name, value", [("elevation", 5), ("roll", 10), ("zoom", 2.0), ("field_of_view", 30.0), ("azimuth", 30.0)])
 def test_every_angle_takes_over(view, name, value):
     page = Page(view)

@@ -138,6 +138,20 @@ def test_every_light_option_changes_the_picture(array, picture):
         assert all(not np.array_equal(one, other) for other in pictures[:i]), options[i]
 
 
+def test_the_studio_is_the_commands(array, command, tmp_path):
+    file = tmp_path / "volume_28x24x20_uint8.raw"
+    array.tofile(file)
+    given = ["--look", "studio", "--scattering", "0.5", "--exposure", "1", "--tone", "none", "--transfer", "fire", "--transfer-range", "0,255"]
+    command("render", file, *VIEW, *given, "-o", tmp_path / "picture.png")
+    settings = layersplat.Settings(look="studio", scattering=0.5, exposure=1, tone="none")
+    found = layersplat.render(layersplat.Volume.open(file), cmap="fire", clim=(0, 255), size=SIZE, settings=settings, **PLACE)
+    assert np.array_equal(found, np.asarray(Image.open(tmp_path / "picture.png").convert("RGBA")))
+    assert settings == eval(repr(settings), {"layersplat": layersplat}), repr(settings)
+    for wrong, words in [({"sky": (1, 1, 1)}, "belongs to the studio"), ({"look": "stage"}, "unknown look"), ({"look": "studio", "sky": {"up": (0, 0, 0)}}, "other than 0")]:
+        with pytest.raises((ValueError, layersplat.Error), match=words):
+            layersplat.render(array, settings=layersplat.Settings(**wrong), size=SIZE)
+
+
 def test_the_automatic_transfer_function_and_the_default_background_are_the_commands(array, command, tmp_path):
     file = tmp_path / "volume_28x24x20_int16.raw"
     (array.astype("<i2") * 11 - 500).tofile(file)
