@@ -179,7 +179,7 @@ impl Annotations {
         Ok(Frame::new(Viewport::new(width, rows.end - rows.start)?, pixels.collect()))
     }
 
-    /// Draws the annotations on a frame.
+    /// Draws the annotations on a frame: in linear light, if its curve says that its colours are.
     ///
     /// # Errors
     /// If the camera is invalid, or memory is insufficient.

@@ -57,8 +57,8 @@ impl Frame {
         Self { viewport, pixels, curve: Curve::NONE }
     }
 
-    /// Conversions to 8 and 16 bits apply a curve to straight colours. Floats stay as they are, and frames that are made of this one have no
-    /// curve.
+    /// Conversions to 8 and 16 bits apply a curve to straight colours. Floats stay as they are. Annotated frames keep the curve; other frames
+    /// that are made of this one have none.
     pub fn with_curve(self, curve: Curve) -> Self {
         Self { curve, ..self }
     }
