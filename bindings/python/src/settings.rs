@@ -63,9 +63,10 @@ impl Settings {
     #[new]
     #[pyo3(
         signature = (quality = None, **arguments),
-        text_signature = "(quality=None, *, algorithm='layered', kernel=None, samples_per_layer=None, density=None, layer_axis=None, \
-            step=None, sheet_distance=None, blend=None, shading=None, light_space='world', look='plain', sky=None, scattering=None, exposure=None, tone=None, shadows=False, \
-            ambient_occlusion=False, light_grid='full', gradient=None, gradient_opacity=None, depth_cue=None, crop=None, planes=None, unit_distance=None, \
+        text_signature = "(quality=None, *, algorithm='layered', kernel=None, samples_per_layer=None, density=None, \
+            layer_axis=None, step=None, sheet_distance=None, blend=None, shading=None, light_space='world', look='plain', \
+            sky=None, scattering=None, exposure=None, tone=None, shadows=False, ambient_occlusion=False, light_grid='full', \
+            gradient=None, gradient_opacity=None, depth_cue=None, crop=None, planes=None, unit_distance=None, \
             extinction='exponential', early_termination=True, gamma=1.0, pixel_aspect=1.0)"
     )]
     fn new(py: Python, quality: Option<Bound<PyAny>>, arguments: Option<Bound<PyDict>>) -> Result<Self> {

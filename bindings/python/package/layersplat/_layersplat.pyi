@@ -240,20 +240,20 @@ class Settings:
     0 to 1, or a dict of strength, which is that share, and forgiveness, 1 to 1000: the factor of the light in shadows, by default 4.
     With shadows and without a light, the light is (-1, 1, 1) in camera space. ambient_occlusion: True, False, or a dict of reach, the
     world distance over which it decreases to 1/e, by default without limit, and gain, 1 to 1000: the factor of the ambient light, by
-    default 3. light_grid: full, half or quarter, the resolution of shadows, ambient occlusion and scattered light; shadows have at
-    least half. look: plain, or studio, where a sky and lights shine into the volume, which scatters their light, in linear colours; it
-    has lights of its own if none are given, and of shading only specular and power count. sky: of the studio, one colour (red, green,
-    blue), the colours above and below, or a dict of top, bottom, strength, up and space; linear, 0 to 100. scattering: the factor, 0 to
-    1, of the light that scatters again. exposure: stops, -20 to 20, and tone: shoulder or none, the curve of bright colours; both of
-    8-bit pictures of the studio. gradient: central, sobel, gaussian:SIGMA (0.3 to 2 voxels) or own, for layered and raycast; by default sobel for layered, central for quality
-    paper, and for raycast the one that fits the kernel most closely. gradient_opacity: up to eight points (magnitude, factor): the
-    opacity factor at a gradient magnitude in values per world unit. depth_cue: the share, 0 to 1, of black that colours fade to at the
-    back of the volume's bounding box, or (share, (red, green, blue)) for another background. crop: ((x, y, z), (x, y, z)), the lowest
-    and the highest visible voxel. planes: up to six clipping planes (point, normal) in world coordinates; the side that the normal
-    points to is shown. unit_distance: thickness in world units at which the opacities apply, by default the smallest spacing.
-    extinction: exponential or linear. early_termination: whether rays stop at a transmittance below 1/4096. gamma: that of 8-bit
-    pictures, 0.2 to 5: their colours are raised to 1/gamma. pixel_aspect: width of a pixel in heights of a pixel, 1/16 to 16; cameras
-    that frame a volume take pixels as square.
+    default 3. light_grid: full, half or quarter, the resolution of shadows, ambient occlusion and scattered light; shadows have at least
+    half. look: plain, or studio, where a sky and lights shine into the volume, which scatters their light, in linear colours; it has
+    lights of its own if none are given, and of shading only specular and power count. sky: of the studio, one colour (red, green, blue),
+    the colours above and below, or a dict of top, bottom, strength, up and space; linear, 0 to 100. scattering: the factor, 0 to 1, of
+    the light that scatters again. exposure: stops, -20 to 20, and tone: shoulder or none, the curve of bright colours; both of 8-bit
+    pictures of the studio. gradient: central, sobel, gaussian:SIGMA (0.3 to 2 voxels) or own, for layered and raycast; by default sobel
+    for layered, central for quality paper, and for raycast the one that fits the kernel most closely. gradient_opacity: up to eight
+    points (magnitude, factor): the opacity factor at a gradient magnitude in values per world unit. depth_cue: the share, 0 to 1, of
+    black that colours fade to at the back of the volume's bounding box, or (share, (red, green, blue)) for another background. crop:
+    ((x, y, z), (x, y, z)), the lowest and the highest visible voxel. planes: up to six clipping planes (point, normal) in world
+    coordinates; the side that the normal points to is shown. unit_distance: thickness in world units at which the opacities apply, by
+    default the smallest spacing. extinction: exponential or linear. early_termination: whether rays stop at a transmittance below
+    1/4096. gamma: that of 8-bit pictures, 0.2 to 5: their colours are raised to 1/gamma. pixel_aspect: width of a pixel in heights of a
+    pixel, 1/16 to 16; cameras that frame a volume take pixels as square.
     """
 
     def __new__(
