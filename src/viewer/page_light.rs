@@ -3,7 +3,7 @@
 use super::look::Look;
 use crate::camera::Camera;
 use crate::error::Error;
-use crate::settings::{Blend, Light, LightSpace, Sky, Studio, WHITE};
+use crate::settings::{Light, LightSpace, Sky, Studio, WHITE};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
@@ -64,9 +64,9 @@ impl PageStudio {
 }
 
 impl Look {
-    /// The studio, where it is drawn: other blend modes have the plain look.
+    /// The studio, where it is drawn: maximum, minimum and average are not lit.
     pub fn drawn_studio(&self) -> Option<PageStudio> {
-        self.studio.filter(|_| self.blend == Blend::Composite)
+        self.studio.filter(|_| !self.blend.gathers_values())
     }
 
     /// Whether the lights are those that a studio has by default, which move with the camera.

@@ -67,9 +67,10 @@ export class Lighting {
     this.chosen = Math.min(this.chosen, Math.max(look.lights.length - 1, 0));
     const light = look.lights[this.chosen] ?? null;
     const isBeside = light === null && look.shadows;
-    const isStudio = look.studio !== null && look.blend === "composite";
+    const isShaded = look.blend === "composite" || look.blend === "iso";
+    const isStudio = look.studio !== null && isShaded;
     element("lit").value = look.studio ? "studio" : "plain";
-    element("lit").disabled = look.blend !== "composite";
+    element("lit").disabled = !isShaded;
     for (const id of /** @type {const} */ (["exposure", "scattering"])) {
       element(id).value = String((look.studio ?? this.studio.look)[id]);
       element(id).disabled = !isStudio;
@@ -84,7 +85,7 @@ export class Lighting {
     element("shadows").checked = look.shadows;
     element("shadow-strength").value = String(look.shadow_strength);
     element("ambient-occlusion").checked = look.ambient_occlusion;
-    const isLit = isStudio || (look.shading && (look.blend === "composite" || look.blend === "iso"));
+    const isLit = isStudio || (look.shading && isShaded);
     const ids = ["headlight", "lights-follow", "strength", "light-color", "light", "add-light", "delete-light"];
     for (const id of ids) element(id).disabled = !isLit;
     for (const id of ["shadows", "ambient-occlusion"]) element(id).disabled = !isLit || isStudio || id in this.unavailable;
