@@ -1,8 +1,5 @@
 //! Lights and the studio, as the page changes them.
 
-use super::look::Look;
-use crate::camera::Camera;
-use crate::error::Error;
 use crate::settings::{Light, LightSpace, Sky, Studio, WHITE};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
@@ -60,49 +57,5 @@ impl PageStudio {
     pub(super) fn over(&self, base: Studio, space: LightSpace) -> Studio {
         let sky = Sky { up: self.sky_up.into(), space, ..base.sky };
         Studio { sky, scattering: self.scattering, exposure: self.exposure, ..base }
-    }
-}
-
-impl Look {
-    /// The studio, where it is drawn: maximum, minimum and average are not lit.
-    pub fn drawn_studio(&self) -> Option<PageStudio> {
-        self.studio.filter(|_| !self.blend.gathers_values())
-    }
-
-    /// Whether the lights are those that a studio has by default, which move with the camera.
-    pub fn has_light_of_studio(&self) -> bool {
-        let own = Studio::SHADING.lights;
-        self.studio.is_some()
-            && self.lights_follow
-            && self
-                .lights
-                .iter()
-                .map(PageLight::light)
-                .eq(own.as_slice().iter().map(|light| Light { space: LightSpace::World, ..*light }))
-    }
-
-    /// Whether directions are along the axes of the camera, so that lights and sky move with it.
-    pub(crate) fn is_lit_from_camera(&self) -> bool {
-        self.lights_follow && (self.studio.is_some() || self.lights.iter().any(|light| light.direction.is_some()))
-    }
-
-    /// Axes of the directions of lights and sky.
-    pub(super) fn light_space(&self) -> LightSpace {
-        if self.lights_follow { LightSpace::Camera } else { LightSpace::World }
-    }
-
-    /// The look whose lights and sky stay in the world where `camera` sees them.
-    ///
-    /// # Errors
-    /// If the camera is invalid.
-    pub fn with_light_in_world(mut self, camera: &Camera) -> Result<Self, Error> {
-        if self.lights_follow {
-            let basis = camera.basis()?;
-            let directions = self.lights.iter_mut().filter_map(|light| light.direction.as_mut());
-            let directions = directions.chain(self.studio.iter_mut().map(|studio| &mut studio.sky_up));
-            directions.for_each(|direction| *direction = basis.in_world((*direction).into()).to_array());
-            self.lights_follow = false;
-        }
-        Ok(self)
     }
 }
