@@ -487,7 +487,7 @@ fn labels_color_a_scan() {
     std::fs::write(f.join("far.nrrd"), [header("uint8", "(500,0,0)").as_bytes(), &ids].concat()).unwrap();
     let nan: Vec<u8> = (0..512).flat_map(|n| if n == 9 { f32::NAN } else { 3.0f32 }.to_le_bytes()).collect();
     std::fs::write(f.join("nan.nrrd"), [header("float", "(0,0,0)").as_bytes(), &nan].concat()).unwrap();
-    let cases: [(&str, i32, &[&str]); 11] = [
+    let cases: [(&str, i32, &[&str]); 12] = [
         ("--label-colors nothing.nrrd", 1, &["nothing.nrrd"]),
         ("--label-colors half_8x8x8_uint8.raw", 1, &["half_8x8x8", "8x8x8", "16x16x16", "spacing and origin"]),
         ("--label-colors far.nrrd", 1, &["far.nrrd", "lie outside", "placement"]),
@@ -498,6 +498,7 @@ fn labels_color_a_scan() {
         ("--label-colors ids.nrrd --classification post", 2, &["--label-colors", "splatted layers"]),
         ("--label-colors ids.nrrd --algorithm view-sheets", 2, &["--label-colors", "ray casting"]),
         ("--label-colors ids.nrrd --with builtin:cube@8", 2, &["--label-colors", "one volume"]),
+        ("--label-colors ids.nrrd --look studio", 2, &["--look", "labels beside it"]),
         ("--label-colors ids.nrrd --memory 3k", 2, &["--memory", "set at least"]),
     ];
     for (more, code, words) in cases {
