@@ -111,20 +111,18 @@ fn largest_difference(one: &Frame, other: &Frame) -> f32 {
     pairs.flat_map(|(a, b)| (0..4).map(|c| (a[c] - b[c]).abs()).collect::<Vec<_>>()).fold(0.0, f32::max)
 }
 
-/// Layers and rays, layers with shadows, and the studio of both.
+/// Layers and rays, and layers with shadows and in the studio.
 fn methods() -> Vec<(&'static str, Settings)> {
     let cast = Settings { algorithm: Algorithm::Raycast { kernel: Kernel::Cubic, step: 0.25 }, ..Settings::default() };
     let shading =
         Some(Shading { lights: Lights::new(&[Light::towards(DVec3::new(-1.0, 1.2, 0.4))]).unwrap(), ..Shading::default() });
     let shadows = Settings { shading, shadows: Some(Shadows::default()), ..Quality::Standard.settings() };
-    let [studio, cast_studio] = [Quality::Standard.settings(), cast].map(|settings| settings.with_look(Look::Studio));
     vec![
         ("standard", Quality::Standard.settings()),
         ("high", Quality::High.settings()),
         ("cast", cast),
         ("shadows", shadows),
-        ("studio", studio),
-        ("studio, cast", cast_studio),
+        ("studio", Quality::Standard.settings().with_look(Look::Studio)),
     ]
 }
 
