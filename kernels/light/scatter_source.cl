@@ -55,7 +55,8 @@ __kernel void scatter_source(__global const float *medium, __global float *radia
 #endif
             STORE_CELLS((realv)(0.0f), mean + c * plane + at);
             if (p.flux)
-                STORE_CELLS((realv)(0.0f), mean + (3 + c) * plane + at);
+                for (int i = 0; i < 3; i++)
+                    STORE_CELLS((realv)(0.0f), mean + (3 + 3 * i + c) * plane + at);
             STORE_CELLS(albedo * (own + direct), source + c * plane + at);
         }
     }

@@ -53,19 +53,17 @@ static inline void sweep(const ScatterSweepParams *p, const Rays *rays, const fl
     for (int k = 0; k < rays->layers; k++, at += step) {
         const realv depth = load_rays(medium + at, pitch, rays->inside) * p->length;
         const realv absorbs = absorbed(depth), share = mean_transmittance(depth, absorbs);
-        realv luminance = 0.0f;
         for (int c = 0; c < 3; c++) {
             const realv emitted = load_rays(source + c * plane + at, pitch, rays->inside);
             const realv beyond = radiance[c] - emitted, in_cell = emitted + beyond * share;
             radiance[c] -= beyond * absorbs;
             add_rays(mean + c * plane + at, pitch, rays->inside, p->weight * in_cell);
-            luminance += p->luminance[c] * in_cell;
-        }
 #ifdef FLUX
-        for (int i = 0; i < 3; i++)
-            if (p->toward[i] != 0.0f)
-                add_rays(mean + (3 + i) * plane + at, pitch, rays->inside, sign * p->toward[i] * luminance);
+            for (int i = 0; i < 3; i++)
+                if (p->toward[i] != 0.0f)
+                    add_rays(mean + (3 + 3 * i + c) * plane + at, pitch, rays->inside, sign * p->toward[i] * in_cell);
 #endif
+        }
     }
 }
 

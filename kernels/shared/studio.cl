@@ -32,9 +32,10 @@ static inline void studio_lighting(const SampleParams *p, LightVolume volume, Po
     const Point off = {point.u + lit * normal[0] * light->lift_u, point.v + lit * normal[1] * light->lift_v,
                        point.a + lit * normal[2] * light->lift_a};
     const ScatteredLight around = scattered_light(p, volume, off);
-    const realv shine = 1.0f + 2.0f * lit * (normal[0] * around.flux[0] + normal[1] * around.flux[1] + normal[2] * around.flux[2]);
     realv diffuse[3], highlight[3], scattered[3];
     for (int c = 0; c < 3; c++) {
+        const realv *flux = around.flux[c];
+        const realv shine = 1.0f + 2.0f * lit * (normal[0] * flux[0] + normal[1] * flux[1] + normal[2] * flux[2]);
         diffuse[c] = around.radiance[c] * MAX(shine, (realv)(0.0f));
         highlight[c] = 0.0f, scattered[c] = around.radiance[c];
     }

@@ -3,8 +3,7 @@
 use super::layered::Channels;
 use super::light::{block_lanes, blocks};
 use super::structs::{
-    Float4, RayEnds, ScatterCellsParams, ScatterGrid, ScatterMediumParams, ScatterPackParams, ScatterSourceParams,
-    ScatterSweepParams,
+    Float4, RayEnds, ScatterCellsParams, ScatterGrid, ScatterMediumParams, ScatterSourceParams, ScatterSweepParams,
 };
 use super::{ChannelColors, ChannelFields, Defines, Items, PerChannel, Rendering, VoxelKind, kernel};
 use crate::device::{Buffer, LatticeSchedule, Tuning};
@@ -136,10 +135,10 @@ kernel! {
     /// Packs the light field for look-ups.
     ScatterPack = "light/scatter_pack.cl", scatter_pack, "light", Items::Tiles;
     defines |tuning, (): ()| Defines::new(lanes(tuning));
-    items |a, _| a.p.grid.rows();
+    items |a, _| a.grid.rows();
     arguments ScatterPackArguments<'a> {
         mean: &'a Buffer<f32>,
-        p: ScatterPackParams,
+        grid: ScatterGrid,
         packed: &'a Buffer<u8>,
     }
 }

@@ -267,16 +267,6 @@ kernel_struct! {
         backward: [f32; 3],
         /// Unit vector against the ordinate, times its weight, along x, y, z.
         toward: [f32; 3],
-        /// Weights of red, green and blue in the luminance.
-        luminance: [f32; 3],
-    }
-}
-
-kernel_struct! {
-    /// The light field as samples look it up.
-    ScatterPackParams {
-        grid: ScatterGrid,
-        luminance as [luminance_r, luminance_g, luminance_b]: f32,
     }
 }
 
@@ -681,7 +671,6 @@ pub(in crate::device) fn typedefs() -> String {
         ScatterCellsParams::typedef(),
         ScatterSourceParams::typedef(),
         ScatterSweepParams::typedef(),
-        ScatterPackParams::typedef(),
         LightParams::typedef(),
         SegmentParams::typedef(),
         SampleParams::typedef(),

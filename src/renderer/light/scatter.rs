@@ -6,7 +6,7 @@ use crate::device::launch::scatter::{
     MEDIUM_PLANES, ScatterCells, ScatterCellsArguments, ScatterPack, ScatterPackArguments, ScatterSource, ScatterSourceArguments,
     ScatterStep, ScatterSweep, ScatterSweepArguments,
 };
-use crate::device::launch::structs::{ScatterCellsParams, ScatterPackParams, ScatterSourceParams, ScatterSweepParams};
+use crate::device::launch::structs::{ScatterCellsParams, ScatterSourceParams, ScatterSweepParams};
 use crate::device::{Buffer, Device, Tuning};
 use crate::error::Error;
 use crate::layers::OrdinatePair;
@@ -17,10 +17,10 @@ pub(super) const LIGHT_FIELD: &str = "the scattered light";
 pub(super) const CELLS: &str = "the cells of scattered light";
 
 /// Bytes of a cell of the light field.
-const PACKED: usize = 8;
+const PACKED: usize = 16;
 /// Planes of the radiance, and of the radiance with the flux.
 const RADIANCE: usize = 3;
-const WITH_FLUX: usize = 6;
+const WITH_FLUX: usize = 12;
 
 /// Sweeps of the coarser grid before those of the finer one, and before the last one where that grid is alone.
 const SWEEPS: usize = 8;
@@ -28,9 +28,6 @@ const FEW_SWEEPS: usize = 3;
 /// Largest share of the radiance that a sweep is assumed to keep, in Chebyshev's iteration (Golub & Varga 1961). The larger it is, the slower
 /// converges what keeps less.
 const KEPT: f64 = 0.9;
-
-/// Weights of red, green and blue in the luminance of linear colours (ITU-R BT.709).
-const LUMINANCE: [f32; 3] = [0.2126, 0.7152, 0.0722];
 
 /// Kernels of scattered light.
 #[derive(Default)]
@@ -193,7 +190,6 @@ impl Scattering<'_> {
                 forward: forward.as_vec3().to_array(),
                 backward: backward.as_vec3().to_array(),
                 toward: (pair.direction() * -pair.weight).as_vec3().to_array(),
-                luminance: LUMINANCE,
             };
             let Cells { medium, source, mean, .. } = cells;
             let variant = (step[1] == 0 && step[2] == 0, cells.with_flux);
@@ -203,8 +199,7 @@ impl Scattering<'_> {
     }
 
     fn pack(&mut self, cells: &Cells, packed: &Buffer<u8>) -> Result<(), Error> {
-        let p = ScatterPackParams { grid: cells.grid.params(), luminance: LUMINANCE };
-        self.kernels.pack.launch(self.device, (), &ScatterPackArguments { mean: &cells.mean, p, packed })
+        self.kernels.pack.launch(self.device, (), &ScatterPackArguments { mean: &cells.mean, grid: cells.grid.params(), packed })
     }
 }
 
@@ -229,13 +224,13 @@ mod tests {
         all
     }
 
-    /// Mean radiance of red in each cell, and the shares of the flux, of the light field.
+    /// Mean radiance of red in each cell, and the shares of its flux, of the light field.
     fn field(packed: &[u8], cells: usize) -> Vec<(f64, DVec3)> {
         let word = |n: usize| u32::from_le_bytes(packed[4 * n..4 * n + 4].try_into().unwrap());
         let of_cell = |n: usize| {
-            let (radiance, shares) = (word(2 * n), word(2 * n + 1));
+            let radiance = word(4 * n);
             let red = f64::from(radiance & 511) * 2f64.powi((radiance >> 27) as i32 - 15 - 9);
-            (red, DVec3::from_array([0, 10, 20].map(|bits| (f64::from(shares >> bits & 1023) - 511.0) / 511.0)))
+            (red, DVec3::from_array([1, 2, 3].map(|axis| (f64::from(word(4 * n + axis) & 1023) - 511.0) / 511.0)))
         };
         (0..cells).map(of_cell).collect()
     }

@@ -15,9 +15,6 @@ fn shift_to_light(grid: LightGrid) -> f64 {
     if grid == LightGrid::Full { 0.0 } else { 1.0 }
 }
 
-/// The same distance in the studio, whose light is exact. Nearer to the sample, flat surfaces show the steps of the bytes as stripes.
-const SHIFT_OF_STUDIO: f64 = 0.5;
-
 /// Distances from an iso-surface at which light is looked up, in smallest spacings: along its normal, and towards the light. A voxel's
 /// diagonal is 1.73, so no value of the look-up lies behind the surface.
 const LIFT: f64 = 1.75;
@@ -130,7 +127,7 @@ impl LightSources {
             is_surface: matches!(settings.blend, Blend::Iso(_)),
             shadows: ValueGrid::new(dims, grid.voxels().min(2)),
             sky: ValueGrid::new(dims, grid.voxels()),
-            shift: shift_to_light(grid).max(studio.as_ref().map_or(0.0, |_| SHIFT_OF_STUDIO)),
+            shift: shift_to_light(grid),
             spacing,
             studio,
         })
