@@ -73,11 +73,21 @@ static inline bool find_surface(const Absorber *absorber, const RayEnds *ends, r
 }
 #endif
 
-// Least light in the middle of an opaque voxel, in steps of 1/255: half a step is rounded to 0.
+#if BLEND != ISO
+// Less light than this, in steps of 1/255, is rounded to 0.
 #define LEAST_LIGHT 0.5f
 
+// The light that voxels take of what is lost between their middles and those of neighbours, as far as it is their part of the depth in between.
+// `half_way`: their depth on their half of this way.
+static inline realv taken(realv before, realv behind, realv half_way) {
+    const realv between = log(MAX(before, (realv)(LEAST_LIGHT)) / MAX(behind, (realv)(LEAST_LIGHT)));
+    return MAX(before - behind, (realv)(0.0f)) * MIN(half_way / MAX(between, (realv)(1e-3f)), (realv)(1.0f));
+}
+#endif
+
 // The light that matter of this depth absorbs at voxels. A surface absorbs what arrives beside it, by half on the mean over its directions; a
-// cell has two voxels along its edge. Other matter absorbs on the whole way through a voxel: where it is dense, much less arrives at its middle.
+// cell has two voxels along its edge. Dense matter absorbs most of its light before the middles of voxels: it takes what is lost on the way, which
+// in thin matter has too few steps.
 static inline realv absorbed_light(const BlockSource *source, int number, realv depth, intv held, int i, int j, int k) {
 #if BLEND == ISO
     realv most = 0.0f;
@@ -86,11 +96,13 @@ static inline realv absorbed_light(const BlockSource *source, int number, realv 
     return depth > 0.0f ? most : (realv)(0.0f);
 #else
     const realv middle = arriving(source, number, 0, held, i, j, k);
-    const realv most = arriving(source, number, source->p.towards[number], held, i, j, k);
+    const int towards = source->p.towards[number];
     const float crossing = source->p.crossings[number];
-    const realv way = MIN(crossing * depth, (realv)(40.0f));
-    const realv entering = MIN(most, MAX(middle, (realv)(LEAST_LIGHT)) * exp(0.5f * way));
-    return MAX(depth * middle, entering * (1.0f - exp(-way)) * (1.0f / crossing));
+    const realv half_way = 0.5f * crossing * depth;
+    const realv lost = taken(arriving(source, number, towards, held, i, j, k), middle, half_way) +
+                       taken(middle, arriving(source, number, -towards, held, i, j, k), half_way);
+    const realv dense = CLAMP((half_way - 0.05f) * 10.0f, (realv)(0.0f), (realv)(1.0f));
+    return depth * middle + dense * (lost * (1.0f / crossing) - depth * middle);
 #endif
 }
 

@@ -13,28 +13,20 @@ fn studio(camera: &Camera) -> Settings {
     Settings { gradient: Some(GradientEstimator::Central), ..settings.with_light_in_world(camera).unwrap() }
 }
 
-/// dB to the truth, and brightness relative to it.
+/// dB to the truth, and brightness relative to it, of every `stride`th pixel.
 fn measured(
-    name: &str,
+    (name, grid): (&str, LightGrid),
     (volume, transfer): &(Volume, TransferFunction),
-    size: u32,
+    [size, stride]: [u32; 2],
     samples: usize,
-    grid: LightGrid,
 ) -> (f64, f64) {
     let size = viewport(size, size);
     let camera = parallel(volume, size, 30.0, 20.0);
     let settings = Settings { light_grid: grid, ..studio(&camera) };
-    let halves = PathTracer::new(volume, transfer, &settings).halves(&camera, size, 1, samples).unwrap();
-    let found = render(volume, transfer, &camera, size, &settings);
-    let (error, brightness) = against_halves(&found, &halves, 1);
+    let halves = PathTracer::new(volume, transfer, &settings).halves(&camera, size, stride, samples).unwrap();
+    let (error, brightness) = against_halves(&render(volume, transfer, &camera, size, &settings), &halves, stride);
     let decibels = -10.0 * error.max(1e-9).log10();
     println!("{name}, {grid:?}: {decibels:.1} dB, brightness {brightness:.3}");
-    if let Ok(folder) = std::env::var("LAYERSPLAT_PICTURES") {
-        let [one, _] = halves;
-        for (what, frame) in [("truth", one), ("found", found)] {
-            frame.with_curve(settings.curve()).save(format!("{folder}/{name}-{what}.png"), None).unwrap();
-        }
-    }
     (decibels, brightness)
 }
 
@@ -54,21 +46,27 @@ fn shell() -> (Volume<'static>, TransferFunction) {
     )
 }
 
+/// Brightness relative to the truth may differ by this: cells are wider than the layer from which surfaces reflect.
+const BRIGHTNESS: f64 = 0.06;
+
+/// The noise of the paths is worth 1 dB here; the shell has 42 dB.
 #[test]
 fn shells_glow_as_they_do_in_truth() {
-    let (decibels, brightness) = measured("shell", &shell(), 64, 64, LightGrid::Full);
-    assert!(decibels > 36.0 && (brightness - 1.0).abs() < 0.05, "{decibels} dB, {brightness}");
+    let (decibels, brightness) = measured(("shell", LightGrid::Full), &shell(), [64, 2], 64);
+    assert!(decibels > 38.0 && (brightness - 1.0).abs() < BRIGHTNESS, "{decibels} dB, {brightness}");
 }
 
+/// Measured with every pixel and 32 paths: engine 40.6 and 41.1 dB, lobster 44.1 and 43.4.
 #[test]
 #[cfg_attr(not(real_volumes), ignore = "needs the real data sets")]
 fn data_sets_are_lit_as_in_truth() {
-    for name in ["engine", "lobster", "aneurism", "neghip", "tooth"] {
-        for grid in [LightGrid::Full, LightGrid::Quarter] {
-            measured(name, &data_set(name), 128, 24, grid);
-        }
-    }
-    for grid in [LightGrid::Full, LightGrid::Quarter] {
-        measured("skull", &skull(), 128, 24, grid);
+    for (name, grid, least) in [
+        ("engine", LightGrid::Full, 38.0),
+        ("engine", LightGrid::Quarter, 35.0),
+        ("lobster", LightGrid::Full, 41.0),
+        ("lobster", LightGrid::Quarter, 40.0),
+    ] {
+        let (decibels, brightness) = measured((name, grid), &data_set(name), [256, 4], 32);
+        assert!(decibels > least && (brightness - 1.0).abs() < BRIGHTNESS, "{name}, {grid:?}: {decibels} dB, {brightness}");
     }
 }

@@ -213,7 +213,7 @@ kernel_struct! {
         light_row: i32,
         light_layer: i32,
         light_shift: i32,
-        /// Of each light: the mean length of its rays in a voxel, in edges of a cell, and the bytes to the next value towards it.
+        /// Of each light: the way of its rays from value to value, in edges of a cell, and the bytes to the next value towards it.
         crossings: [f32; 4],
         towards: [i32; 4],
     }

@@ -9,6 +9,8 @@ use super::super::layered::{PointLayers, SplatLayers};
 #[cfg(test)]
 use super::super::light::Illumination;
 use super::super::light::LightVolumes;
+#[cfg(test)]
+use super::super::light::ScatterGrids;
 use super::super::picture::{Finished, Picture, WarpInputs, bind};
 use super::super::plan::Plan;
 use super::super::range::LayerRange;
@@ -401,6 +403,18 @@ impl Engine {
     pub fn illumination(&mut self, rays: &Rays, viewport: Viewport, settings: &Settings) -> Result<Illumination, Error> {
         let Self { device, fields, kernels, light, .. } = self;
         fields.with_scene(View { device, rays, viewport, settings }, kernels, light, |scene| scene.illumination())
+    }
+
+    /// What blocks of voxels absorb and scatter, in the studio.
+    #[cfg(test)]
+    pub fn lit_blocks(
+        &mut self,
+        rays: &Rays,
+        viewport: Viewport,
+        settings: &Settings,
+    ) -> Result<(ScatterGrids, crate::device::Buffer<f32>), Error> {
+        let Self { device, fields, kernels, light, .. } = self;
+        fields.with_scene(View { device, rays, viewport, settings }, kernels, light, |scene| scene.lit_blocks())
     }
 
     /// Number of light volumes made so far.

@@ -63,6 +63,15 @@ impl Scene<'_> {
         Ok(self.light.store.keep(key, inputs, self.device.produced()?, packed))
     }
 
+    /// What blocks of voxels absorb and scatter of the lights of this scene.
+    #[cfg(test)]
+    pub(in crate::renderer) fn lit_blocks(&mut self) -> Result<(ScatterGrids, Buffer<f32>), Error> {
+        let sources = self.light_sources().expect("the studio has lights");
+        let lights = self.shadows(sources.swept.clone(), 1.0)?;
+        let (light, grids) = sources.studio().expect("the look is the studio");
+        Ok((*grids, self.scatter_blocks(light, grids, &sources, Some(&lights))?))
+    }
+
     /// What blocks of voxels absorb and scatter.
     fn scatter_blocks(
         &mut self,
@@ -77,17 +86,18 @@ impl Scene<'_> {
         let blocks = Buffer::new(self.device, MEDIUM_PLANES * grids.blocks.iter().product::<usize>(), CELLS)?;
         let fields = merged.params(self.device, ABSORBERS.name)?;
         let (frame, values) = (Axis::Z.frame(), sources.grids()[0]);
-        let [_, light_row, light_layer] = values.strides(frame);
+        let strides = values.strides(frame);
+        let (crossings, towards) = sources.ways(grids.fine.edge, strides);
         let p = ScatterMediumParams {
             dims: grids.blocks.map(|n| n as i32),
             lights: lights.map_or(0, |_| sources.swept.len() as i32),
             irradiance: light.arriving(),
             light_bytes: values.values() as i32,
-            light_row,
-            light_layer,
+            light_row: strides[1],
+            light_layer: strides[2],
             light_shift: values.voxels().ilog2() as i32,
-            crossings: sources.crossings(grids.fine.edge),
-            towards: sources.towards(values.strides(frame)),
+            crossings,
+            towards,
         };
         let arguments = ScatterMediumArguments {
             fields: merged.arguments(&fields),

@@ -138,21 +138,22 @@ impl LightSources {
         self.studio.as_ref()
     }
 
-    /// Of each light that is swept: the mean length of its rays in a voxel, in this length.
-    pub fn crossings(&self, length: f64) -> [f32; 4] {
-        // The volume of a voxel by its area seen from the light.
-        let of_light = |source: &Source| (1.0 / ((source.to_light / self.spacing).abs().element_sum() * length)) as f32;
-        std::array::from_fn(|n| self.swept.get(n).map_or(0.0, of_light))
-    }
-
-    /// Of each light that is swept: the distance to the neighbour of a value that is the next one towards the light.
-    pub fn towards(&self, strides: [i32; 3]) -> [i32; 4] {
-        let of_light = |source: &Source| {
+    /// Of each light that is swept: the way of its rays from a value to the next one, in this length, and the distance of these values in
+    /// the volume, towards the light.
+    pub fn ways(&self, length: f64, strides: [i32; 3]) -> ([f32; 4], [i32; 4]) {
+        let steps = |source: &Source| {
             let along = source.to_light / self.spacing;
-            let steps = (along / along.abs().max_element()).round().to_array();
-            steps.iter().zip(strides).map(|(&step, stride)| step as i32 * stride).sum()
+            (along / along.abs().max_element()).round()
         };
-        std::array::from_fn(|n| self.swept.get(n).map_or(0, of_light))
+        let way = |source: &Source| {
+            let between = steps(source) * self.spacing / self.shadows.values_per_voxel();
+            (between.dot(source.to_light) / length) as f32
+        };
+        let distance = |source: &Source| steps(source).to_array().iter().zip(strides).map(|(&n, stride)| n as i32 * stride).sum();
+        (
+            std::array::from_fn(|n| self.swept.get(n).map_or(1.0, way)),
+            std::array::from_fn(|n| self.swept.get(n).map_or(0, distance)),
+        )
     }
 
     /// The values of the volumes of the lights, and of that of the ambient light.

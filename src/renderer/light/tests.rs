@@ -6,7 +6,8 @@ use crate::layers::{GradientEstimator, Kernel};
 use crate::renderer::Renderer;
 use crate::renderer::frame::{Declaring, Output, Stage};
 use crate::settings::{
-    Algorithm, AmbientOcclusion, Blend, Clipping, CropBox, GradientOpacity, Light, LightGrid, Lights, Settings, Shading, Shadows,
+    Algorithm, AmbientOcclusion, Blend, Clipping, CropBox, GradientOpacity, Light, LightGrid, Lights, Look, Settings, Shading,
+    Shadows,
 };
 use crate::transfer::{Extinction, TransferFunction};
 use crate::viewport::Viewport;
@@ -72,6 +73,57 @@ fn light_on(device: &Device, volume: &Volume, transfer: &TransferFunction, setti
     buffer.read(device, &mut bytes).unwrap();
     let voxels = settings.light_grid.voxels();
     Light3 { bytes, outer: grid.dims().map(|n| n.div_ceil(voxels) + 2) }
+}
+
+/// Share of the light that cells absorb too much or too little: the extinction of the field is not linear between voxels. Of light along axes,
+/// engine, cranium, lobster and aneurism absorb 0.96 to 1.07.
+const OF_ENERGY: f64 = 0.08;
+
+/// What cells absorb of a light is what it loses on its way through the volume, however dense that is.
+#[test]
+fn cells_absorb_what_lights_lose() {
+    let dims = [40, 36, 44];
+    let ball = |p: DVec3| 200.0 * (12.5 - (p - DVec3::new(19.0, 17.0, 21.0)).length()).clamp(0.0, 1.0);
+    let place = |n: usize| DVec3::new((n % 40) as f64, (n / 40 % 36) as f64, (n / (40 * 36)) as f64);
+    let voxels = (0..dims.iter().product()).map(|n| ball(place(n)).round() as u8).collect();
+    let volume = Volume::new("ball", Grid::new(dims, DVec3::ONE).unwrap(), Voxels::Uint8(voxels)).unwrap();
+    for opacity in [0.03, 0.3, 0.9] {
+        let transfer = TransferFunction::new("ramp", vec![(0.0, [1.0; 3])], vec![(0.0, 0.0), (200.0, opacity)]).unwrap();
+        for to_light in [DVec3::Z, -DVec3::X] {
+            let own = Settings::default().with_look(Look::Studio);
+            let shading = own.shading.map(|own| Shading { lights: Lights::new(&[Light::towards(to_light)]).unwrap(), ..own });
+            let settings = Settings { shading, ..own };
+            let light = light_of(&volume, &transfer, &settings);
+            let towards = to_light.normalize();
+            let lost = |axis: usize| {
+                let [i, j] = [(axis + 1) % 3, (axis + 2) % 3];
+                let at = |n: usize| {
+                    let mut voxel = [if towards[axis] > 0.0 { -1 } else { dims[axis] as i64 }; 3];
+                    (voxel[i], voxel[j]) = ((n % (dims[i] + 2)) as i64 - 1, (n / (dims[i] + 2)) as i64 - 1);
+                    1.0 - light.at(voxel)
+                };
+                towards[axis].abs() * (0..(dims[i] + 2) * (dims[j] + 2)).map(at).sum::<f64>()
+            };
+            let expected: f64 = std::f64::consts::PI * (0..3).map(lost).sum::<f64>();
+            let absorbed = absorbed(&volume, &transfer, &settings);
+            assert!((absorbed / expected - 1.0).abs() < OF_ENERGY, "{opacity}, {to_light}: {absorbed} of {expected}");
+        }
+    }
+}
+
+/// The power that cells absorb of the red of lights.
+fn absorbed(volume: &Volume, transfer: &TransferFunction, settings: &Settings) -> f64 {
+    let (device, grid) = (Device::shared(), volume.grid());
+    let camera = Camera::fit_parallel(grid.centre(), grid.diagonal(), SIZE, Orbit { azimuth: 33.0, elevation: 5.0, roll: 0.0 });
+    let mut renderer = Renderer::new(&device, volume, transfer).unwrap();
+    let planned = renderer.planned(&camera, SIZE, settings).unwrap();
+    let (grids, buffer) = renderer.engine.lit_blocks(&planned.rays, SIZE, &planned.settings).unwrap();
+    let mut blocks = vec![0.0; buffer.len()];
+    buffer.read(&device, &mut blocks).unwrap();
+    let (count, of_block) = (grids.blocks.iter().product::<usize>(), grids.per_block.iter().product::<usize>());
+    // Light arrives from all sides on the mean.
+    let per_edge = 4.0 * std::f64::consts::PI * of_block as f64 / grids.fine.edge;
+    blocks[4 * count..5 * count].iter().map(|&scattered: &f32| f64::from(scattered) * per_edge).sum()
 }
 
 /// A slab across z, seen by lights along and oblique to all axes: e^(-kappa d).
