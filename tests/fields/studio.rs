@@ -5,7 +5,9 @@ use glam::{DMat3, DVec3};
 use layersplat::color::reflectance;
 use layersplat::layers::Kernel;
 use layersplat::renderer::{Channel, ColorOpacity, UploadedColors, UploadedVolume};
-use layersplat::settings::{Algorithm, Blend, Clipping, CropBox, GradientOpacity, Light, Lights, Look, Shading, Sky, Studio};
+use layersplat::settings::{
+    Algorithm, Blend, Clipping, CropBox, GradientOpacity, Light, LightGrid, Lights, Look, Shading, Sky, Studio,
+};
 use layersplat::volume::{Grid, LabelSurfaces, Voxels};
 use layersplat::{Camera, Frame, Orbit, Quality, Renderer, Settings, TransferFunction, Viewport, Volume};
 
@@ -248,4 +250,48 @@ fn white_lights_are_as_bright_as_coloured_ones() {
         drawn(&[channel(&volume, &transfer(COLORS))], &settings)
     });
     assert!(largest_difference(&white, &nearly) < 1e-5);
+}
+
+/// Light begins from the same value whatever was drawn before, so pictures have the same bits.
+#[test]
+fn light_is_the_same_after_any_history() {
+    let (volume, transfer) = (bytes(ball), transfer(COLORS));
+    let (device, camera) = (device(), camera(&volume));
+    let mut renderer = Renderer::new(&device, &volume, &transfer).unwrap();
+    let expected = renderer.render(&camera, SIZE, &layers()).unwrap().0;
+    let sky = Sky { strength: 3.0, ..Sky::default() };
+    let brighter = Settings { studio: Some(Studio { sky, ..Studio::default() }), ..layers() };
+    for other in [Settings::default(), Settings { light_grid: LightGrid::Quarter, ..layers() }, brighter, cast()] {
+        let between = renderer.render(&camera, SIZE, &other).unwrap().0;
+        assert!(largest_difference(&between, &expected) > 0.0, "other settings change the picture");
+        let again = renderer.render(&camera, SIZE, &layers()).unwrap().0;
+        assert_eq!(again.pixels(), expected.pixels());
+    }
+}
+
+/// Under a sky of 1, matter of any shape and opacity reflects about that sky at most.
+#[test]
+fn matter_reflects_no_more_than_its_sky() {
+    /// Mean radiance and flux make light from two sides of an edge 13 % brighter than it is; white reflects 0.9 of it.
+    const MOST: f32 = 1.12;
+    let sky = Sky { top: [1.0; 3], bottom: [1.0; 3], strength: 1.0, ..Sky::default() };
+    let own = layers();
+    let lights = Lights::new(&[Light { strength: 0.0, ..Light::towards(DVec3::Z) }]).unwrap();
+    let shading = own.shading.map(|own| Shading { lights, ..own });
+    let settings = Settings { studio: Some(Studio { sky, ..Studio::default() }), shading, ..own };
+    for (dims, spacing) in
+        [([1, 1, 1], DVec3::ONE), ([1, 40, 1], DVec3::ONE), ([20, 20, 2], DVec3::new(1.0, 1.0, 20.0)), ([21; 3], DVec3::ONE)]
+    {
+        for opacity in [0.0, 0.05, 0.7, 1.0] {
+            let volume = volume(dims, spacing, Voxels::Uint8(vec![200; dims.iter().product()])).with_background(0.0).unwrap();
+            let opacities = vec![(0.0, 0.0), (200.0, opacity)];
+            let transfer = TransferFunction::new("white", vec![(0.0, [1.0; 3])], opacities).unwrap();
+            let mut renderer = Renderer::new(&device(), &volume, &transfer).unwrap();
+            let frame = renderer.render(&camera(&volume), SIZE, &settings).unwrap().0;
+            let within = |pixel: &[f32; 4]| pixel[..3].iter().all(|&color| (0.0..=MOST * pixel[3]).contains(&color));
+            assert!(frame.pixels().iter().all(within), "{dims:?}, opacity {opacity}");
+            let is_seen = frame.pixels().iter().any(|pixel| pixel[0] > 0.1 * pixel[3] && pixel[3] > 0.01);
+            assert_eq!(is_seen, opacity > 0.0, "{dims:?}, opacity {opacity}");
+        }
+    }
 }

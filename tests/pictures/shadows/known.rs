@@ -80,12 +80,12 @@ fn turns_through_45_degrees_are_even() {
     const MOST_OF_LIGHT: f64 = 1.5;
     let (volume, transfer) = blobs();
     let size = viewport(96, 90);
-    let frame = |view: f64, light: f64| {
+    let shadowed = Settings { shadows: Some(EXACT), ..Settings::default() };
+    let studio = Settings::default().with_look(Look::Studio).with_light_in_world(&parallel(&volume, size, 20.0, 10.0)).unwrap();
+    let frame = |settings: Settings, view: f64, light: f64| {
         let camera = parallel(&volume, size, view, 10.0);
         let (sin, cos) = light.to_radians().sin_cos();
-        let settings =
-            Settings { shadows: Some(EXACT), ..shaded(Settings::default(), &[Light::towards(DVec3::new(sin, 0.3, cos))]) };
-        render(&volume, &transfer, &camera, size, &settings)
+        render(&volume, &transfer, &camera, size, &shaded(settings, &[Light::towards(DVec3::new(sin, 0.3, cos))]))
     };
     let changes = |picture: &dyn Fn(f64) -> layersplat::Frame| -> Vec<f64> {
         let frames: Vec<_> = (0..=40).map(|n| picture(35.0 + 0.5 * f64::from(n))).collect();
@@ -96,8 +96,14 @@ fn turns_through_45_degrees_are_even() {
         };
         frames.windows(2).map(change).collect()
     };
-    let (view, light) = (changes(&|degrees| frame(degrees, 20.0)), changes(&|degrees| frame(20.0, degrees)));
-    for (name, most, changes) in [("view", MOST_OF_VIEW, view), ("light", MOST_OF_LIGHT, light)] {
+    let of_view = |settings| changes(&|degrees| frame(settings, degrees, 20.0));
+    let of_light = |settings| changes(&|degrees| frame(settings, 20.0, degrees));
+    for (name, most, changes) in [
+        ("view", MOST_OF_VIEW, of_view(shadowed)),
+        ("light", MOST_OF_LIGHT, of_light(shadowed)),
+        ("view of the studio", MOST_OF_VIEW, of_view(studio)),
+        ("light of the studio", MOST_OF_LIGHT, of_light(studio)),
+    ] {
         let mut beside: Vec<f64> = changes[..10].iter().chain(&changes[30..]).copied().collect();
         beside.sort_by(f64::total_cmp);
         let largest = changes[14..26].iter().copied().fold(0.0, f64::max) / beside[beside.len() / 2];

@@ -9,7 +9,7 @@ use glam::DVec3;
 use layersplat::device::{LatticeSchedule, Tuning};
 use layersplat::layers::Kernel;
 use layersplat::settings::{
-    Algorithm, AmbientOcclusion, Blend, Classification, Evaluation, Layered, Light, LightGrid, Lights, Shading, Shadows,
+    Algorithm, AmbientOcclusion, Blend, Classification, Evaluation, Layered, Light, LightGrid, Lights, Look, Shading, Shadows,
 };
 use layersplat::volume::{Grid, Voxels};
 use layersplat::{Camera, Error, Quality, Renderer, Settings, TransferFunction, Volume};
