@@ -49,22 +49,22 @@ fn shell() -> (Volume<'static>, TransferFunction) {
 /// Brightness relative to the truth may differ by this: cells are wider than the layer from which surfaces reflect.
 const BRIGHTNESS: f64 = 0.06;
 
-/// The noise of the paths is worth 1 dB here; the shell has 42 dB.
+/// The noise of the paths is worth 1 dB here; the shell has 40.7 dB.
 #[test]
 fn shells_glow_as_they_do_in_truth() {
     let (decibels, brightness) = measured(("shell", LightGrid::Full), &shell(), [64, 2], 64);
-    assert!(decibels > 38.0 && (brightness - 1.0).abs() < BRIGHTNESS, "{decibels} dB, {brightness}");
+    assert!(decibels > 39.0 && (brightness - 1.0).abs() < BRIGHTNESS, "{decibels} dB, {brightness}");
 }
 
-/// Measured with every pixel and 32 paths: engine 40.6 and 41.1 dB, lobster 44.1 and 43.4.
+/// Measured: engine 43.5 and 44.0 dB, lobster 44.8 and 44.4; noise is worth 1 dB.
 #[test]
 #[cfg_attr(not(real_volumes), ignore = "needs the real data sets")]
 fn data_sets_are_lit_as_in_truth() {
     for (name, grid, least) in [
-        ("engine", LightGrid::Full, 38.0),
-        ("engine", LightGrid::Quarter, 35.0),
-        ("lobster", LightGrid::Full, 41.0),
-        ("lobster", LightGrid::Quarter, 40.0),
+        ("engine", LightGrid::Full, 41.0),
+        ("engine", LightGrid::Quarter, 40.0),
+        ("lobster", LightGrid::Full, 43.0),
+        ("lobster", LightGrid::Quarter, 42.5),
     ] {
         let (decibels, brightness) = measured((name, grid), &data_set(name), [256, 4], 32);
         assert!(decibels > least && (brightness - 1.0).abs() < BRIGHTNESS, "{name}, {grid:?}: {decibels} dB, {brightness}");

@@ -57,11 +57,11 @@ impl Studio {
     /// Range of the exposure.
     pub const EXPOSURE: Number = Number::new("exposure", -20.0, 20.0, "stops from -20 to 20");
 
-    /// Shading of the studio: a key light and a rim light beside the camera. Of the coefficients, those of highlights count: the share of light
+    /// Shading of the studio: a key light and a rim light beside the camera. White that faces the key light is just below white in pictures. Of the coefficients, those of highlights count: the share of light
     /// that surfaces reflect as by a mirror, and the exponent.
     pub const SHADING: Shading = {
-        let key = Light { strength: 1.47, color: [1.0, 0.952, 0.886], ..Light::from_camera(DVec3::new(-1.0, 1.1, 0.9)) };
-        let rim = Light { strength: 0.575, color: [0.739, 0.826, 1.0], ..Light::from_camera(DVec3::new(1.2, 0.45, -0.5)) };
+        let key = Light { strength: 1.03, color: [1.0, 0.952, 0.886], ..Light::from_camera(DVec3::new(-1.0, 1.1, 0.9)) };
+        let rim = Light { strength: 0.4, color: [0.739, 0.826, 1.0], ..Light::from_camera(DVec3::new(1.2, 0.45, -0.5)) };
         Shading { specular: 0.2, power: 30.0, lights: Lights::of_two(key, rim), ..Shading::DEFAULT }
     };
 
@@ -91,7 +91,7 @@ pub struct Sky {
 
 impl Default for Sky {
     fn default() -> Self {
-        Self { top: [1.8, 1.93, 2.15], bottom: [0.45, 0.38, 0.3], strength: 0.4, up: DVec3::Y, space: LightSpace::Camera }
+        Self { top: [1.8, 1.93, 2.15], bottom: [0.45, 0.38, 0.3], strength: 0.28, up: DVec3::Y, space: LightSpace::Camera }
     }
 }
 
