@@ -8,8 +8,8 @@ use common::*;
 use glam::DVec3;
 use layersplat::device::{DeviceKind, Tuning};
 use layersplat::layers::{Density, Kernel};
-use layersplat::renderer::{Channel, UploadedColors, UploadedVolume};
-use layersplat::settings::{Algorithm, Blend, Classification, Clipping, Evaluation, Layered};
+use layersplat::renderer::{Channel, ColorOpacity, UploadedColors, UploadedVolume};
+use layersplat::settings::{Algorithm, Blend, Classification, Clipping, Evaluation, Layered, Look};
 use layersplat::volume::LabelSurfaces;
 use layersplat::{Camera, Device, Orbit, Projection, Renderer, Settings};
 
@@ -181,7 +181,7 @@ fn lists_of_splats_change_no_bit() {
     assert_ne!(drawn[0].pixels(), drawn[1].pixels(), "different pictures must be detected");
 }
 
-/// Several fields and colours, which have one schedule each, with every vector width.
+/// Several fields and colours, which have one schedule each, together and in the studio, with every vector width.
 #[test]
 fn fields_and_colors_at_every_width() {
     /// Positions are rounded in another order, and one table entry is another.
@@ -192,14 +192,19 @@ fn fields_and_colors_at_every_width() {
     let ids: Vec<u8> = (0..volume.grid().voxel_count()).map(|n| (n * 7 % 251) as u8).collect();
     let labels = layersplat::Volume::new("labels", volume.grid().clone(), ids).unwrap();
     let cast = Settings { algorithm: Algorithm::Raycast { kernel: Kernel::Cubic, step: 0.5 }, ..Settings::default() };
+    let studio = Settings::default().with_look(Look::Studio);
     let mut first: Option<Vec<layersplat::Frame>> = None;
     for (name, device) in &devices() {
         let uploaded = UploadedVolume::new(device, &volume).unwrap();
         let channels = [0.3, 1.5].map(|factor| Channel::new(&uploaded, &transfer).with_factor(factor).unwrap());
         let mut several = Renderer::from_channels(&channels).unwrap();
         let labels = UploadedVolume::new(device, &labels).unwrap();
-        let mut colors =
-            Renderer::from_colors(&UploadedColors::from_labels(&[(&labels, &entries)], LabelSurfaces::Smooth).unwrap()).unwrap();
+        let of_labels = UploadedColors::from_labels(&[(&labels, &entries)], LabelSurfaces::Smooth).unwrap();
+        let mut colors = Renderer::from_colors(&of_labels).unwrap();
+        let components = [&volume, &volume, &volume, &volume].map(|component| UploadedVolume::new(device, component).unwrap());
+        let of_colors = UploadedColors::from_components(&components, ColorOpacity::Alpha, &transfer).unwrap();
+        let beside = [Channel::new(&uploaded, &transfer), Channel::from_colors(&of_colors).unwrap()];
+        let mut mixed = Renderer::from_channels(&beside).unwrap();
         let draw = |renderer: &mut Renderer, settings: &Settings| renderer.render(&camera, size, settings).unwrap().0;
         let maximum = Settings { blend: Blend::Maximum, shading: None, ..Settings::default() };
         let found = vec![
@@ -207,6 +212,8 @@ fn fields_and_colors_at_every_width() {
             draw(&mut several, &cast),
             draw(&mut several, &maximum),
             draw(&mut colors, &Settings::default()),
+            draw(&mut mixed, &Settings::default()),
+            draw(&mut mixed, &studio),
         ];
         let first = first.get_or_insert_with(|| found.clone());
         for (n, (found, first)) in found.iter().zip(first.iter()).enumerate() {
