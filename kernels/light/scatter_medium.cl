@@ -41,7 +41,8 @@ static inline realv arriving(const BlockSource *source, int number, int to_value
     const int shift = p->light_shift;
     __global const uchar *row =
         source->light + (size_t)number * p->light_bytes + ((j >> shift) + 1) * p->light_row + (size_t)((k >> shift) + 1) * p->light_layer;
-    return CONVERT_REALV(GATHER_AS(intv, row + to_value, held ? ((LANES + i) >> shift) + 1 : (intv)(0)));
+    // Other lanes read the first voxel of the row, whose neighbours exist.
+    return CONVERT_REALV(GATHER_AS(intv, row + to_value, held ? ((LANES + i) >> shift) + 1 : (intv)(1)));
 }
 
 #if BLEND == ISO
