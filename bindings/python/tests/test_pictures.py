@@ -86,7 +86,7 @@ VALUES = {
     "light_space": ("world", "camera", LIGHT),
     "look": ("plain", "studio", {}),
     "sky": ((0.4, 0.4, 0.4), ((0.9, 0.9, 1.0), (0.1, 0.1, 0.1)), {"look": "studio"}),
-    "scattering": (1.0, 0.25, {"look": "studio"}),
+    "scattering": (0.95, 0.25, {"look": "studio"}),
     "exposure": (0.0, 1.5, {"look": "studio"}),
     "tone": ("shoulder", "none", {"look": "studio", "exposure": 2.0}),
     "shadows": (False, True, LIGHT),

@@ -20,7 +20,7 @@ pub(in crate::cli) struct LightOptions {
     /// Where up is for the sky of the studio [default: along z with --sky, upwards in the picture without]
     #[arg(long, value_parser = parse::vector, value_name = "X,Y,Z", allow_hyphen_values = true)]
     pub(super) sky_up: Option<DVec3>,
-    /// Factor of the light that scatters again in the studio, 0 to 1 [default: 1]
+    /// Factor of the light that scatters again in the studio, 0 to 1 [default: 0.95]
     #[arg(long, value_parser = parse::number(Studio::SCATTERING), value_name = "F", allow_hyphen_values = true)]
     pub(super) scattering: Option<f64>,
     /// Exposure of the studio in stops, for pictures of 8 and 16 bits [default: 0]

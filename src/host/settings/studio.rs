@@ -37,7 +37,8 @@ choices! { Look, "look"; Plain = "plain", Studio = "studio" }
 pub struct Studio {
     /// The light that comes from all around.
     pub sky: Sky,
-    /// Factor of the albedo in the light that cells scatter to each other, 0 … 1. 0: light is scattered once.
+    /// Factor of the albedo in the light that cells scatter to each other, 0 … 1. 0: light is scattered once. 1: opaque matter under a sky
+    /// reflects its colour; the default is a little less, since white matter with all of its light has little relief.
     pub scattering: f64,
     /// Curve of bright colours in pictures of 8 and 16 bits.
     pub tone: Tone,
@@ -47,7 +48,7 @@ pub struct Studio {
 
 impl Default for Studio {
     fn default() -> Self {
-        Self { sky: Sky::default(), scattering: 1.0, tone: Tone::Shoulder, exposure: 0.0 }
+        Self { sky: Sky::default(), scattering: 0.95, tone: Tone::Shoulder, exposure: 0.0 }
     }
 }
 

@@ -34,7 +34,7 @@ export class Lighting {
     /** What the fields do not have, and why. @type {Record<string, string>} */
     this.unavailable = {};
     /** The studio as it begins, its lights along the camera's axes. @type {{ look: import("./state.js").Studio, lights: Light[] }} */
-    this.studio = { look: { sky_up: [0, 1, 0], scattering: 1, exposure: 0 }, lights: [] };
+    this.studio = { look: { sky_up: [0, 1, 0], scattering: 0.95, exposure: 0 }, lights: [] };
     /** The light of the other look, to which the page returns. @type {Pick<Look, "studio" | "lights" | "lights_follow"> | null} */
     this.other = null;
     this.ball = new Ball({

@@ -174,7 +174,7 @@ pub static RENDERER: Class = Class {
             name: c"scattering",
             types: &[ANARI_FLOAT32],
             description: c"factor of the light that scatters again in the studio",
-            default: DefaultValue::Floats(&[1.0]),
+            default: DefaultValue::Floats(&[0.95]),
             range: Some(&[0.0, 1.0]),
             ..PLAIN
         },
