@@ -86,9 +86,9 @@ static inline realv taken(realv before, realv behind, realv half_way) {
 }
 #endif
 
-// The light that matter of this depth absorbs at voxels. A surface absorbs what arrives beside it, by half on the mean over its directions; a
-// cell has two voxels along its edge. Dense matter absorbs most of its light before the middles of voxels: it takes what is lost on the way, which
-// in thin matter has too few steps.
+// The light that matter of this depth absorbs at voxels. A voxel of a surface absorbs the light beside it times the cosine, which is 1/2 on
+// average, times the voxels along the edge of a cell, which are 2: the factor is 1. In dense matter most light is absorbed before it reaches the
+// middles of voxels, so what it loses between them counts. In thin matter that difference has too few steps, and the light at the middles counts.
 static inline realv absorbed_light(const BlockSource *source, int number, realv depth, intv held, int i, int j, int k) {
 #if BLEND == ISO
     realv most = 0.0f;

@@ -138,8 +138,8 @@ impl LightSources {
         self.studio.as_ref()
     }
 
-    /// Of each light that is swept: the way of its rays from a value to the next one, in this length, and the distance of these values in
-    /// the volume, towards the light.
+    /// Of each light that is swept: the distance along its rays from a value to the next one towards the light, in units of `length`, and the
+    /// distance of these values in memory.
     pub fn ways(&self, length: f64, strides: [i32; 3]) -> ([f32; 4], [i32; 4]) {
         let steps = |source: &Source| {
             let along = source.to_light / self.spacing;
