@@ -2,7 +2,7 @@
 
 import assert from "node:assert/strict";
 import { readFile } from "node:fs/promises";
-import { answered, isDifferent, isSame, pages, pagesIn, set, state } from "./shared.js";
+import { answered, isDifferent, isSame, pages, pagesIn, reload, set, state } from "./shared.js";
 import { measured, refined } from "./viewer.js";
 
 const LABELS = await readFile(new URL("../../formats/files/labels/layers.seg.nrrd", import.meta.url));
@@ -34,8 +34,7 @@ two("channels are hidden, weighed and coloured, and undo takes it back", async (
   const blue = measured(first).mean;
   assert.ok(red[0] > blue[0] + 2 && red[2] < blue[2] - 2, `${red} ${blue}`);
   // The address keeps all of it.
-  await page.waitForTimeout(500);
-  await page.reload();
+  await reload(page);
   isSame(await refined(page), recolored, "reloaded");
   assert.equal((await state(page)).look.channels[1].color, "#ff0000");
   assert.deepEqual((await state(page)).others[0].colors[0][1], [1, 0, 0]);

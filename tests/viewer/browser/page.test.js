@@ -6,7 +6,7 @@ import { createRequire } from "node:module";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { describe, test } from "node:test";
-import { answered, isDifferent, isSame, pages, section, set } from "./shared.js";
+import { answered, isDifferent, isSame, pages, reload, section, set } from "./shared.js";
 import { difference, drag, measured, open, pixels, refined, serve } from "./viewer.js";
 
 /** Pages whose pictures are refined up to the mean of 16 frames, and pages in a fixed quality, whose tests take a fraction of the time. */
@@ -35,8 +35,7 @@ describe("opening", () => {
     await set(page, "#background", "#203040");
     await set(page, "#fade", 0.5);
     const before = await refined(page);
-    await page.waitForTimeout(500);
-    await page.reload();
+    await reload(page);
     isSame(await refined(page), before, "after reloading");
   });
 

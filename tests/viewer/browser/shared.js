@@ -68,5 +68,11 @@ export const set = (page, id, value) => page.locator(id).evaluate((field, to) =>
   field.dispatchEvent(new Event("change", { bubbles: true }));
 }, value);
 
+/** Reloads the page. Its address gets its state 300 ms after the last change, so a timer of the page that is longer and begins later ends after it. */
+export async function reload(page) {
+  await page.evaluate(() => new Promise((kept) => setTimeout(kept, 500)));
+  await page.reload();
+}
+
 /** The page's state. */
 export const state = (page) => page.evaluate(() => globalThis.layersplat.state());

@@ -4,7 +4,7 @@ import assert from "node:assert/strict";
 import { createRequire } from "node:module";
 import { readFile } from "node:fs/promises";
 import { describe } from "node:test";
-import { pages } from "./shared.js";
+import { pages, reload } from "./shared.js";
 import { measured, refined } from "./viewer.js";
 
 /** A test with a page of its own, whose slices are shown. */
@@ -174,8 +174,7 @@ describe("slices", () => {
     await page.keyboard.press("Control+y");
     const redone = await slices(page);
     assert.ok(redone.every((slice, n) => difference(slice, moved[n]) < 0.05), "redone");
-    await page.waitForTimeout(500);
-    await page.reload();
+    await reload(page);
     await refined(page);
     const again = await slices(page);
     assert.ok(again.every((slice, n) => difference(slice, moved[n]) < 0.05), "after reloading");

@@ -3,7 +3,7 @@
 import assert from "node:assert/strict";
 import { readFile } from "node:fs/promises";
 import { createRequire } from "node:module";
-import { isDifferent, isSame, pagesIn, section, set, state } from "./shared.js";
+import { isDifferent, isSame, pagesIn, reload, section, set, state } from "./shared.js";
 import { drag, measured, pixels, refined } from "./viewer.js";
 
 const [SIDE, STEPS] = [16, 5];
@@ -51,8 +51,7 @@ on("the slider and keys choose a step, which is refined, undone and kept in the 
   await isAt(page, 1);
   await refined(page);
   await page.waitForFunction(() => location.hash.length > 1);
-  await page.waitForTimeout(400);
-  await page.reload();
+  await reload(page);
   await page.waitForFunction(() => globalThis.layersplat?.state()?.look.frame === 1);
   await refined(page);
 });

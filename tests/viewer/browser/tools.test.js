@@ -3,7 +3,7 @@
 
 import assert from "node:assert/strict";
 import { describe } from "node:test";
-import { answered, DIFFERENT, isDifferent, isSame, pages, SAME, section, set, state } from "./shared.js";
+import { answered, DIFFERENT, isDifferent, isSame, pages, reload, SAME, section, set, state } from "./shared.js";
 import { difference, drag, measured, pixels, refined } from "./viewer.js";
 
 const on = pages("builtin:hydrogen@32", "--quality", "standard");
@@ -313,7 +313,7 @@ describe("studio", () => {
     assert.ok(mean(await refined(page)) > 1.1 * mean(turned), "the exposure");
     await set(page, "#scattering", 0);
     assert.deepEqual((await look()).studio, { ...own, exposure: 1, scattering: 0 });
-    await page.reload();
+    await reload(page);
     await page.waitForFunction(() => globalThis.layersplat?.shown.pictures > 0);
     assert.equal((await look()).studio.exposure, 1);
     await page.locator("#lit").selectOption("plain");
