@@ -3,7 +3,7 @@
 //
 // `entries`: per table entry, optical depth times the albedo of red, green and blue, and optical depth; along the edge of a cell. `light`:
 // bytes of the volumes of the lights, of which each value covers 2^light_shift voxels along each axis and has a margin of one value.
-// blocks[(n * dims_z + z) * dims_y + y) * dims_x + x] is sum n of a block, divided by the voxels of one.
+// blocks[(n * dims_z + z) * dims_y + y) * dims_x + x] is sum n of a block, divided by the voxels of one; layer z is first_layer + z of all.
 
 // A field may have colours of its voxels. Those of a field whose voxels are not these lie at `to_own` of its placement.
 
@@ -39,8 +39,8 @@ static inline void color_entry(const Absorber *absorber, int i, int j, int k, re
 static inline realv arriving(const BlockSource *source, int number, int to_value, intv held, int i, int j, int k) {
     const ScatterMediumParams *p = &source->p;
     const int shift = p->light_shift;
-    __global const uchar *row =
-        source->light + (size_t)number * p->light_bytes + ((j >> shift) + 1) * p->light_row + (size_t)((k >> shift) + 1) * p->light_layer;
+    __global const uchar *row = source->light + (size_t)number * p->light_bytes + ((j >> shift) + 1) * p->light_row +
+                                (size_t)((k >> shift) + 1 - p->light_first) * p->light_layer;
     // Other lanes read the first voxel of the row, whose neighbours exist.
     return CONVERT_REALV(GATHER_AS(intv, row + to_value, held ? ((LANES + i) >> shift) + 1 : (intv)(1)));
 }
@@ -160,14 +160,16 @@ __kernel void scatter_medium(CHANNEL_FIELDS, PER_CHANNEL(__global const float4 *
     const size_t plane = (size_t)p.dims_x * p.dims_y * p.dims_z;
 #if VW == 1
     float sums[SUMS];
-    block_sums(&source, id % p.dims_x * PER_BLOCK_U, id / p.dims_x % p.dims_y * PER_BLOCK_V, id / p.dims_x / p.dims_y * PER_BLOCK_A, sums);
+    block_sums(&source, id % p.dims_x * PER_BLOCK_U, id / p.dims_x % p.dims_y * PER_BLOCK_V,
+               (p.first_layer + id / p.dims_x / p.dims_y) * PER_BLOCK_A, sums);
     for (int s = 0; s < SUMS; s++)
         blocks[s * plane + id] = sums[s] * per_voxel;
 #else
     const int end_u = min(p.dims_x * PER_BLOCK_U, source.absorbers[0].field.view.dims_u);
     for (int first = 0; first < p.dims_x; first += BLOCKS) {
         float columns[SUMS][COLUMNS];
-        const bool any = column_sums(&source, first * PER_BLOCK_U, end_u, id % p.dims_y * PER_BLOCK_V, id / p.dims_y * PER_BLOCK_A, columns);
+        const bool any = column_sums(&source, first * PER_BLOCK_U, end_u, id % p.dims_y * PER_BLOCK_V,
+                                     (p.first_layer + id / p.dims_y) * PER_BLOCK_A, columns);
         __global float *out = blocks + (size_t)id * p.dims_x + first;
         for (int s = 0; s < SUMS; s++)
             for (int b = 0; b < min(BLOCKS, p.dims_x - first); b++)

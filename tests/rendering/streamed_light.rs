@@ -1,11 +1,12 @@
 //! Shadows and ambient occlusion of volumes beyond the device's memory: the same bits as those of the whole volume.
 
 use crate::common::*;
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 use layersplat::layers::{Axis, GradientEstimator, Kernel};
 use layersplat::renderer::{PartRenderer, StreamPlan, StreamedRenderer};
 use layersplat::settings::{
-    AmbientOcclusion, Blend, Clipping, CropBox, GradientOpacity, Layered, Light, LightGrid, Lights, Quality, Shading, Shadows,
+    AmbientOcclusion, Blend, Clipping, CropBox, GradientOpacity, Layered, Light, LightGrid, Lights, Look, Quality, Shading,
+    Shadows,
 };
 use layersplat::volume::{Grid, Voxels};
 use layersplat::{Camera, Error, Frame, Renderer, Settings, TransferFunction, Viewport, Volume};
@@ -49,6 +50,27 @@ fn budget(volume: &Volume, settings: &Settings) -> u64 {
     volume.grid().voxel_count() as u64 * shares / 4
 }
 
+fn planned(
+    budget: u64,
+    volume: &Volume,
+    transfer: &TransferFunction,
+    camera: &Camera,
+    settings: &Settings,
+) -> Result<Option<StreamPlan>, Error> {
+    StreamedRenderer::new(&device().with_memory(budget), volume, transfer).plan(camera, size(), settings)
+}
+
+/// The least memory for a view, as errors say.
+fn least(volume: &Volume, transfer: &TransferFunction, camera: &Camera, settings: &Settings) -> u64 {
+    let mut needed = 1000;
+    while let Err(error) = planned(needed, volume, transfer, camera, settings) {
+        let Error::LightMemory { needed: more, .. } = error else { panic!("{error}") };
+        assert!(more > needed, "{error}");
+        needed = more;
+    }
+    needed
+}
+
 fn streamed(renderer: &mut StreamedRenderer, camera: &Camera, settings: &Settings) -> (Frame, StreamPlan) {
     let plan = renderer.plan(camera, size(), settings).unwrap().expect("it is streamed");
     (renderer.render(camera, size(), settings).unwrap().0, plan)
@@ -59,25 +81,39 @@ fn streamed(renderer: &mut StreamedRenderer, camera: &Camera, settings: &Setting
 fn check(what: &str, axes: &[Axis], (azimuth, elevation): (f64, f64), settings: &Settings) {
     let (volume, transfer) = scene();
     let camera = parallel(&volume, size(), azimuth, elevation);
-    let budget = budget(&volume, settings);
+    check_scene(what, axes, (&volume, &transfer), &camera, budget(&volume, settings), settings);
+}
+
+#[track_caller]
+fn check_scene(
+    what: &str,
+    axes: &[Axis],
+    (volume, transfer): (&Volume, &TransferFunction),
+    camera: &Camera,
+    budget: u64,
+    settings: &Settings,
+) {
     let bounded = device().with_memory(budget);
-    let mut renderer = StreamedRenderer::new(&bounded, &volume, &transfer);
-    let (frame, plan) = streamed(&mut renderer, &camera, settings);
+    let mut renderer = StreamedRenderer::new(&bounded, volume, transfer);
+    let (frame, plan) = streamed(&mut renderer, camera, settings);
     assert_eq!(plan.lattices.iter().map(|lattice| lattice.axis).collect::<Vec<_>>(), axes, "{what}");
     // Slabs share layers: light is swept in several.
     assert!(plan.lattices.iter().all(|lattice| lattice.parts > 1) && plan.light_bytes > plan.volume_bytes, "{what}: {plan}");
     let peak = bounded.peak_bytes();
     assert!(peak <= plan.device_bytes && plan.device_bytes <= budget, "{what}: {peak} bytes of {plan}");
-    let whole = render(&volume, &transfer, &camera, size(), settings);
+    let whole = render(volume, transfer, camera, size(), settings);
     assert_close(what, &frame, &whole, 0.0);
-    let unlit = render(&volume, &transfer, &camera, size(), &Settings { shadows: None, ambient_occlusion: None, ..*settings });
+    let unlit = Settings { shadows: None, ambient_occlusion: None, studio: None, ..*settings };
+    let unlit = render(volume, transfer, camera, size(), &unlit);
     let changed = pixels_apart(&whole, &unlit, 1.0 / 255.0);
     assert!(changed > 100, "{what}: light changes {changed} pixels only");
     // Kept: another view along the same axis, or along another, sweeps nothing.
-    for camera in [parallel(&volume, size(), azimuth + 3.0, elevation), parallel(&volume, size(), 20.0, 80.0)] {
+    let to_eye = camera.position - camera.focal_point;
+    let turned = Camera { position: camera.focal_point + DMat3::from_axis_angle(DVec3::Y, 0.05) * to_eye, ..*camera };
+    for camera in [turned, parallel(volume, size(), 20.0, 80.0)] {
         let (frame, plan) = streamed(&mut renderer, &camera, settings);
         assert_eq!(plan.light_bytes, 0, "{what}: {plan}");
-        assert_close(what, &frame, &render(&volume, &transfer, &camera, size(), settings), 0.0);
+        assert_close(what, &frame, &render(volume, transfer, &camera, size(), settings), 0.0);
     }
 }
 
@@ -152,6 +188,30 @@ fn other_settings() {
     check("iso and sky", &[Axis::X], (85.0, 5.0), &occluded(None, Settings { blend: Blend::Iso(190.0), ..base }));
 }
 
+/// Light scatters through the whole volume, whose blocks are summed in slabs. Voxels of four bytes take more memory than that.
+#[test]
+fn the_studio_at_a_quarter_of_the_resolution() {
+    let [x, y, z] = [190, 120, 130];
+    let place = |n: usize| DVec3::new((n % x) as f64, (n / x % y) as f64, (n / (x * y)) as f64);
+    let value = |n: usize| 128.0 + 60.0 * (place(n) * DVec3::new(0.17, 0.21, 0.15)).sin().element_sum();
+    let voxels = Voxels::Float32((0..x * y * z).map(|n| value(n) as f32).collect());
+    let volume = Volume::new("blobs", Grid::new([x, y, z], DVec3::new(1.0, 1.0, 1.1)).unwrap(), voxels).unwrap();
+    let transfer = scene().1;
+    let quarter = Settings { light_grid: LightGrid::Quarter, ..Settings::default() }.with_look(Look::Studio);
+    let thinned = Some(GradientOpacity::new(&[(1.0, 0.2), (20.0, 1.0)]).unwrap());
+    let crop = CropBox { lowest: DVec3::new(20.0, 10.0, 30.0), highest: DVec3::new(150.0, 115.0, 120.0) };
+    let clipping = Clipping { crop: Some(crop), ..Clipping::default() };
+    for (what, settings) in [
+        ("studio", quarter),
+        ("studio, cut and thinned", Settings { clipping, gradient_opacity: thinned, ..quarter }),
+        ("iso-surface in the studio", Settings { blend: Blend::Iso(190.0), ..quarter }),
+    ] {
+        let camera = parallel(&volume, size(), 10.0, 5.0);
+        let settings = settings.with_light_in_world(&camera).unwrap();
+        check_scene(what, &[Axis::Z], (&volume, &transfer), &camera, least(&volume, &transfer, &camera, &settings), &settings);
+    }
+}
+
 /// Near 45 degrees a view has lattices of two axes, which look up the same light.
 #[test]
 fn views_shared_by_axes() {
@@ -206,18 +266,8 @@ fn too_little_is_refused_with_what_is_needed() {
     let (volume, transfer) = scene();
     let camera = parallel(&volume, size(), 10.0, 5.0);
     let settings = lit(&[Light { angle: 10.0, ..towards(1.0, 0.2, 0.1) }], Settings::default());
-    let plan = |budget: u64, settings: &Settings| {
-        StreamedRenderer::new(&device().with_memory(budget), &volume, &transfer).plan(&camera, size(), settings)
-    };
-    let least = |settings: &Settings| {
-        let mut needed = 1000;
-        while let Err(error) = plan(needed, settings) {
-            let Error::LightMemory { needed: more, .. } = error else { panic!("{error}") };
-            assert!(more > needed, "{error}");
-            needed = more;
-        }
-        needed
-    };
+    let plan = |budget: u64, settings: &Settings| planned(budget, &volume, &transfer, &camera, settings);
+    let least = |settings: &Settings| least(&volume, &transfer, &camera, settings);
     let needed = least(&settings);
     let message = plan(needed - 7, &settings).unwrap_err().to_string();
     assert!(message.contains("7 more than the memory budget") && message.contains("light_grid half needs less"), "{message}");

@@ -203,15 +203,17 @@ kernel_struct! {
 kernel_struct! {
     /// What blocks of voxels absorb and scatter.
     ScatterMediumParams {
-        /// Blocks along each axis.
+        /// Blocks along each axis, of which layers along z are summed from this one on.
         dims as [dims_x, dims_y, dims_z]: i32,
+        first_layer: i32,
         /// Number of lights, and the radiance of each that arrives from all sides: its irradiance over 4 pi, in steps of 1/255.
         lights: i32,
         irradiance: [[f32; 3]; 4],
-        /// Bytes of the volume of a light, of its rows and of its layers. Values cover 2^shift voxels along each axis.
+        /// Bytes of the volume of a light, of its rows and of its layers, and the first layer. Values cover 2^shift voxels along each axis.
         light_bytes: i32,
         light_row: i32,
         light_layer: i32,
+        light_first: i32,
         light_shift: i32,
         /// Of each light: the way of its rays from value to value, in edges of a cell, and the bytes to the next value towards it.
         crossings: [f32; 4],

@@ -150,7 +150,7 @@ impl Renderer<'_> {
 type Map = (Option<Vec<f32>>, Vec<f32>);
 
 fn map_of_slab(renderer: &mut PartRenderer, view: &LatticeView, sweeps: &SweepGroup) -> Result<Map, Error> {
-    let ignored = LightOfParts::new(Vec::new());
+    let ignored = LightOfParts::new(Vec::new(), None);
     let mut after = |transmittance: f32| -> Result<Vec<f32>, Error> {
         sweeps.begin_with(transmittance, renderer.tuning());
         renderer.sweep(view, &ignored, sweeps)?;

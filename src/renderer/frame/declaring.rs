@@ -61,7 +61,7 @@ impl DeclaredLight {
         let lights = settings.shading.map_or(0, |shading| shading.lights.as_slice().len());
         let volumes = if settings.shadows.is_some() || settings.studio.is_some() { lights } else { 0 };
         let sky = settings.ambient_occlusion.is_some();
-        let studio = settings.studio.map(|_| ScatterGrids::new(grid));
+        let studio = settings.studio.map(|_| ScatterGrids::new(grid, settings.light_grid));
         (volumes > 0 || sky || studio.is_some()).then_some(Self {
             volumes,
             sky,

@@ -312,6 +312,10 @@ impl Engine {
         match *step {
             Step::Sweep { light, group, slab } => self.with_scene(view, |scene| scene.sweep_slab(light, group, slab))?,
             Step::FinishLight(light) => self.with_scene(view, |scene| scene.finish_light(light))?,
+            Step::SumBlocks { light, slabs, slab } => {
+                self.with_scene(view, |scene| scene.sum_blocks(light, &slabs.slabs[slab]))?
+            }
+            Step::Scatter(light) => self.with_scene(view, |scene| scene.scatter_light(light))?,
             Step::HoldLight { light, axis, ref voxels } => {
                 self.with_scene(view, |scene| scene.hold_light(light, axis, voxels))?
             }

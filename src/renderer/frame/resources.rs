@@ -143,6 +143,13 @@ pub(in crate::renderer) struct Bytes {
     pub largest: u64,
 }
 
+impl Bytes {
+    /// Of sets of which one after the other is there.
+    pub fn max(self, other: Self) -> Self {
+        Self { sum: self.sum.max(other.sum), largest: self.largest.max(other.largest) }
+    }
+}
+
 impl fmt::Display for Resources {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Bytes { sum, largest } = self.bytes();

@@ -1,7 +1,7 @@
 //! Steps of a frame on the device and their resources.
 
 use super::super::layered::{points, splats};
-use super::super::light::{self, LightOfParts, SweepGroup};
+use super::super::light::{self, BlockSlabs, LightOfParts, SweepGroup};
 use super::super::picture::{Share, declare_displayed, declare_floats};
 use super::super::plan::Plan;
 use super::super::range::LayerRange;
@@ -24,6 +24,10 @@ pub(in crate::renderer) enum Step<'a> {
     Sweep { light: &'a LightOfParts, group: &'a SweepGroup, slab: usize },
     /// Completes the light of parts.
     FinishLight(&'a LightOfParts),
+    /// Sums the blocks of slab number `slab`, whose voxels and light are on the device.
+    SumBlocks { light: &'a LightOfParts, slabs: &'a BlockSlabs, slab: usize },
+    /// Scatters light between all blocks.
+    Scatter(&'a LightOfParts),
     /// Uploads the light of a part that holds these layers of voxels along an axis.
     HoldLight { light: &'a LightOfParts, axis: Axis, voxels: Range<usize> },
     /// Uploads raw samples from which layers continue.
@@ -118,8 +122,9 @@ impl Step<'_> {
     /// Declares the resources of this step. With `bound`, the finished picture goes to the caller's memory.
     fn declare(&self, declaring: &Declaring, bound: bool, resources: &mut Resources) {
         match self {
-            Step::Hold { .. } | Step::HoldLight { .. } | Step::FinishLight(_) | Step::Continue(_) => {}
+            Step::Hold { .. } | Step::HoldLight { .. } | Step::FinishLight(_) | Step::Scatter(_) | Step::Continue(_) => {}
             Step::Sweep { group, .. } => group.declare(declaring, group.most_layers(), resources),
+            Step::SumBlocks { slabs, .. } => slabs.declare(declaring, slabs.most_layers(), resources),
             Step::Layers { lattice, layered, .. } => {
                 light::declare(declaring, resources);
                 match layered.classification {

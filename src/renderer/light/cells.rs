@@ -2,6 +2,7 @@
 
 use crate::device::launch::structs::ScatterGrid;
 use crate::layers::AxisFrame;
+use crate::settings::LightGrid;
 use crate::volume::Grid;
 use glam::DVec3;
 
@@ -36,7 +37,8 @@ pub(in crate::renderer) struct CellGrid {
 }
 
 impl ScatterGrids {
-    pub fn new(grid: &Grid) -> Self {
+    /// The cells of a volume, and blocks of voxels for those of the finest grid that light of this resolution has.
+    pub fn new(grid: &Grid, resolution: LightGrid) -> Self {
         let (dims, spacing) = (grid.dims(), grid.spacing());
         let smallest = spacing.min_element();
         let extent = DVec3::from_array(dims.map(|n| n as f64)) * spacing;
@@ -44,7 +46,8 @@ impl ScatterGrids {
         let cells = (extent / (EDGES[0] * smallest)).max(DVec3::ONE).element_product();
         let larger = (cells / most).cbrt().max(1.0) * smallest;
         let [fine, coarse] = EDGES.map(|edge| edge * larger);
-        let per_block = [0, 1, 2].map(|i| ((fine / spacing[i]).round() as usize).clamp(1, dims[i]));
+        let finest = if resolution == LightGrid::Quarter { coarse } else { fine };
+        let per_block = [0, 1, 2].map(|i| ((finest / spacing[i]).round() as usize).clamp(1, dims[i]));
         let blocks = [0, 1, 2].map(|i| dims[i].div_ceil(per_block[i]));
         let block = DVec3::from_array(per_block.map(|n| n as f64)) * spacing;
         let grid = |edge: f64| CellGrid {
@@ -94,22 +97,26 @@ impl CellGrid {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::DVec2;
 
     #[test]
     fn cells_are_cubes_that_cover_the_volume() {
-        let even = ScatterGrids::new(&Grid::new([65, 64, 3], DVec3::ONE).unwrap());
+        let even = ScatterGrids::new(&Grid::new([65, 64, 3], DVec3::ONE).unwrap(), LightGrid::Full);
         assert_eq!(
             (even.per_block, even.blocks, even.fine.dims, even.coarse.dims),
             ([2, 2, 2], [33, 32, 2], [33, 32, 2], [17, 16, 1])
         );
         assert_eq!((even.fine.per_cell, even.coarse.per_cell), (DVec3::ONE, DVec3::splat(2.0)));
         assert_eq!(even.fine.origin(), DVec3::splat(-0.25));
-        let thick = ScatterGrids::new(&Grid::new([40, 40, 10], DVec3::new(1.0, 1.0, 5.0)).unwrap());
+        let coarse = ScatterGrids::new(&Grid::new([65, 64, 3], DVec3::ONE).unwrap(), LightGrid::Quarter);
+        assert_eq!((coarse.per_block, coarse.blocks), ([4, 4, 3], [17, 16, 1]));
+        assert_eq!((coarse.coarse.dims, coarse.coarse.per_cell.truncate()), (even.coarse.dims, DVec2::ONE));
+        let thick = ScatterGrids::new(&Grid::new([40, 40, 10], DVec3::new(1.0, 1.0, 5.0)).unwrap(), LightGrid::Half);
         assert_eq!((thick.per_block, thick.fine.dims), ([2, 2, 1], [20, 20, 25]));
         assert!((thick.fine.per_cell - DVec3::new(1.0, 1.0, 0.4)).length() < 1e-12);
         for dims in [[300, 300, 200], [1, 1, 1], [2000, 1, 1]] {
             let grid = Grid::new(dims, DVec3::new(1.0, 1.3, 20.0)).unwrap();
-            let grids = ScatterGrids::new(&grid);
+            let grids = ScatterGrids::new(&grid, LightGrid::Full);
             assert!(grids.fine.cells() as f64 <= 1.2 * ALWAYS_ALLOWED.max(grid.voxel_count() as f64 / 4.0), "{grids:?}");
             for cells in [grids.fine, grids.coarse] {
                 let covered = DVec3::from_array(cells.dims.map(|n| n as f64)) * cells.edge;

@@ -3,7 +3,7 @@
 use super::grid::ValueGrid;
 use super::sources::{LightSources, Source};
 use super::sweeps::{self, Sweep};
-use super::{Medium, SHADOWS, SKY};
+use super::{Medium, SHADOWS, SKY, forgiveness};
 use crate::error::Error;
 use crate::layers::Axis;
 use crate::settings::Settings;
@@ -31,9 +31,9 @@ impl Wanted {
     /// The light volumes of a view: of its lights that are swept, and of the ambient light.
     pub(in crate::renderer) fn all(sources: &LightSources, settings: &Settings) -> Vec<Self> {
         let (medium, [shadows, sky]) = (Medium::new(settings), sources.grids());
-        let lights = settings.shadows.filter(|_| !sources.swept.is_empty()).map(|of| Self {
+        let lights = (!sources.swept.is_empty()).then(|| Self {
             light: WantedLight::Lights(sources.swept.clone()),
-            gain: of.forgiveness,
+            gain: forgiveness(settings),
             medium,
             grid: shadows,
         });

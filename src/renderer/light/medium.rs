@@ -16,6 +16,7 @@ use crate::device::launch::scatter::{MEDIUM_PLANES, ScatterMediumArguments};
 use crate::device::launch::structs::{ClassificationParams, Float4, ScatterMediumParams};
 use crate::error::Error;
 use crate::layers::{Axis, OrdinatePair, entering};
+use std::ops::Range;
 use std::sync::Arc;
 
 /// Optical depth of the edge of a cell above which matter is as good as opaque. Floats are precise below.
@@ -47,20 +48,30 @@ impl Scene<'_> {
         if let Some(kept) = self.light.store.get(self.device, &key, inputs)? {
             return Ok(kept);
         }
-        let levels = levels(&grids, light.grid);
         let bytes = packed_bytes(light.cells(&grids));
         check_addressable(bytes)?;
         let packed = match self.light.store.reuse(self.device, &key, inputs, bytes) {
             Some(reused) => reused,
             None => Arc::new(Buffer::new(self.device, bytes, LIGHT_FIELD)?),
         };
-        let blocks = self.scatter_blocks(light, &grids, sources, lights)?;
+        let blocks = self.scatter_blocks(light, &grids, sources, lights, 0..grids.blocks[2])?;
+        self.solve(light, grids, &blocks, &packed)?;
+        Ok(self.light.store.keep(key, inputs, self.device.produced()?, packed))
+    }
+
+    /// Scatters light between blocks of voxels.
+    pub(super) fn solve(
+        &mut self,
+        light: &StudioLight,
+        grids: ScatterGrids,
+        blocks: &Buffer<f32>,
+        packed: &Buffer<u8>,
+    ) -> Result<(), Error> {
         let sky = light.studio.sky;
         let entering = entering(&OrdinatePair::all(), |direction| sky.radiance(direction.dot(light.up)));
         let (device, kernels) = (self.device, &mut self.light.scatter);
         let mut scattering = Scattering { device, kernels, grids, entering, scattering: light.studio.scattering };
-        scattering.solve(&blocks, &levels, &packed)?;
-        Ok(self.light.store.keep(key, inputs, self.device.produced()?, packed))
+        scattering.solve(blocks, &levels(&grids, light.grid), packed)
     }
 
     /// What blocks of voxels absorb and scatter of the lights of this scene.
@@ -69,32 +80,37 @@ impl Scene<'_> {
         let sources = self.light_sources().expect("the studio has lights");
         let lights = self.shadows(sources.swept.clone(), 1.0)?;
         let (light, grids) = sources.studio().expect("the look is the studio");
-        Ok((*grids, self.scatter_blocks(light, grids, &sources, Some(&lights))?))
+        Ok((*grids, self.scatter_blocks(light, grids, &sources, Some(&lights), 0..grids.blocks[2])?))
     }
 
-    /// What blocks of voxels absorb and scatter.
-    fn scatter_blocks(
+    /// What blocks of voxels in some layers along z absorb and scatter.
+    pub(super) fn scatter_blocks(
         &mut self,
         light: &StudioLight,
         grids: &ScatterGrids,
         sources: &LightSources,
         lights: Option<&Buffer<u8>>,
+        layers: Range<usize>,
     ) -> Result<Buffer<f32>, Error> {
         let scatterers = self.for_each_absorber(|scene| scene.scatterer(grids.fine.edge))?;
         let merged = MergedInputs::new(scatterers.iter().map(|scatterer| &scatterer.field).collect())?;
         let entries: Vec<_> = scatterers.iter().map(|scatterer| &scatterer.entries).collect();
-        let blocks = Buffer::new(self.device, MEDIUM_PLANES * grids.blocks.iter().product::<usize>(), CELLS)?;
+        let [x, y, _] = grids.blocks;
+        let dims = [x, y, layers.len()];
+        let blocks = Buffer::new(self.device, MEDIUM_PLANES * dims.iter().product::<usize>(), CELLS)?;
         let fields = merged.params(self.device, ABSORBERS.name)?;
         let (frame, values) = (Axis::Z.frame(), sources.grids()[0]);
         let strides = values.strides(frame);
         let (crossings, towards) = sources.ways(grids.fine.edge, strides);
         let p = ScatterMediumParams {
-            dims: grids.blocks.map(|n| n as i32),
+            dims: dims.map(|n| n as i32),
+            first_layer: layers.start as i32,
             lights: lights.map_or(0, |_| sources.swept.len() as i32),
             irradiance: light.arriving(),
             light_bytes: values.values() as i32,
             light_row: strides[1],
             light_layer: strides[2],
+            light_first: values.held().first[2] as i32,
             light_shift: values.voxels().ilog2() as i32,
             crossings,
             towards,

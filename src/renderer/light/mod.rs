@@ -1,6 +1,7 @@
 //! Light volumes: the share of each light and of the ambient light that reaches every voxel. They are swept once, then looked up by all
 //! passes, until the field, the transfer function, a light or something else changes that they depend on.
 
+mod blocks;
 mod cells;
 mod coarse;
 mod grid;
@@ -15,6 +16,7 @@ mod sweeps;
 #[cfg(test)]
 mod tests;
 
+pub(crate) use blocks::{BlockSlabs, HostField, WantedField};
 pub(super) use cells::ScatterGrids;
 pub(super) use grid::ValueGrid;
 pub(super) use host::HostVolumes;
@@ -138,6 +140,11 @@ impl Medium {
     }
 }
 
+/// Factor of the light in shadows. The studio has none.
+fn forgiveness(settings: &Settings) -> f64 {
+    settings.shadows.map_or(1.0, |shadows| shadows.forgiveness)
+}
+
 /// The estimator of the gradients that change the opacity along rays from a light, with gradient opacity: the frame's, if the kernel of the
 /// light supports it.
 pub(super) fn extinction_estimator(settings: &Settings) -> Option<GradientEstimator> {
@@ -190,8 +197,10 @@ impl Scene<'_> {
         // Those of two frames, as while a hand moves and at rest. Lights that move with the camera never come back to a direction.
         let each = self.field.grid().voxel_count().saturating_mul(sources.swept.len() + 1);
         self.light.store.limit(each.saturating_mul(2).saturating_add(LEAST).min(BUDGET));
-        let forgiveness = self.settings.shadows.map_or(1.0, |shadows| shadows.forgiveness);
-        let lights = if sources.swept.is_empty() { None } else { Some(self.shadows(sources.swept.clone(), forgiveness)?) };
+        let lights = match &sources.swept[..] {
+            [] => None,
+            swept => Some(self.shadows(swept.to_vec(), forgiveness(self.settings))?),
+        };
         let sky = match (sources.studio(), self.settings.ambient_occlusion) {
             (Some((light, grids)), _) => Some(self.scattered(light, *grids, &sources, lights.as_deref())?),
             (None, Some(occlusion)) => Some(self.sky(occlusion.reach, occlusion.gain)?),
@@ -271,6 +280,10 @@ pub(super) fn declare(declaring: &Declaring, resources: &mut Resources) {
     let bytes = |count: usize, values: ValueGrid| count * values.values() + PADDING;
     if light.part.is_some() {
         volumes.for_each(|(name, count, values)| resources.kept((name, None, None, 0), [(name, bytes(count, values))]));
+        if let Some(grids) = &light.studio {
+            let field = [(scatter::LIGHT_FIELD, scatter::packed_bytes(grids.coarse))];
+            resources.kept((scatter::LIGHT_FIELD, None, None, 0), field);
+        }
         return;
     }
     declaring.for_each_channel(|declaring| {

@@ -21,7 +21,7 @@ impl LightOfParts {
             Some(n) => Ok(kept.swap_remove(n)),
             None => HostVolumes::new(of, grid.spacing()),
         });
-        Ok(Self::new(volumes.collect::<Result<_, _>>()?))
+        Ok(Self::new(volumes.collect::<Result<_, _>>()?, None))
     }
 
     /// What must be swept to complete the volumes.
@@ -43,7 +43,7 @@ impl LightOfParts {
             let grid = if contributes { values } else { of.grid.with_layers(Axis::X, &(0..0)) };
             HostVolumes::new(&of.with_grid(grid), group.spacing)
         });
-        Ok(Self::new(own.collect::<Result<_, _>>()?))
+        Ok(Self::new(own.collect::<Result<_, _>>()?, None))
     }
 
     /// The values of a box in the volume of a target.
@@ -168,7 +168,7 @@ mod tests {
                 let part = volume.part(voxels.first, voxels.dims).unwrap();
                 let mut renderer =
                     PartRenderer::from_uploaded(&UploadedVolume::part(&Device::shared(), &part).unwrap(), transfer);
-                let ignored = LightOfParts::new(Vec::new());
+                let ignored = LightOfParts::new(Vec::new(), None);
                 let mut after = |transmittance: f32| {
                     group.begin_with(transmittance, renderer.tuning());
                     renderer.sweep(&view, &ignored, &group).unwrap();

@@ -248,7 +248,7 @@ mod tests {
         medium: impl Fn([usize; 3]) -> (f64, f64, f64),
     ) -> (CellGrid, Vec<(f64, DVec3)>) {
         let device = Device::shared();
-        let grids = ScatterGrids::new(&Grid::new(dims, DVec3::ONE).unwrap());
+        let grids = ScatterGrids::new(&Grid::new(dims, DVec3::ONE).unwrap(), LightGrid::Full);
         let blocks = Buffer::from_slice(&device, &blocks(&grids, medium), CELLS).unwrap();
         let levels = levels(&grids);
         let grid = levels.last().unwrap().0;

@@ -5,6 +5,7 @@ use super::super::classification::TableSizes;
 use super::super::frame::{Declaring, Resources};
 use super::super::scene::Scene;
 use super::super::store::Version;
+use super::blocks::HostField;
 use super::grid::ValueGrid;
 use super::host::{HostVolumes, Wanted};
 use super::sweeps::{self, State, Stored, Sweep, sum_of};
@@ -20,7 +21,7 @@ use std::ops::Range;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// Layers around a slab that estimators of gradients read, besides those that they smooth over.
-const AROUND_GRADIENTS: usize = 3;
+pub(super) const AROUND_GRADIENTS: usize = 3;
 
 /// Sums that become bytes at once.
 const FINISHED: usize = 1 << 16;
@@ -193,13 +194,24 @@ impl SweepGroup {
 /// The light volumes of a frame in parts, which its steps fill and look up.
 pub(crate) struct LightOfParts {
     volumes: Mutex<Vec<HostVolumes>>,
+    /// In the studio.
+    field: Mutex<Option<HostField>>,
     version: Version,
 }
 
 impl LightOfParts {
     /// The volumes in the order in which they are wanted.
-    pub fn new(volumes: Vec<HostVolumes>) -> Self {
-        Self { volumes: Mutex::new(volumes), version: Version::new() }
+    pub fn new(volumes: Vec<HostVolumes>, field: Option<HostField>) -> Self {
+        Self { volumes: Mutex::new(volumes), field: Mutex::new(field), version: Version::new() }
+    }
+
+    pub(super) fn field(&self) -> MutexGuard<'_, Option<HostField>> {
+        self.field.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Takes the light field.
+    pub fn take_field(&self) -> Option<HostField> {
+        self.field().take()
     }
 
     pub(super) fn volumes(&self) -> MutexGuard<'_, Vec<HostVolumes>> {
@@ -292,9 +304,16 @@ impl Scene<'_> {
         if self.light.given.as_ref().is_some_and(|given| given.of == of) {
             return Ok(());
         }
-        // Free its memory first.
-        self.light.given = None;
+        // Free its memory first, except that of the light field, which all parts have.
+        let last = self.light.given.take().filter(|given| given.of.as_ref().is_some_and(|of| of.0 == light.version));
+        let field = light.field();
+        let field = field.as_ref().filter(|field| field.is_complete());
+        let kept = last.and_then(|given| given.illumination.sky).filter(|_| field.is_some());
         let mut given = UploadedLight { of, ..UploadedLight::default() };
+        given.illumination.sky = match (field, kept) {
+            (Some(field), None) => Some(field.upload(self.device)?),
+            (_, kept) => kept,
+        };
         for volumes in light.volumes().iter() {
             let (grid, gathered) = volumes.around_part(axis, voxels);
             check_addressable(grid.values())?;

@@ -116,7 +116,7 @@ impl LightSources {
                 volume.iter().for_each(|&n| (0..3).for_each(|c| strengths[n][c] += of_light(c)));
             }
             let light = StudioLight { studio, up, swept: swept.clone(), strengths, grid: settings.light_grid };
-            (light, ScatterGrids::new(grid))
+            (light, ScatterGrids::new(grid, settings.light_grid))
         });
         let (dims, spacing, grid) = (grid.dims(), grid.spacing(), settings.swept_grid());
         Some(Self {

@@ -11,7 +11,7 @@ use super::accumulation::Jitter;
 use super::classification::TableSizes;
 use super::field::FieldShape;
 use super::frame::{DeclaredLight, Declaring, Engine, Frame as Declared, Mode, PartOfLight, Stage, Step};
-use super::light::{HostVolumes, LightOfParts};
+use super::light::{HostField, HostVolumes, LightOfParts};
 use super::picture::{Finished, Share};
 use super::plan::Plan;
 use super::range::LayerRange;
@@ -43,7 +43,8 @@ use std::time::Duration;
 /// on demand. The other resources of a frame (lattice, tables, picture) count against the memory, too, and are released after
 /// each frame. If all voxels fit, they stay on the device, together with cached data as far as the memory allows.
 ///
-/// Shadows and ambient occlusion are swept before, slab by slab, into a temporary file, and kept as long as they are those of the view.
+/// Shadows and ambient occlusion are swept before, slab by slab, into a temporary file, and kept as long as they are those of the view. In the
+/// studio, light scatters through the whole volume at a quarter of its resolution; finer light grids need the whole volume on the device.
 ///
 /// All other render paths (views in which each ray may have its own layer axis, sheets, slices, rays) need the whole volume and
 /// are rejected if it does not fit.
@@ -77,6 +78,7 @@ pub struct StreamedRenderer<'v> {
     own: u64,
     /// Light volumes of earlier frames in parts, of this volume and transfer function.
     light: Vec<HostVolumes>,
+    light_field: Option<HostField>,
     measuring: bool,
     limits: Limits,
 }
@@ -113,6 +115,7 @@ impl<'v> StreamedRenderer<'v> {
             kept: None,
             own: 0,
             light: Vec::new(),
+            light_field: None,
             measuring: false,
             limits: Limits::default(),
         }
@@ -121,7 +124,7 @@ impl<'v> StreamedRenderer<'v> {
     /// Replaces the transfer function, from the next frame on.
     pub fn set_transfer_function(&mut self, transfer: &TransferFunction) {
         if self.transfer != *transfer {
-            self.light.clear();
+            self.forget_light();
         }
         self.transfer = transfer.clone();
         if let Some(kept) = &mut self.kept {
@@ -139,7 +142,12 @@ impl<'v> StreamedRenderer<'v> {
         self.world = World::new(volume.grid());
         (self.grid, self.volume) = (self.world.grid(volume.grid()), volume.clone());
         (self.whole, self.kept, self.own) = (None, None, 0);
+        self.forget_light();
+    }
+
+    fn forget_light(&mut self) {
         self.light.clear();
+        self.light_field = None;
     }
 
     /// The grid that places the voxels in the world.
@@ -283,8 +291,10 @@ impl<'v> StreamedRenderer<'v> {
             None => None,
         };
         let drawn = self.run(&mut engine, streamed, light.as_ref(), viewport);
-        let volumes = light.map_or(Vec::new(), LightOfParts::into_volumes);
-        self.light.extend(volumes.into_iter().filter(|volumes| volumes.is_complete));
+        if let Some(light) = light {
+            self.light_field = light.take_field().filter(HostField::is_complete).or(self.light_field.take());
+            self.light.extend(light.into_volumes().into_iter().filter(|volumes| volumes.is_complete));
+        }
         drawn
     }
 
@@ -359,8 +369,8 @@ impl<'v> StreamedRenderer<'v> {
         let (lattice, _, parts) = &lattices[0];
         // Free their memory for the parts.
         (self.kept, self.whole) = (None, None);
-        let (VoxelBox { first, dims }, capacity) = match light.as_ref().and_then(|light| light.groups.first()) {
-            Some(group) => (group.voxels(&group.slabs[0]), group.most_voxels(group.most_layers()).iter().product()),
+        let (VoxelBox { first, dims }, capacity) = match light.as_ref().and_then(PlannedLight::first_voxels) {
+            Some(first) => first,
             None => (self.part_box(lattice, settings, &parts.ranges[0]), lattice.dims[0] * lattice.dims[1] * parts.held),
         };
         let part = self.volume.part(first, dims)?;
