@@ -6,7 +6,7 @@ use layersplat::layers::{Axis, GradientEstimator, Kernel};
 use layersplat::renderer::{PartRenderer, StreamPlan, StreamedRenderer};
 use layersplat::settings::{
     AmbientOcclusion, Blend, Clipping, CropBox, GradientOpacity, Layered, Light, LightGrid, Lights, Look, Quality, Shading,
-    Shadows,
+    Shadows, Studio,
 };
 use layersplat::volume::{Grid, Voxels};
 use layersplat::{Camera, Error, Frame, Renderer, Settings, TransferFunction, Viewport, Volume};
@@ -201,14 +201,38 @@ fn the_studio_at_a_quarter_of_the_resolution() {
     let thinned = Some(GradientOpacity::new(&[(1.0, 0.2), (20.0, 1.0)]).unwrap());
     let crop = CropBox { lowest: DVec3::new(20.0, 10.0, 30.0), highest: DVec3::new(150.0, 115.0, 120.0) };
     let clipping = Clipping { crop: Some(crop), ..Clipping::default() };
+    let camera = parallel(&volume, size(), 10.0, 5.0);
     for (what, settings) in [
         ("studio", quarter),
         ("studio, cut and thinned", Settings { clipping, gradient_opacity: thinned, ..quarter }),
         ("iso-surface in the studio", Settings { blend: Blend::Iso(190.0), ..quarter }),
     ] {
-        let camera = parallel(&volume, size(), 10.0, 5.0);
         let settings = settings.with_light_in_world(&camera).unwrap();
         check_scene(what, &[Axis::Z], (&volume, &transfer), &camera, least(&volume, &transfer, &camera, &settings), &settings);
+    }
+    // The most memory with which the whole does not fit, and all blocks are one slab.
+    let plan = |budget: u64, settings: &Settings| planned(budget, &volume, &transfer, &camera, settings);
+    let (mut low, mut high) = (least(&volume, &transfer, &camera, &quarter), 64 * volume.grid().voxel_count() as u64);
+    while low + 1 < high {
+        let middle = (low + high) / 2;
+        let is_streamed = plan(middle, &quarter).unwrap().is_some();
+        if is_streamed { low = middle } else { high = middle }
+    }
+    let mut renderer = StreamedRenderer::new(&device().with_memory(low), &volume, &transfer);
+    let (frame, one) = streamed(&mut renderer, &camera, &quarter);
+    assert_eq!(one.light_bytes % one.volume_bytes, 0, "{one}");
+    let whole = render(&volume, &transfer, &camera, size(), &quarter);
+    assert_close("one slab", &frame, &whole, 0.0);
+    // What changes the light field is computed again.
+    let less = Settings { studio: Some(Studio { scattering: 0.5, ..Studio::default() }), ..quarter };
+    let (frame, again) = streamed(&mut renderer, &camera, &less);
+    assert_eq!(again.light_bytes, again.volume_bytes, "the lights are kept, and blocks are summed: {again}");
+    let expected = render(&volume, &transfer, &camera, size(), &less);
+    assert_close("less scattering", &frame, &expected, 0.0);
+    assert!(pixels_apart(&whole, &expected, 1.0 / 255.0) > 100, "scattering must be noticed");
+    for light_grid in [LightGrid::Half, LightGrid::Full] {
+        let message = plan(low, &Settings { light_grid, ..quarter }).unwrap_err().to_string();
+        assert!(message.starts_with("light_grid") && message.contains("set light_grid to quarter"), "{message}");
     }
 }
 
