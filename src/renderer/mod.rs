@@ -60,7 +60,7 @@ pub use field::{DeviceVoxels, UploadedVolume};
 pub use label_colors::LabelColors;
 pub use lattice_picture::LatticePicture;
 #[cfg(feature = "mpi")]
-pub(crate) use light::{LightOfParts, SweepGroup, Target, Wanted, behind};
+pub(crate) use light::{HostField, LightOfParts, SweepGroup, Target, Wanted, WantedField, behind};
 #[doc(hidden)] // Of this crate's own tests: it shows `layers`.
 #[cfg(feature = "paper")]
 pub use paper::PaperPlan;

@@ -6,7 +6,8 @@ use crate::pictures::{drawn, shared, whole};
 use glam::DVec3;
 use layersplat::distributed::{Group, Renderer};
 use layersplat::settings::{
-    AmbientOcclusion, Blend, Clipping, CropBox, GradientOpacity, Layered, Light, LightGrid, Lights, Quality, Shading, Shadows,
+    AmbientOcclusion, Blend, Clipping, CropBox, GradientOpacity, Layered, Light, LightGrid, Lights, Look, Quality, Shading,
+    Shadows,
 };
 use layersplat::{Camera, Settings, Viewport};
 
@@ -25,6 +26,12 @@ fn occluded(reach: Option<f64>, settings: Settings) -> Settings {
     let ambient_occlusion = Some(AmbientOcclusion { reach, gain: 1.0 });
     let shading = settings.shading.or(Some(Shading::default()));
     Settings { shading, ambient_occlusion, early_termination: false, ..settings }
+}
+
+/// The studio with its own lights, which stand where the first camera sees them.
+fn studio(settings: Settings) -> Settings {
+    let studio = Settings { light_grid: LightGrid::Quarter, early_termination: false, ..settings }.with_look(Look::Studio);
+    studio.with_light_in_world(&cameras()[0]).unwrap()
 }
 
 fn towards(x: f64, y: f64, z: f64) -> Light {
@@ -47,6 +54,8 @@ pub fn is_that_of_one_process(group: &Group) {
     let thinned = Some(GradientOpacity::new(&[(0.5, 0.2), (20.0, 1.0)]).unwrap());
     let crop = CropBox { lowest: DVec3::splat(3.0), highest: DVec3::new(18.0, 17.0, 20.0) };
     let clipping = Clipping { crop: Some(crop), ..Clipping::default() };
+    let corner = CropBox { lowest: DVec3::new(3.0, 3.0, 13.0), ..crop };
+    let corner = Clipping { crop: Some(corner), ..Clipping::default() };
     let soft = Light { angle: 20.0, ..towards(0.4, 1.0, 0.8) };
     let diagonal = Light::towards(DVec3::new(1.0, 0.1, 1.0) * DVec3::new(1.0, 1.2, 0.8));
     let splatted = Layered { classification: Quality::Standard.splatted(), ..Layered::default() };
@@ -65,6 +74,10 @@ pub fn is_that_of_one_process(group: &Group) {
         ("gradient opacity", lit(&[towards(0.3, 0.2, 1.0)], Settings { gradient_opacity: thinned, ..base })),
         ("crop", lit(&[towards(0.3, 0.2, 1.0)], Settings { clipping, ..base })),
         ("splats", lit(&[towards(1.0, 0.2, -0.7)], splatted.into())),
+        ("studio", studio(base)),
+        // Some ranks have no matter.
+        ("cut and thinned in the studio", studio(Settings { clipping: corner, gradient_opacity: thinned, ..base })),
+        ("surface in the studio", studio(Settings { blend: Blend::Iso(140.0), ..base })),
     ];
     let mut alone = layersplat::Renderer::new(&device, &volume, &transfer).unwrap();
     for axis in [2, 0] {
@@ -76,7 +89,7 @@ pub fn is_that_of_one_process(group: &Group) {
                 let tolerance = if group.size() == 1 { 0.0 } else { REORDERED };
                 let what = format!("{what}, view {n} of {group:?}, slabs along {axis}");
                 assert_close(&what, &frame, &expected, tolerance);
-                let unlit = Settings { shadows: None, ambient_occlusion: None, ..*settings };
+                let unlit = Settings { shadows: None, ambient_occlusion: None, studio: None, ..*settings };
                 let without = alone.render(camera, size(), &unlit).unwrap().0;
                 assert!(pixels_apart(&without, &expected, 2.0 * REORDERED) > 40, "{what}: light must be noticed");
             }
@@ -96,18 +109,26 @@ pub fn is_that_of_one_process(group: &Group) {
     for (camera, settings) in [(&turned, &settings), (&turned, &weaker), (&cameras()[0], &settings)] {
         assert_eq!(received(&mut together, camera, settings), 0);
     }
-    let other = lit(&[towards(1.0, 0.2, -0.3)], base);
-    assert!(received(&mut together, &turned, &other) > 0 || group.size() == 1 || !group.leads());
+    for other in [lit(&[towards(1.0, 0.2, -0.3)], base), studio(base)] {
+        assert!(received(&mut together, &turned, &other) > 0 || group.size() == 1 || !group.leads());
+        assert_eq!(received(&mut together, &cameras()[0], &other), 0);
+    }
+    let finer = Settings { light_grid: LightGrid::Full, ..studio(base) };
+    let refused = together.render(&turned, size(), &finer).map(drop).unwrap_err().to_string();
+    assert!(refused.contains("set light_grid to quarter"), "{refused}");
 }
 
 pub fn is_the_same_again(group: &Group) {
-    let (transfer, settings) = (smooth_transfer(), occluded(Some(6.0), lit(&[towards(1.0, 0.2, 0.3)], Settings::default())));
-    let once = || {
-        let mut together = Renderer::new(group, &device(), &shared(group, 2, 2), &transfer).unwrap();
-        cameras().iter().map(|camera| drawn(&mut together, camera, size(), &settings)).collect::<Vec<_>>()
-    };
-    for (first, second) in once().into_iter().zip(once()) {
-        assert!(first.map(|(frame, _)| frame) == second.map(|(frame, _)| frame), "not the same bits");
+    let transfer = smooth_transfer();
+    let occluded = occluded(Some(6.0), lit(&[towards(1.0, 0.2, 0.3)], Settings::default()));
+    for settings in [occluded, studio(Settings::default())] {
+        let once = || {
+            let mut together = Renderer::new(group, &device(), &shared(group, 2, 2), &transfer).unwrap();
+            cameras().iter().map(|camera| drawn(&mut together, camera, size(), &settings)).collect::<Vec<_>>()
+        };
+        for (first, second) in once().into_iter().zip(once()) {
+            assert!(first.map(|(frame, _)| frame) == second.map(|(frame, _)| frame), "not the same bits");
+        }
     }
 }
 
@@ -126,6 +147,7 @@ pub fn of_bricks_on_devices(group: &Group) {
     for (settings, words) in [
         (lit(&[towards(1.0, 0.2, 0.3)], Settings::default()), "no slabs along it"),
         (Settings { light_grid: LightGrid::Quarter, ..occluded(None, along) }, "light_grid to full"),
+        (studio(Settings::default()), "choose the plain look"),
     ] {
         let across = together.render(&camera, size(), &settings).map(drop);
         if group.size() == 1 {

@@ -60,10 +60,6 @@ impl Renderer<'_> {
         settings: &Settings,
         jitter: Option<Jitter>,
     ) -> Result<(Option<Frame>, MeasuredReport), Error> {
-        if settings.studio.is_some() {
-            let problem = "several processes do not scatter light between them: choose the plain look, or one process";
-            return Err(Error::Settings { field: "look", problem: problem.into() });
-        }
         let views = self.group.agree(LatticeView::all_jittered(self.seen(), camera, viewport, settings, jitter))?;
         let read_bytes = match &self.source {
             Source::Host(volume) => volume.read_bytes(),

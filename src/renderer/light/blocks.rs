@@ -34,21 +34,21 @@ impl WantedField {
     pub(in crate::renderer) fn new(sources: &LightSources, settings: &Settings) -> Result<Option<Self>, Error> {
         let Some((light, grids)) = sources.studio() else { return Ok(None) };
         if light.grid != LightGrid::Quarter {
-            let problem = "volumes in parts have scattered light of a quarter of the resolution only: set light_grid to quarter, allow \
-                           more memory for the whole volume, or choose the plain look";
+            let problem = "volumes in parts, or on several processes, have scattered light of a quarter of the resolution only: set \
+                           light_grid to quarter, give one process memory for the whole volume, or choose the plain look";
             return Err(Error::Settings { field: "light_grid", problem: problem.into() });
         }
         Ok(Some(Self { light: light.clone(), grids: *grids, medium: Medium::new(settings) }))
     }
 
-    pub fn grids(&self) -> ScatterGrids {
+    pub(in crate::renderer) fn grids(&self) -> ScatterGrids {
         self.grids
     }
 }
 
 /// Layers of blocks along z, whose voxels are on the device slab by slab.
 pub(crate) struct BlockSlabs {
-    grids: ScatterGrids,
+    pub(super) grids: ScatterGrids,
     voxel_dims: [usize; 3],
     /// Layers of voxels that are needed around a slab.
     around: usize,
@@ -121,8 +121,8 @@ impl BlockSlabs {
 /// A light field on the host and, until all blocks are in, their sums.
 pub(crate) struct HostField {
     pub wanted: WantedField,
-    bytes: MappedBytes,
-    sums: Option<MappedBytes>,
+    pub(super) bytes: MappedBytes,
+    pub(super) sums: Option<MappedBytes>,
 }
 
 impl HostField {
@@ -140,7 +140,7 @@ impl HostField {
     }
 
     /// Stores the sums of some layers of blocks.
-    fn receive(&mut self, layers: &Range<usize>, found: &[f32]) {
+    pub(super) fn receive(&mut self, layers: &Range<usize>, found: &[f32]) {
         let [x, y, z] = self.wanted.grids.blocks;
         let sums: &mut [f32] = bytemuck::cast_slice_mut(self.sums.as_mut().expect("not all blocks are in"));
         for (plane, found) in sums.chunks_exact_mut(x * y * z).zip(found.chunks_exact(x * y * layers.len())) {

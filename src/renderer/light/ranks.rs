@@ -1,6 +1,7 @@
 //! Light of distributed volumes: each rank sweeps one slab of a group, first to find what it does to rays, then from the state in which they
 //! arrive. For `distributed`.
 
+use super::blocks::{BlockSlabs, HostField};
 use super::host::{HostVolumes, Wanted};
 use super::slabs::{LightOfParts, SweepGroup, Target};
 use crate::device::Tuning;
@@ -44,6 +45,22 @@ impl LightOfParts {
             HostVolumes::new(&of.with_grid(grid), group.spacing)
         });
         Ok(Self::new(own.collect::<Result<_, _>>()?, None))
+    }
+
+    /// The same with a light field.
+    pub fn with_field(self, field: Option<HostField>) -> Self {
+        *self.field() = field;
+        self
+    }
+
+    /// The sums of some layers of blocks.
+    pub fn sums(&self, layers: &Range<usize>) -> Vec<f32> {
+        self.field().as_ref().map_or(Vec::new(), |field| field.sums(layers))
+    }
+
+    /// Stores the sums of some layers of blocks.
+    pub fn receive_sums(&self, layers: &Range<usize>, sums: &[f32]) {
+        self.field().iter_mut().for_each(|field| field.receive(layers, sums));
     }
 
     /// The values of a box in the volume of a target.
@@ -126,6 +143,32 @@ impl SweepGroup {
             own.to_vec()
         };
         self.sweeps.iter().map(take).collect()
+    }
+}
+
+impl HostField {
+    /// The light field, for those that have not computed it.
+    pub fn bytes(&self) -> &[u8] {
+        &self.bytes
+    }
+
+    /// Takes the light field from another rank.
+    pub fn complete(&mut self, bytes: &[u8]) {
+        self.bytes.copy_from_slice(bytes);
+        self.sums = None;
+    }
+
+    fn sums(&self, layers: &Range<usize>) -> Vec<f32> {
+        let [x, y, z] = self.wanted.grids().blocks;
+        let sums: &[f32] = bytemuck::cast_slice(self.sums.as_ref().expect("not all blocks are in"));
+        sums.chunks_exact(x * y * z).flat_map(|plane| &plane[x * y * layers.start..x * y * layers.end]).copied().collect()
+    }
+}
+
+impl BlockSlabs {
+    /// Voxels along z per layer of blocks.
+    pub fn voxels_per_layer(&self) -> usize {
+        self.grids.per_block[2]
     }
 }
 

@@ -4,9 +4,10 @@ use super::view::LatticeView;
 use super::{PartRenderer, RawSamples};
 use crate::device::Tuning;
 use crate::error::Error;
+use crate::layers::Axis;
 use crate::renderer::LatticeReport;
 use crate::renderer::frame::Step;
-use crate::renderer::light::{LightOfParts, SweepGroup, Wanted};
+use crate::renderer::light::{BlockSlabs, LightOfParts, SweepGroup, Wanted, WantedField};
 use crate::renderer::lighting::Lighting;
 use crate::renderer::world::World;
 use crate::settings::{Blend, Settings};
@@ -35,10 +36,17 @@ impl LatticeView {
         &self.settings
     }
 
-    /// The light volumes of the whole view.
-    pub fn wanted_light(&self, description: &Description) -> Vec<Wanted> {
-        let sources = Lighting::sources_in(&self.settings, &normalised(description), &self.rays);
-        sources.map_or(Vec::new(), |sources| Wanted::all(&sources, &self.settings))
+    /// The light volumes of the whole view, and the light field of the studio.
+    pub fn wanted_light(&self, description: &Description) -> Result<(Vec<Wanted>, Option<WantedField>), Error> {
+        let Some(sources) = Lighting::sources_in(&self.settings, &normalised(description), &self.rays) else {
+            return Ok((Vec::new(), None));
+        };
+        Ok((Wanted::all(&sources, &self.settings), WantedField::new(&sources, &self.settings)?))
+    }
+
+    /// All blocks of a light field.
+    pub fn blocks(&self, description: &Description, field: &WantedField) -> BlockSlabs {
+        BlockSlabs::new(field, &normalised(description), &self.settings)
     }
 
     /// The wanted volumes: those of `kept` that are among them, and others without light yet. With what must be swept for them.
@@ -88,6 +96,17 @@ impl PartRenderer {
     /// Completes light volumes: all sweeps are in.
     pub(crate) fn finish_light(&mut self, view: &LatticeView, light: &LightOfParts) -> Result<(), Error> {
         self.run(view, vec![Step::FinishLight(light)], None, |_, _| Ok(())).map(drop)
+    }
+
+    /// Sums the blocks of the first slab, whose voxels the part holds.
+    pub(crate) fn sum_blocks(&mut self, view: &LatticeView, light: &LightOfParts, slabs: &BlockSlabs) -> Result<(), Error> {
+        let hold = Step::HoldLight { light, axis: Axis::Z, voxels: slabs.own_layers(&slabs.slabs[0]) };
+        self.run(view, vec![hold, Step::SumBlocks { light, slabs, slab: 0 }], None, |_, _| Ok(())).map(drop)
+    }
+
+    /// Scatters light between all blocks, whose sums are in.
+    pub(crate) fn scatter(&mut self, view: &LatticeView, light: &LightOfParts) -> Result<(), Error> {
+        self.run(view, vec![Step::Scatter(light)], None, |_, _| Ok(())).map(drop)
     }
 
     /// Tuning values of the device.
