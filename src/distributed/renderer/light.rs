@@ -93,8 +93,8 @@ impl Renderer<'_> {
         let summed = if ranges[rank].is_empty() { Ok(()) } else { renderer.sum_blocks(view, &light, &blocks) };
         group.agree(summed)?;
         if group.leads() {
-            for from in 1..group.size() {
-                light.receive_sums(&ranges[from], &floats(&group.receive(from)));
+            for (from, layers) in ranges.iter().enumerate().skip(1) {
+                light.receive_sums(layers, &floats(&group.receive(from)));
             }
         } else {
             group.send(0, bytemuck::cast_slice(&light.sums(&ranges[rank])));

@@ -201,7 +201,7 @@ mod tests {
         let (description, grid) = (volume.description(), volume.grid());
         let camera = Camera::fit_parallel(grid.centre(), grid.diagonal(), SIZE, Orbit { azimuth: 9.0, ..Orbit::default() });
         let (view, _) = LatticeView::all(SeenVolume { description, transfer }, &camera, SIZE, settings).unwrap().remove(0);
-        let (light, groups) = view.light(description, None, &view.wanted_light(description)).unwrap();
+        let (light, groups) = view.light(description, None, &view.wanted_light(description).unwrap().0).unwrap();
         for mut group in groups {
             group.divide(RANKS);
             let (mut before, slabs) = (Vec::new(), std::mem::take(&mut group.slabs));
