@@ -25,9 +25,9 @@ __kernel void scatter_cells(__global const float *blocks, __global float *medium
     covered_blocks(y, p.per_cell_y, p.blocks_y, first + 1, last + 1);
     covered_blocks(z, p.per_cell_z, p.blocks_z, first + 2, last + 2);
     const float volume = p.per_cell_x * p.per_cell_y * p.per_cell_z;
-    for (int x = -VW; x < cell_pitch(grid) - VW; x++) {
+    for (int x = 0; x < cell_pitch(grid); x++) {
         float sums[MEDIUM_PLANES] = {0.0f};
-        if (x >= 0 && x < grid->x) {
+        if (x < grid->x) {
             covered_blocks(x, p.per_cell_x, p.blocks_x, first, last);
             for (int k = first[2]; k <= last[2]; k++)
                 for (int j = first[1]; j <= last[1]; j++) {

@@ -1,4 +1,4 @@
-// Grids of cubic cells for scattered light: planes of floats, of which each row has at least VW cells of clear space on either side.
+// Grids of cubic cells for scattered light: planes of floats, whose rows are filled up with clear cells to a multiple of VW.
 
 #include "shared/elementary.cl"
 
@@ -8,20 +8,25 @@
 #define DIRECT 4
 #define MEDIUM_PLANES 7
 
-#if VW == 1
-#define LOAD_CELLS(p) (*(p))
-#define STORE_CELLS(x, p) (*(p) = (x))
-#else
-#define LOAD_CELLS(p) CAT(vload, VW)(0, p)
-#define STORE_CELLS(x, p) CAT(vstore, VW)(x, 0, p)
-#endif
+// Cells in vectors: through a typedef, since vloadn and vstoren are divided on PoCL.
+typedef realv_unaligned Cells;
+#define LOAD_CELLS(p) (*(__global const Cells *)(p))
+#define STORE_CELLS(x, p) (*(__global Cells *)(p) = (x))
 
-static inline int cell_pitch(const ScatterGrid *grid) { return (grid->x + VW - 1) / VW * VW + 2 * VW; }
+static inline int cell_pitch(const ScatterGrid *grid) { return (grid->x + VW - 1) / VW * VW; }
 
 // Cells of a plane.
 static inline size_t plane_cells(const ScatterGrid *grid) { return (size_t)cell_pitch(grid) * grid->y * grid->z; }
 
 // The cell with these indices, in a plane.
 static inline size_t cell_at(const ScatterGrid *grid, int x, int y, int z) {
-    return ((size_t)z * grid->y + y) * cell_pitch(grid) + VW + x;
+    return ((size_t)z * grid->y + y) * cell_pitch(grid) + x;
+}
+
+// Planes of the flux, after those of the mean radiance: along an axis, of a colour.
+#define FLUX_PLANE(axis, color) (3 + 3 * (axis) + (color))
+
+// What a step dims light by and what a cell adds to it on the mean: (1 - e^-depth) and its quotient by the depth, for depths >= 0.
+static inline realv mean_transmittance(realv depth, realv absorbs) {
+    return depth > 0.02f ? absorbs / depth : 1.0f - depth * (0.5f - depth * (1.0f / 6.0f));
 }

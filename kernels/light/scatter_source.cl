@@ -1,7 +1,8 @@
-// The light that cells scatter, from the mean radiance in them, and the mean radiance of the next sweeps set to 0.
+// The light that cells scatter, from the mean radiance in them.
 //
 // One work-item per row of cells. The mean radiance is that of a start value (START), that of a coarser grid, interpolated (REFINED), or the
-// next one of an iteration whose last two are `radiance` and `older`. `older` receives it, and at the start `radiance`, too.
+// next one of an iteration whose last two are `radiance` and `older`. `older` receives it, unless it is interpolated, and at the start
+// `radiance`, too.
 
 #include "light/scatter_grid.cl"
 
@@ -32,7 +33,7 @@ __kernel void scatter_source(__global const float *medium, __global float *radia
         return;
     const size_t plane = plane_cells(grid);
     const int y = id % grid->y, z = id / grid->y;
-    for (int x = -VW; x < cell_pitch(grid) - VW; x += VW) {
+    for (int x = 0; x < cell_pitch(grid); x += VW) {
         const size_t at = cell_at(grid, x, y, z);
         for (int c = 0; c < 3; c++) {
             const realv albedo = p.scattering * LOAD_CELLS(medium + (ALBEDO + c) * plane + at);
@@ -49,14 +50,12 @@ __kernel void scatter_source(__global const float *medium, __global float *radia
             const realv swept = LOAD_CELLS(mean + c * plane + at);
             const realv own = MAX(p.relaxation * (p.gain * (swept - last) + last - before) + before, (realv)(0.0f));
 #endif
-            STORE_CELLS(own, older + c * plane + at);
 #ifdef START
             STORE_CELLS(own, radiance + c * plane + at);
 #endif
-            STORE_CELLS((realv)(0.0f), mean + c * plane + at);
-            if (p.flux)
-                for (int i = 0; i < 3; i++)
-                    STORE_CELLS((realv)(0.0f), mean + (3 + 3 * i + c) * plane + at);
+#ifndef REFINED
+            STORE_CELLS(own, older + c * plane + at);
+#endif
             STORE_CELLS(albedo * (own + direct), source + c * plane + at);
         }
     }

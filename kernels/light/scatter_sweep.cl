@@ -1,79 +1,30 @@
-// Radiance along an ordinate and along the opposite one, swept through cubic cells. Its mean in each cell is added, times the weight of the
-// ordinate, to the mean radiance of the cell and, with FLUX, to the flux, whose planes follow.
+// Radiance along an axis x or y and against it, swept through cubic cells. Its mean in each cell, times the weight of the ordinate, begins the
+// mean radiance of the cell (along y) or is added to it (ALONG_X). So it is with FLUX for the flux along the axis, whose planes follow.
 //
-// One work-item per row of VW rays, which crosses the layers of an axis, or the cells of rows (ALONG_X). Ordinates join the middles of
-// neighbouring cells, so each ray stays in cells. In a cell the extinction and the source are constant.
+// One work-item per row of VW rays. In a cell the extinction and the source are constant.
 
 #include "light/scatter_grid.cl"
 
-// Where the rays of a work-item are.
-typedef struct {
-    size_t first;      // cell of the first ray in the first layer, of those in which a ray is inside
-    long step;         // from layer to layer
-    int layers;
-    intv inside;       // ALONG_X: rays; others leave the grid through clear space
-} Rays;
-
 #ifdef ALONG_X
-static inline realv load_rays(__global const float *cells, int pitch, intv inside) {
-    const intv at = (inside ? LANES : (intv)(0)) * pitch;
-    return GATHER(cells, at);
+// Neighbouring rays are a row apart; those beyond the last row read its cells.
+static inline realv load_rays(__global const float *cells, int pitch, int inside) {
+    return GATHER(cells, MIN(LANES, (intv)(inside - 1)) * pitch);
 }
-static inline void add_rays(__global float *cells, int pitch, intv inside, realv x) {
+static inline void store_rays(__global float *cells, int pitch, int inside, bool adds, realv x) {
 #if VW == 1
-    *cells += x;
+    *cells = adds ? *cells + x : x;
 #else
     const float *lanes = (const float *)&x;
-    const int *is_inside = (const int *)&inside;
-    for (int i = 0; i < VW; i++)
-        if (is_inside[i])
-            cells[(size_t)i * pitch] += lanes[i];
+    for (int i = 0; i < inside; i++)
+        cells[(size_t)i * pitch] = adds ? cells[(size_t)i * pitch] + lanes[i] : lanes[i];
 #endif
 }
 #else
 #define load_rays(cells, pitch, inside) LOAD_CELLS(cells)
-#define add_rays(cells, pitch, inside, x) STORE_CELLS(LOAD_CELLS(cells) + (x), cells)
-#endif
-
-// 1 - e^-x and its quotient by x, for x >= 0.
-static inline realv mean_transmittance(realv x, realv absorbs) {
-    return x > 0.02f ? absorbs / x : 1.0f - x * (0.5f - x * (1.0f / 6.0f));
-}
-
-// Sweeps radiance, from `radiance` outside the grid, along rays. `toward`: unit vector against the light, times its weight.
-static inline void sweep(const ScatterSweepParams *p, const Rays *rays, const float *outside, float sign, __global const float *medium,
-                         __global const float *source, __global float *mean) {
-    const size_t plane = plane_cells(&p->grid);
-    const int pitch = cell_pitch(&p->grid);
-    realv radiance[3];
-    for (int c = 0; c < 3; c++)
-        radiance[c] = outside[c];
-    size_t at = sign > 0.0f ? rays->first : rays->first + (rays->layers - 1) * rays->step;
-    const long step = sign > 0.0f ? rays->step : -rays->step;
-    for (int k = 0; k < rays->layers; k++, at += step) {
-        const realv depth = load_rays(medium + at, pitch, rays->inside) * p->length;
-        const realv absorbs = absorbed(depth), share = mean_transmittance(depth, absorbs);
-        for (int c = 0; c < 3; c++) {
-            const realv emitted = load_rays(source + c * plane + at, pitch, rays->inside);
-            const realv beyond = radiance[c] - emitted, in_cell = emitted + beyond * share;
-            radiance[c] -= beyond * absorbs;
-            add_rays(mean + c * plane + at, pitch, rays->inside, p->weight * in_cell);
-#ifdef FLUX
-            for (int i = 0; i < 3; i++)
-                if (p->toward[i] != 0.0f)
-                    add_rays(mean + (3 + 3 * i + c) * plane + at, pitch, rays->inside, sign * p->toward[i] * in_cell);
-#endif
-        }
-    }
-}
-
-#ifndef ALONG_X
-// The layers, from `*first` to `*last`, in which a row of cells that moves by `shift` per layer from `at` meets `from` to `to`.
-static inline void clip_layers(int at, int shift, int from, int to, int *first, int *last) {
-    if (shift > 0)
-        *first = max(*first, from - at), *last = min(*last, to - at);
-    else if (shift < 0)
-        *first = max(*first, at - to), *last = min(*last, at - from);
+static inline void store_rays(__global float *cells, int pitch, int inside, bool adds, realv x) {
+    if (adds)
+        x += LOAD_CELLS(cells);
+    STORE_CELLS(x, cells);
 }
 #endif
 
@@ -83,29 +34,37 @@ __kernel void scatter_sweep(__global const float *medium, __global const float *
     if (id >= p.items)
         return;
     const ScatterGrid *grid = &p.grid;
-    Rays rays;
+    const size_t plane = plane_cells(grid);
+    const int pitch = cell_pitch(grid);
 #ifdef ALONG_X
-    const int groups = (grid->y + VW - 1) / VW, y = id % groups * VW;
-    rays.first = cell_at(grid, 0, y, id / groups), rays.step = 1, rays.layers = grid->x;
-    rays.inside = y + LANES < grid->y;
+    const int groups = (grid->y + VW - 1) / VW, y = id % groups * VW, layers = grid->x, to_next = 1;
+    const size_t first = cell_at(grid, 0, y, id / groups);
+    const int inside = min(VW, grid->y - y);
+#define AXIS 0
 #else
-    // Layers along z have rows along y, those along y have rows along z.
-    const bool along_y = p.step_z == 0;
-    const int layers = along_y ? grid->y : grid->z, rows = along_y ? grid->z : grid->y, shift = along_y ? 0 : p.step_y;
-    const int columns = (grid->x + abs(p.step_x) * (layers - 1) + VW - 1) / VW;
-    const int x = id % columns * VW - (p.step_x > 0 ? layers - 1 : 0), row = id / columns - (shift > 0 ? layers - 1 : 0);
-    int first = 0, last = layers - 1;
-    clip_layers(row, shift, 0, rows - 1, &first, &last);
-    clip_layers(x, p.step_x, 1 - VW, grid->x - 1, &first, &last);
-    if (first > last)
-        return;
-    const long to_row = along_y ? (long)cell_pitch(grid) * grid->y : cell_pitch(grid);
-    const long to_layer = along_y ? cell_pitch(grid) : (long)cell_pitch(grid) * grid->y;
-    rays.step = to_layer + shift * to_row + p.step_x;
-    rays.first = (size_t)((long)cell_at(grid, 0, 0, 0) + x + row * to_row + first * rays.step);
-    rays.layers = last - first + 1;
-    rays.inside = LANES >= 0;
+    const int groups = pitch / VW, layers = grid->y, to_next = pitch, inside = VW;
+    const size_t first = cell_at(grid, id % groups * VW, 0, id / groups);
+#define AXIS 1
 #endif
-    sweep(&p, &rays, p.forward, 1.0f, medium, source, mean);
-    sweep(&p, &rays, p.backward, -1.0f, medium, source, mean);
+    for (int backward = 0; backward < 2; backward++) {
+        realv radiance[3];
+#pragma unroll
+        for (int c = 0; c < 3; c++)
+            radiance[c] = (realv)(p.entering[3 * backward + c]);
+        for (int k = 0; k < layers; k++) {
+            const size_t at = first + (size_t)(backward ? layers - 1 - k : k) * to_next;
+            const realv depth = load_rays(medium + at, pitch, inside);
+            const realv absorbs = absorbed(depth), share = mean_transmittance(depth, absorbs);
+#pragma unroll
+            for (int c = 0; c < 3; c++) {
+                const realv emitted = load_rays(source + c * plane + at, pitch, inside);
+                const realv beyond = radiance[c] - emitted, in_cell = p.weight * (emitted + beyond * share);
+                radiance[c] -= beyond * absorbs;
+                store_rays(mean + c * plane + at, pitch, inside, AXIS == 0 || backward, in_cell);
+#ifdef FLUX
+                store_rays(mean + FLUX_PLANE(AXIS, c) * plane + at, pitch, inside, backward, backward ? in_cell : -in_cell);
+#endif
+            }
+        }
+    }
 }

@@ -166,7 +166,7 @@ mod tests {
 
     /// These kernels render nothing for a frame of one field at full resolution; tests/shadows, tests/slices and tests/embedding check their
     /// results, and tests/channels and tests/colors those of several fields and of colours.
-    const NOT_CHECKED: [&str; 28] = [
+    const NOT_CHECKED: [&str; 29] = [
         "layered/channel_apart.cl",
         "layered/channel_lattice.cl",
         "layered/channels.cl",
@@ -177,6 +177,7 @@ mod tests {
         "light/light_table.cl",
         "light/scatter_cells.cl",
         "light/scatter_grid.cl",
+        "light/scatter_layers.cl",
         "light/scatter_medium.cl",
         "light/scatter_pack.cl",
         "light/scatter_source.cl",

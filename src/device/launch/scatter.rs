@@ -3,7 +3,8 @@
 use super::layered::Channels;
 use super::light::{block_lanes, blocks};
 use super::structs::{
-    Float4, RayEnds, ScatterCellsParams, ScatterGrid, ScatterMediumParams, ScatterSourceParams, ScatterSweepParams,
+    Float4, RayEnds, ScatterCellsParams, ScatterGrid, ScatterLayersParams, ScatterMediumParams, ScatterSourceParams,
+    ScatterSweepParams,
 };
 use super::{ChannelColors, ChannelFields, Defines, Items, PerChannel, Rendering, VoxelKind, kernel};
 use crate::device::{Buffer, LatticeSchedule, Tuning};
@@ -13,10 +14,13 @@ use crate::layers::Kernel;
 pub(crate) const MEDIUM_PLANES: usize = 7;
 
 impl ScatterGrid {
-    /// Cells of a plane, with the space beside each row.
+    /// Cells of a plane, with those that fill rows up.
     pub fn plane(self, tuning: &Tuning) -> usize {
-        let lanes = lanes(tuning) as usize;
-        ((self.x as usize).next_multiple_of(lanes) + 2 * lanes) * self.rows()
+        self.pitch(tuning) * self.rows()
+    }
+
+    fn pitch(self, tuning: &Tuning) -> usize {
+        (self.x as usize).next_multiple_of(lanes(tuning) as usize)
     }
 
     fn rows(self) -> usize {
@@ -94,7 +98,7 @@ kernel! {
         radiance: &'a Buffer<f32>,
         /// The one before, which becomes the next.
         older: &'a Buffer<f32>,
-        /// What sweeps found of the last one; set to 0.
+        /// What sweeps found of the last one.
         mean: &'a Buffer<f32>,
         source: &'a Buffer<f32>,
         p: ScatterSourceParams,
@@ -102,9 +106,9 @@ kernel! {
 }
 
 kernel! {
-    /// Sweeps radiance along an ordinate and back.
+    /// Sweeps radiance along an axis x or y and back.
     ScatterSweep = "light/scatter_sweep.cl", scatter_sweep, "light", Items::Tiles;
-    // The flags: rays run along x; the flux is added, too.
+    // The flags: the axis is x; the flux is found, too.
     defines |tuning, (along_x, flux): (bool, bool)| {
         Defines::new(lanes(tuning)).with_if(along_x, "ALONG_X").with_if(flux, "FLUX")
     };
@@ -118,16 +122,56 @@ kernel! {
 }
 
 impl ScatterSweep {
-    /// Work-items of a sweep with these steps from layer to layer.
-    pub fn work(grid: ScatterGrid, [step_x, step_y, step_z]: [i32; 3], tuning: &Tuning) -> i32 {
+    /// Work-items.
+    pub fn work(grid: ScatterGrid, along_x: bool, tuning: &Tuning) -> i32 {
         let lanes = lanes(tuning) as i32;
-        let ScatterGrid { x, y, z } = grid;
-        if step_y == 0 && step_z == 0 {
-            return (y + lanes - 1) / lanes * z;
-        }
-        let along_y = step_z == 0;
-        let (layers, rows, shift) = if along_y { (y, z, 0) } else { (z, y, step_y.abs()) };
-        (x + step_x.abs() * (layers - 1) + lanes - 1) / lanes * (rows + shift * (layers - 1))
+        (if along_x { grid.y } else { grid.x } + lanes - 1) / lanes * grid.z
+    }
+}
+
+kernel! {
+    /// Sweeps radiance upwards or downwards through layers.
+    ScatterLayers = "light/scatter_layers.cl", scatter_layers, "light", Items::Tiles;
+    defines |tuning, flux: bool| Defines::new(lanes(tuning)).with_if(flux, "FLUX");
+    items |a, _| a.p.items as usize;
+    arguments ScatterLayersArguments<'a> {
+        medium: &'a Buffer<f32>,
+        source: &'a Buffer<f32>,
+        mean: &'a Buffer<f32>,
+        rays: &'a Buffer<f32>,
+        p: ScatterLayersParams,
+    }
+}
+
+/// Layers of a launch where a work-item takes a block of rows.
+const LAYERS: i32 = 8;
+
+impl ScatterLayers {
+    /// The launches of a sweep, without its direction and light: some layers each, first blocks of rows, then the rows between them.
+    pub fn launches(grid: ScatterGrid, tuning: &Tuning) -> impl Iterator<Item = ScatterLayersParams> {
+        // Half of the rows of a block are left after as many layers.
+        let (most, rows, columns) = if lanes(tuning) == 1 { (1, 1, grid.x) } else { (LAYERS, 2 * LAYERS, 1) };
+        let blocks = (grid.y + rows - 1) / rows;
+        let launches = (0..grid.z).step_by(most as usize).flat_map(move |first| [false, true].map(|between| (first, between)));
+        let launch = move |(first, between)| ScatterLayersParams {
+            grid,
+            items: (blocks - i32::from(between)) * columns,
+            first,
+            layers: most.min(grid.z - first),
+            rows,
+            ring: grid.y + LAYERS,
+            between: i32::from(between),
+            upwards: 0,
+            axis: 0.0,
+            diagonal: 0.0,
+            entering: [[0.0; 3]; 5],
+        };
+        launches.map(launch).filter(|p| p.items > 0 && (p.between == 0 || p.layers > 1))
+    }
+
+    /// Floats of the rays on their way.
+    pub fn rays(grid: ScatterGrid, tuning: &Tuning) -> usize {
+        15 * (grid.y + LAYERS) as usize * (grid.pitch(tuning) + grid.z as usize)
     }
 }
 

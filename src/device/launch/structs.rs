@@ -247,28 +247,43 @@ kernel_struct! {
         /// Chebyshev's iteration: relaxation (gain (swept - last) + last - before) + before.
         relaxation: f32,
         gain: f32,
-        /// 1: the flux is set to 0, too.
-        flux: i32,
     }
 }
 
 kernel_struct! {
-    /// A sweep along an ordinate and back.
+    /// A sweep along an axis and back.
     ScatterSweepParams {
         grid: ScatterGrid,
         /// Work-items.
         items: i32,
-        /// Cells from layer to layer.
-        step as [step_x, step_y, step_z]: i32,
-        /// Length of a step, in edges of a cell.
-        length: f32,
         /// Weight of each of both directions.
         weight: f32,
-        /// Radiance that enters along the ordinate, and along the opposite one.
-        forward: [f32; 3],
-        backward: [f32; 3],
-        /// Unit vector against the ordinate, times its weight, along x, y, z.
-        toward: [f32; 3],
+        /// Radiance that enters along the axis, and against it.
+        entering: [[f32; 3]; 2],
+    }
+}
+
+kernel_struct! {
+    /// A sweep across layers.
+    ScatterLayersParams {
+        grid: ScatterGrid,
+        /// Work-items.
+        items: i32,
+        /// Of layers in the order of the sweep: the first one, and their number.
+        first: i32,
+        layers: i32,
+        /// Rows of a block, and of rays.
+        rows: i32,
+        ring: i32,
+        /// 1: rows between blocks.
+        between: i32,
+        /// 1: from the first layer to the last.
+        upwards: i32,
+        /// Weight of the axis, and of each diagonal.
+        axis: f32,
+        diagonal: f32,
+        /// Radiance that enters along each ordinate.
+        entering: [[f32; 3]; 5],
     }
 }
 
@@ -673,6 +688,7 @@ pub(in crate::device) fn typedefs() -> String {
         ScatterCellsParams::typedef(),
         ScatterSourceParams::typedef(),
         ScatterSweepParams::typedef(),
+        ScatterLayersParams::typedef(),
         LightParams::typedef(),
         SegmentParams::typedef(),
         SampleParams::typedef(),

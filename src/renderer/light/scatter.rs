@@ -3,10 +3,10 @@
 use super::cells::{CellGrid, ScatterGrids};
 use crate::device::launch::Launcher;
 use crate::device::launch::scatter::{
-    MEDIUM_PLANES, ScatterCells, ScatterCellsArguments, ScatterPack, ScatterPackArguments, ScatterSource, ScatterSourceArguments,
-    ScatterStep, ScatterSweep, ScatterSweepArguments,
+    MEDIUM_PLANES, ScatterCells, ScatterCellsArguments, ScatterLayers, ScatterLayersArguments, ScatterPack, ScatterPackArguments,
+    ScatterSource, ScatterSourceArguments, ScatterStep, ScatterSweep, ScatterSweepArguments,
 };
-use crate::device::launch::structs::{ScatterCellsParams, ScatterSourceParams, ScatterSweepParams};
+use crate::device::launch::structs::{ScatterCellsParams, ScatterLayersParams, ScatterSourceParams, ScatterSweepParams};
 use crate::device::{Buffer, Device, Tuning};
 use crate::error::Error;
 use crate::layers::OrdinatePair;
@@ -35,6 +35,7 @@ pub(super) struct ScatterKernels {
     cells: Launcher<ScatterCells>,
     source: Launcher<ScatterSource>,
     sweep: Launcher<ScatterSweep>,
+    layers: Launcher<ScatterLayers>,
     pack: Launcher<ScatterPack>,
 }
 
@@ -57,7 +58,8 @@ struct Cells {
     source: Buffer<f32>,
     /// The mean radiance that the sweeps find, and the flux.
     mean: Buffer<f32>,
-    with_flux: bool,
+    /// Rays on their way through layers.
+    rays: Buffer<f32>,
 }
 
 /// The grids on which light is computed, and how often each is swept before the last sweep.
@@ -86,15 +88,22 @@ pub(super) fn declared(grids: &ScatterGrids, resolution: LightGrid, tuning: &Tun
 }
 
 impl Scattering<'_> {
-    /// Computes the light field of the last of these grids. Each begins with the radiance of the one before, and is swept this many times
-    /// before the last sweep, which finds the flux, too. `blocks`: sums of kernels/light/scatter_medium.cl.
+    /// Computes the light field of the last of these grids: the first is swept this many times, a second begins with its radiance, and the last
+    /// is swept once more, which finds the flux, too. `blocks`: sums of kernels/light/scatter_medium.cl.
     pub fn solve(&mut self, blocks: &Buffer<f32>, levels: &[(CellGrid, usize)], packed: &Buffer<u8>) -> Result<(), Error> {
         let mut coarser = None;
         for (n, &(grid, sweeps)) in levels.iter().enumerate() {
-            let cells = self.cells(grid, blocks, n + 1 == levels.len())?;
-            let radiance = self.iterate(&cells, coarser.as_ref(), sweeps)?;
-            if cells.with_flux {
-                self.sweep(&cells)?;
+            let is_last = n + 1 == levels.len();
+            let cells = self.cells(grid, blocks, is_last)?;
+            let radiance = match coarser {
+                Some(coarser) => {
+                    self.scatter(&cells, ScatterStep::Refined, [&coarser, &coarser], (0.0, 0.0))?;
+                    coarser
+                }
+                None => self.iterate(&cells, sweeps)?,
+            };
+            if is_last {
+                self.sweep(&cells, true)?;
                 return self.pack(&cells, packed);
             }
             coarser = Some(radiance);
@@ -117,6 +126,7 @@ impl Scattering<'_> {
         let buffer = |planes: usize| Buffer::new(self.device, planes * plane, CELLS);
         let planes = if with_flux { WITH_FLUX } else { RADIANCE };
         let (medium, source, mean) = (buffer(MEDIUM_PLANES)?, buffer(RADIANCE)?, buffer(planes)?);
+        let rays = Buffer::new(self.device, ScatterLayers::rays(grid.params(), self.device.tuning()), CELLS)?;
         let p = ScatterCellsParams {
             grid: grid.params(),
             blocks: self.grids.blocks.map(|n| n as i32),
@@ -124,16 +134,13 @@ impl Scattering<'_> {
             edges: (grid.edge / self.grids.fine.edge) as f32,
         };
         self.kernels.cells.launch(self.device, (), &ScatterCellsArguments { blocks, medium: &medium, p })?;
-        Ok(Cells { grid, medium, source, mean, with_flux })
+        Ok(Cells { grid, medium, source, mean, rays })
     }
 
-    /// The mean radiance after some sweeps, from that of a coarser grid or from a start value on, and the light that cells scatter with it.
-    fn iterate(&mut self, cells: &Cells, coarser: Option<&Buffer<f32>>, sweeps: usize) -> Result<Buffer<f32>, Error> {
+    /// The mean radiance after some sweeps from a start value on, and the light that cells scatter with it.
+    fn iterate(&mut self, cells: &Cells, sweeps: usize) -> Result<Buffer<f32>, Error> {
         let (mut radiance, mut older) = (self.radiance(cells.grid)?, self.radiance(cells.grid)?);
-        match coarser {
-            Some(coarse) => self.scatter(cells, ScatterStep::Refined, [coarse, &radiance], (0.0, 0.0))?,
-            None => self.scatter(cells, ScatterStep::Start, [&older, &radiance], (0.0, 0.0))?,
-        }
+        self.scatter(cells, ScatterStep::Start, [&radiance, &older], (0.0, 0.0))?;
         // Of eigenvalues from 0 to KEPT.
         let (gain, spread) = (2.0 / (2.0 - KEPT), KEPT / (2.0 - KEPT));
         let mut relaxation = 1.0;
@@ -143,7 +150,7 @@ impl Scattering<'_> {
                 1 => 2.0 / (2.0 - spread * spread),
                 _ => 4.0 / (4.0 - spread * spread * relaxation),
             };
-            self.sweep(cells)?;
+            self.sweep(cells, false)?;
             self.scatter(cells, ScatterStep::Next, [&radiance, &older], (relaxation, gain))?;
             std::mem::swap(&mut radiance, &mut older);
         }
@@ -169,33 +176,42 @@ impl Scattering<'_> {
             sky: sky.as_vec3().to_array(),
             relaxation: relaxation as f32,
             gain: gain as f32,
-            flux: i32::from(cells.with_flux),
         };
         let Cells { medium, source, mean, .. } = cells;
         let arguments = ScatterSourceArguments { medium, radiance, older, mean, source, p };
         self.kernels.source.launch(self.device, step, &arguments)
     }
 
-    /// Adds the radiance along all ordinates to the mean.
-    fn sweep(&mut self, cells: &Cells) -> Result<(), Error> {
-        let grid = cells.grid.params();
-        for (pair, [forward, backward]) in OrdinatePair::all().into_iter().zip(&self.entering) {
-            let step = pair.step;
-            let p = ScatterSweepParams {
-                grid,
-                items: ScatterSweep::work(grid, step, self.device.tuning()),
-                step,
-                length: step.map(|n| (n * n) as f32).iter().sum::<f32>().sqrt(),
-                weight: pair.weight as f32,
-                forward: forward.as_vec3().to_array(),
-                backward: backward.as_vec3().to_array(),
-                toward: (pair.direction() * -pair.weight).as_vec3().to_array(),
-            };
-            let Cells { medium, source, mean, .. } = cells;
-            let variant = (step[1] == 0 && step[2] == 0, cells.with_flux);
-            self.kernels.sweep.launch(self.device, variant, &ScatterSweepArguments { medium, source, mean, p })?;
+    /// The mean radiance along all ordinates.
+    fn sweep(&mut self, cells: &Cells, with_flux: bool) -> Result<(), Error> {
+        let (grid, tuning) = (cells.grid.params(), self.device.tuning());
+        let Cells { medium, source, mean, rays, .. } = cells;
+        for (step, along_x) in [([0, 1, 0], false), ([1, 0, 0], true)] {
+            let [(weight, forward), (_, backward)] = [step, step.map(|n| -n)].map(|step| self.ordinate(step));
+            let items = ScatterSweep::work(grid, along_x, tuning);
+            let p = ScatterSweepParams { grid, items, weight, entering: [forward, backward] };
+            self.kernels.sweep.launch(self.device, (along_x, with_flux), &ScatterSweepArguments { medium, source, mean, p })?;
+        }
+        for z in [1, -1] {
+            let ordinates = [[0, 0, z], [1, 1, z], [-1, 1, z], [1, -1, z], [-1, -1, z]].map(|step| self.ordinate(step));
+            let (axis, diagonal, entering) = (ordinates[0].0, ordinates[1].0, ordinates.map(|(_, radiance)| radiance));
+            for launch in ScatterLayers::launches(grid, tuning) {
+                let p = ScatterLayersParams { upwards: i32::from(z > 0), axis, diagonal, entering, ..launch };
+                self.kernels.layers.launch(self.device, with_flux, &ScatterLayersArguments { medium, source, mean, rays, p })?;
+            }
         }
         Ok(())
+    }
+
+    /// The weight of the ordinate with these steps, and the radiance that enters along it.
+    fn ordinate(&self, step: [i32; 3]) -> (f32, [f32; 3]) {
+        let pairs = OrdinatePair::all().into_iter().zip(&self.entering);
+        let both = pairs.flat_map(|(pair, entering)| {
+            [(pair.step, entering[0]), (pair.step.map(|n| -n), entering[1])].map(|(step, radiance)| (step, pair.weight, radiance))
+        });
+        let found = both.into_iter().find(|&(other, ..)| other == step);
+        let (_, weight, radiance) = found.expect("all steps to neighbours of faces and corners are ordinates");
+        (weight as f32, radiance.as_vec3().to_array())
     }
 
     fn pack(&mut self, cells: &Cells, packed: &Buffer<u8>) -> Result<(), Error> {

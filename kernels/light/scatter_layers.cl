@@ -1,0 +1,97 @@
+// Radiance along the ordinates that cross layers of cubic cells upwards, or downwards: an axis and four diagonals. Its mean in each cell, times
+// the weight of the ordinate, is added to the mean radiance of the cell and, with FLUX, to the flux, whose planes follow.
+//
+// A launch takes a few layers, and a work-item a block of rows in them; in one lane, a cell of each layer. Diagonals come from the rows beside,
+// so a block becomes smaller by a row on either side from layer to layer. The rows between two blocks are those of a second launch (`between`).
+// Each cell is loaded once for five ordinates.
+//
+// Rays keep their places in `rays` while they move: a row of rays, of an ordinate and a colour, is the row of cells less the steps along y,
+// modulo `ring`, and a ray in it the cell less the steps along x.
+
+#include "light/scatter_grid.cl"
+
+#define ORDINATES 5
+// Cells from layer to layer of ordinate n: the axis, then the diagonals.
+#define STEP_X(n) ((n) == 0 ? 0 : (n) & 1 ? 1 : -1)
+#define STEP_Y(n) ((n) == 0 ? 0 : (n) < 3 ? 1 : -1)
+
+// Sweeps cells from `x` to `end` of a row.
+static inline void sweep_row(const ScatterLayersParams *p, int step, int y, int first_x, int end_x, __global const float *medium,
+                             __global const float *source, __global float *mean, __global float *rays) {
+    const ScatterGrid *grid = &p->grid;
+    const size_t plane = plane_cells(grid);
+    const int pitch = cell_pitch(grid), columns = pitch + grid->z, of_color = p->ring * columns;
+    const size_t row = cell_at(grid, 0, y, p->upwards ? step : grid->z - 1 - step);
+    // Of cell 0 in each ordinate's row of rays.
+    int ray_at[ORDINATES];
+    bool enters[ORDINATES];
+#pragma unroll
+    for (int n = 0; n < ORDINATES; n++) {
+        const int ring_row = (y - STEP_Y(n) * step + (STEP_Y(n) > 0 ? p->ring * grid->z : 0)) % p->ring;
+        ray_at[n] = (3 * n * p->ring + ring_row) * columns + (STEP_X(n) > 0 ? grid->z - step : STEP_X(n) < 0 ? step : 0);
+        enters[n] = step == 0 || (STEP_Y(n) > 0 && y == 0) || (STEP_Y(n) < 0 && y == grid->y - 1);
+    }
+    for (int x = first_x; x < end_x; x += VW) {
+        const size_t at = row + x;
+        const realv depth = LOAD_CELLS(medium + at), slanted = 1.7320508f * depth;
+        const realv absorbs = absorbed(depth), share = mean_transmittance(depth, absorbs);
+        const realv slanted_absorbs = absorbed(slanted), slanted_share = mean_transmittance(slanted, slanted_absorbs);
+        const intv from_below = LANES + x <= 0, from_above = LANES + x >= grid->x - 1;
+#pragma unroll
+        for (int c = 0; c < 3; c++) {
+            const realv emitted = LOAD_CELLS(source + c * plane + at);
+            realv in_cell[ORDINATES];
+#pragma unroll
+            for (int n = 0; n < ORDINATES; n++) {
+                __global float *ray = rays + ray_at[n] + c * of_color + x;
+                const realv outside = (realv)(p->entering[3 * n + c]);
+                realv radiance = outside;
+                if (!enters[n]) {
+                    radiance = LOAD_CELLS(ray);
+                    if (STEP_X(n) != 0)
+                        radiance = (STEP_X(n) > 0 ? from_below : from_above) ? outside : radiance;
+                }
+                const realv beyond = radiance - emitted;
+                in_cell[n] = emitted + beyond * (n ? slanted_share : share);
+                STORE_CELLS(radiance - beyond * (n ? slanted_absorbs : absorbs), ray);
+            }
+            const realv along_y = in_cell[1] + in_cell[2], against_y = in_cell[3] + in_cell[4];
+            const realv axis = p->axis * in_cell[0], diagonals = p->diagonal * (along_y + against_y);
+            __global float *cells = mean + c * plane + at;
+            STORE_CELLS(LOAD_CELLS(cells) + (axis + diagonals), cells);
+#ifdef FLUX
+            const float slope = 0.57735027f * p->diagonal;
+            __global float *flux_x = mean + FLUX_PLANE(0, c) * plane + at, *flux_y = mean + FLUX_PLANE(1, c) * plane + at;
+            __global float *flux_z = mean + FLUX_PLANE(2, c) * plane + at;
+            STORE_CELLS(LOAD_CELLS(flux_x) + slope * ((in_cell[2] + in_cell[4]) - (in_cell[1] + in_cell[3])), flux_x);
+            STORE_CELLS(LOAD_CELLS(flux_y) + slope * (against_y - along_y), flux_y);
+            const realv travels = axis + 0.57735027f * diagonals;
+            // Upward sweeps are the first.
+            if (p->upwards)
+                STORE_CELLS(-travels, flux_z);
+            else
+                STORE_CELLS(LOAD_CELLS(flux_z) + travels, flux_z);
+#endif
+        }
+    }
+}
+
+__kernel void scatter_layers(__global const float *medium, __global const float *source, __global float *mean, __global float *rays,
+                             ScatterLayersParams p, ulong first_item) {
+    const int id = first_item + get_global_id(0);
+    if (id >= p.items)
+        return;
+    const ScatterGrid *grid = &p.grid;
+#if VW == 1
+    const int block = id / grid->x, first_x = id % grid->x, end_x = first_x + 1;
+#else
+    const int block = id, first_x = 0, end_x = cell_pitch(grid);
+#endif
+    const int end = (block + 1) * p.rows;
+    for (int n = 0; n < p.layers; n++) {
+        const int from = p.between ? end - n : block ? block * p.rows + n : 0;
+        const int to = p.between ? min(end + n, grid->y) : end >= grid->y ? grid->y : end - n;
+        for (int y = from; y < to; y++)
+            sweep_row(&p, p.first + n, y, first_x, end_x, medium, source, mean, rays);
+    }
+}
