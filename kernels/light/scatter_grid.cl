@@ -23,10 +23,7 @@ static inline size_t cell_at(const ScatterGrid *grid, int x, int y, int z) {
     return ((size_t)z * grid->y + y) * cell_pitch(grid) + x;
 }
 
-// Planes of the flux, after those of the mean radiance: along an axis, of a colour.
-#define FLUX_PLANE(axis, color) (3 + 3 * (axis) + (color))
-
-// What a step dims light by and what a cell adds to it on the mean: (1 - e^-depth) and its quotient by the depth, for depths >= 0.
+// The mean transmittance from an end of a cell to a point in it, which is `absorbs` = 1 - e^-depth over the depth.
 static inline realv mean_transmittance(realv depth, realv absorbs) {
     return depth > 0.02f ? absorbs / depth : 1.0f - depth * (0.5f - depth * (1.0f / 6.0f));
 }

@@ -1,32 +1,37 @@
-// Radiance along an axis x or y and against it, swept through cubic cells. Its mean in each cell, times the weight of the ordinate, begins the
-// mean radiance of the cell (along y) or is added to it (ALONG_X). So it is with FLUX for the flux along the axis, whose planes follow.
+// Radiance along an axis x or y and against it, swept through layers of cubic cells. Its mean in each cell, times the weight of the ordinate,
+// begins the mean radiance of the cell (along y) or is added to it (ALONG_X). With FLUX, planes of the flux along y, then x, follow.
 //
-// One work-item per row of VW rays. In a cell the extinction and the source are constant.
+// One work-item per row of VW rays along y; along x, per ray. In a cell the extinction and the source are constant. `mean`: planes of these
+// layers.
 
 #include "light/scatter_grid.cl"
 
 #ifdef ALONG_X
-// Neighbouring rays are a row apart; those beyond the last row read its cells.
-static inline realv load_rays(__global const float *cells, int pitch, int inside) {
-    return GATHER(cells, MIN(LANES, (intv)(inside - 1)) * pitch);
+#define IS_ADDED true
+#define FLUX_PLANES 6
+typedef float along_t;
+
+// The radiance that enters each of VW cells of a ray that keeps and gains this in them. `along`: what enters the first one, then the next ones.
+static inline realv radiance_between(realv gained, realv kept, int backward, float *along) {
+    realv entering;
+    for (int n = 0; n < VW; n++) {
+        const int i = backward ? VW - 1 - n : n;
+        ((float *)&entering)[i] = *along;
+        *along = *along * ((const float *)&kept)[i] + ((const float *)&gained)[i];
+    }
+    return entering;
 }
-static inline void store_rays(__global float *cells, int pitch, int inside, bool adds, realv x) {
-#if VW == 1
-    *cells = adds ? *cells + x : x;
 #else
-    const float *lanes = (const float *)&x;
-    for (int i = 0; i < inside; i++)
-        cells[(size_t)i * pitch] = adds ? cells[(size_t)i * pitch] + lanes[i] : lanes[i];
+#define IS_ADDED false
+#define FLUX_PLANES 3
+typedef realv along_t;
 #endif
-}
-#else
-#define load_rays(cells, pitch, inside) LOAD_CELLS(cells)
-static inline void store_rays(__global float *cells, int pitch, int inside, bool adds, realv x) {
+
+static inline void put_cells(realv x, bool adds, __global float *cells) {
     if (adds)
         x += LOAD_CELLS(cells);
     STORE_CELLS(x, cells);
 }
-#endif
 
 __kernel void scatter_sweep(__global const float *medium, __global const float *source, __global float *mean, ScatterSweepParams p,
                             ulong first_item) {
@@ -34,35 +39,39 @@ __kernel void scatter_sweep(__global const float *medium, __global const float *
     if (id >= p.items)
         return;
     const ScatterGrid *grid = &p.grid;
-    const size_t plane = plane_cells(grid);
     const int pitch = cell_pitch(grid);
+    const size_t plane = plane_cells(grid), held = (size_t)pitch * grid->y * p.layers, before = cell_at(grid, 0, 0, p.first);
+    medium += before, source += before;
 #ifdef ALONG_X
-    const int groups = (grid->y + VW - 1) / VW, y = id % groups * VW, layers = grid->x, to_next = 1;
-    const size_t first = cell_at(grid, 0, y, id / groups);
-    const int inside = min(VW, grid->y - y);
-#define AXIS 0
+    const size_t first = (size_t)id * pitch;
+    const int count = pitch / VW, to_next = VW;
 #else
-    const int groups = pitch / VW, layers = grid->y, to_next = pitch, inside = VW;
-    const size_t first = cell_at(grid, id % groups * VW, 0, id / groups);
-#define AXIS 1
+    const int groups = pitch / VW, count = grid->y, to_next = pitch;
+    const size_t first = (size_t)(id / groups) * pitch * grid->y + id % groups * VW;
 #endif
     for (int backward = 0; backward < 2; backward++) {
-        realv radiance[3];
+        const float sign = backward ? p.weight : -p.weight;
+        along_t along[3];
 #pragma unroll
         for (int c = 0; c < 3; c++)
-            radiance[c] = (realv)(p.entering[3 * backward + c]);
-        for (int k = 0; k < layers; k++) {
-            const size_t at = first + (size_t)(backward ? layers - 1 - k : k) * to_next;
-            const realv depth = load_rays(medium + at, pitch, inside);
+            along[c] = p.entering[3 * backward + c];
+        for (int k = 0; k < count; k++) {
+            const size_t at = first + (size_t)(backward ? count - 1 - k : k) * to_next;
+            const realv depth = LOAD_CELLS(medium + at);
             const realv absorbs = absorbed(depth), share = mean_transmittance(depth, absorbs);
 #pragma unroll
             for (int c = 0; c < 3; c++) {
-                const realv emitted = load_rays(source + c * plane + at, pitch, inside);
-                const realv beyond = radiance[c] - emitted, in_cell = p.weight * (emitted + beyond * share);
-                radiance[c] -= beyond * absorbs;
-                store_rays(mean + c * plane + at, pitch, inside, AXIS == 0 || backward, in_cell);
+                const realv emitted = LOAD_CELLS(source + c * plane + at);
+#ifdef ALONG_X
+                const realv beyond = radiance_between(emitted * absorbs, 1.0f - absorbs, backward, along + c) - emitted;
+#else
+                const realv beyond = along[c] - emitted;
+                along[c] -= beyond * absorbs;
+#endif
+                const realv in_cell = emitted + beyond * share;
+                put_cells(p.weight * in_cell, IS_ADDED || backward, mean + c * held + at);
 #ifdef FLUX
-                store_rays(mean + FLUX_PLANE(AXIS, c) * plane + at, pitch, inside, backward, backward ? in_cell : -in_cell);
+                put_cells(sign * in_cell, backward, mean + (FLUX_PLANES + c) * held + at);
 #endif
             }
         }

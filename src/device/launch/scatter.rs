@@ -64,37 +64,28 @@ kernel! {
 kernel! {
     /// Makes cubic cells of blocks of voxels.
     ScatterCells = "light/scatter_cells.cl", scatter_cells, "light", Items::Tiles;
-    defines |tuning, (): ()| Defines::new(lanes(tuning));
+    // The flag: a coarser grid has a radiance.
+    defines |tuning, refined: bool| Defines::new(lanes(tuning)).with_if(refined, "REFINED");
     items |a, _| a.p.grid.rows();
     arguments ScatterCellsArguments<'a> {
         blocks: &'a Buffer<f32>,
         medium: &'a Buffer<f32>,
+        /// The radiance of the coarser grid, and the light that cells scatter with it; neither is used without.
+        coarser: &'a Buffer<f32>,
+        source: &'a Buffer<f32>,
         p: ScatterCellsParams,
     }
-}
-
-/// The mean radiance from which the light that cells scatter is computed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(crate) enum ScatterStep {
-    /// A start value.
-    Start,
-    /// That of a coarser grid.
-    Refined,
-    /// The next one of an iteration.
-    Next,
 }
 
 kernel! {
     /// Computes the light that cells scatter.
     ScatterSource = "light/scatter_source.cl", scatter_source, "light", Items::Tiles;
-    defines |tuning, step: ScatterStep| {
-        let defines = Defines::new(lanes(tuning));
-        defines.with_if(step == ScatterStep::Start, "START").with_if(step == ScatterStep::Refined, "REFINED")
-    };
+    // The flag: the mean radiance is a start value.
+    defines |tuning, start: bool| Defines::new(lanes(tuning)).with_if(start, "START");
     items |a, _| a.p.grid.rows();
     arguments ScatterSourceArguments<'a> {
         medium: &'a Buffer<f32>,
-        /// The last mean radiance, or that of the coarser grid.
+        /// The last mean radiance.
         radiance: &'a Buffer<f32>,
         /// The one before, which becomes the next.
         older: &'a Buffer<f32>,
@@ -123,28 +114,29 @@ kernel! {
 
 impl ScatterSweep {
     /// Work-items.
-    pub fn work(grid: ScatterGrid, along_x: bool, tuning: &Tuning) -> i32 {
-        let lanes = lanes(tuning) as i32;
-        (if along_x { grid.y } else { grid.x } + lanes - 1) / lanes * grid.z
+    pub fn work(grid: ScatterGrid, layers: i32, along_x: bool, tuning: &Tuning) -> i32 {
+        layers * if along_x { grid.y } else { (grid.x as u32).div_ceil(lanes(tuning)) as i32 }
     }
 }
 
 kernel! {
     /// Sweeps radiance upwards or downwards through layers.
     ScatterLayers = "light/scatter_layers.cl", scatter_layers, "light", Items::Tiles;
-    defines |tuning, flux: bool| Defines::new(lanes(tuning)).with_if(flux, "FLUX");
+    // The flag: the sweep is the last one.
+    defines |tuning, last: bool| Defines::new(lanes(tuning)).with_if(last, "LAST");
     items |a, _| a.p.items as usize;
     arguments ScatterLayersArguments<'a> {
         medium: &'a Buffer<f32>,
         source: &'a Buffer<f32>,
         mean: &'a Buffer<f32>,
         rays: &'a Buffer<f32>,
+        packed: &'a Buffer<u8>,
         p: ScatterLayersParams,
     }
 }
 
-/// Layers of a launch where a work-item takes a block of rows.
-const LAYERS: i32 = 8;
+/// Layers of a launch where a work-item takes a block of rows, and those whose light is held at the same time in the last sweep.
+pub(crate) const LAYERS: i32 = 8;
 
 impl ScatterLayers {
     /// The launches of a sweep, without its direction and light: some layers each, first blocks of rows, then the rows between them.
@@ -162,6 +154,8 @@ impl ScatterLayers {
             ring: grid.y + LAYERS,
             between: i32::from(between),
             upwards: 0,
+            held_from: 0,
+            held: grid.z,
             axis: 0.0,
             diagonal: 0.0,
             entering: [[0.0; 3]; 5],
@@ -172,17 +166,5 @@ impl ScatterLayers {
     /// Floats of the rays on their way.
     pub fn rays(grid: ScatterGrid, tuning: &Tuning) -> usize {
         15 * (grid.y + LAYERS) as usize * (grid.pitch(tuning) + grid.z as usize)
-    }
-}
-
-kernel! {
-    /// Packs the light field for look-ups.
-    ScatterPack = "light/scatter_pack.cl", scatter_pack, "light", Items::Tiles;
-    defines |tuning, (): ()| Defines::new(lanes(tuning));
-    items |a, _| a.grid.rows();
-    arguments ScatterPackArguments<'a> {
-        mean: &'a Buffer<f32>,
-        grid: ScatterGrid,
-        packed: &'a Buffer<u8>,
     }
 }

@@ -230,6 +230,11 @@ kernel_struct! {
         per_cell as [per_cell_x, per_cell_y, per_cell_z]: f32,
         /// Edge of a cell, in lengths that the depths of blocks are for.
         edges: f32,
+        /// The grid from which the radiance is interpolated, and cells of it per cell.
+        coarser: ScatterGrid,
+        per_coarse: f32,
+        /// Factor of the albedo.
+        scattering: f32,
     }
 }
 
@@ -237,9 +242,6 @@ kernel_struct! {
     /// The light that cells scatter.
     ScatterSourceParams {
         grid: ScatterGrid,
-        /// The grid from which a finer one is interpolated, and cells of it per cell.
-        coarser: ScatterGrid,
-        per_cell: f32,
         /// Factor of the albedo.
         scattering: f32,
         /// Mean radiance of the sky.
@@ -256,6 +258,9 @@ kernel_struct! {
         grid: ScatterGrid,
         /// Work-items.
         items: i32,
+        /// The first layer, and the number of layers.
+        first: i32,
+        layers: i32,
         /// Weight of each of both directions.
         weight: f32,
         /// Radiance that enters along the axis, and against it.
@@ -279,6 +284,9 @@ kernel_struct! {
         between: i32,
         /// 1: from the first layer to the last.
         upwards: i32,
+        /// The first layer of which the mean radiance is held, and their number.
+        held_from: i32,
+        held: i32,
         /// Weight of the axis, and of each diagonal.
         axis: f32,
         diagonal: f32,

@@ -3,8 +3,8 @@
 use super::cells::{CellGrid, ScatterGrids};
 use crate::device::launch::Launcher;
 use crate::device::launch::scatter::{
-    MEDIUM_PLANES, ScatterCells, ScatterCellsArguments, ScatterLayers, ScatterLayersArguments, ScatterPack, ScatterPackArguments,
-    ScatterSource, ScatterSourceArguments, ScatterStep, ScatterSweep, ScatterSweepArguments,
+    LAYERS, MEDIUM_PLANES, ScatterCells, ScatterCellsArguments, ScatterLayers, ScatterLayersArguments, ScatterSource,
+    ScatterSourceArguments, ScatterSweep, ScatterSweepArguments,
 };
 use crate::device::launch::structs::{ScatterCellsParams, ScatterLayersParams, ScatterSourceParams, ScatterSweepParams};
 use crate::device::{Buffer, Device, Tuning};
@@ -12,15 +12,16 @@ use crate::error::Error;
 use crate::layers::OrdinatePair;
 use crate::settings::LightGrid;
 use glam::DVec3;
+use std::ops::Range;
 
 pub(super) const LIGHT_FIELD: &str = "the scattered light";
 pub(super) const CELLS: &str = "the cells of scattered light";
 
 /// Bytes of a cell of the light field.
 const PACKED: usize = 16;
-/// Planes of the radiance, and of the radiance with the flux.
+/// Planes of the radiance, and of the radiance along x and y with its flux.
 const RADIANCE: usize = 3;
-const WITH_FLUX: usize = 12;
+const WITH_FLUX: usize = 9;
 
 /// Sweeps of the coarser grid before those of the finer one, and before the last one where that grid is alone.
 const SWEEPS: usize = 8;
@@ -36,7 +37,6 @@ pub(super) struct ScatterKernels {
     source: Launcher<ScatterSource>,
     sweep: Launcher<ScatterSweep>,
     layers: Launcher<ScatterLayers>,
-    pack: Launcher<ScatterPack>,
 }
 
 /// The light in a volume of scattering cells.
@@ -53,10 +53,11 @@ pub(super) struct Scattering<'a> {
 /// A grid of cells with the medium in them, and what is computed of it.
 struct Cells {
     grid: CellGrid,
+    /// All planes, or those of the optical depth alone where cells begin with the radiance of a coarser grid.
     medium: Buffer<f32>,
     /// The light that cells scatter.
     source: Buffer<f32>,
-    /// The mean radiance that the sweeps find, and the flux.
+    /// The mean radiance that the sweeps find: of all layers or, with the flux, of some.
     mean: Buffer<f32>,
     /// Rays on their way through layers.
     rays: Buffer<f32>,
@@ -77,14 +78,25 @@ pub(super) fn packed_bytes(grid: CellGrid) -> usize {
 }
 
 /// Bytes of the light field of these grids, and of what it is computed from.
-pub(super) fn declared(grids: &ScatterGrids, resolution: LightGrid, tuning: &Tuning) -> [(&'static str, usize); 4] {
-    let plane = |grid: CellGrid| size_of::<f32>() * grid.params().plane(tuning);
-    let is_coarse = resolution == LightGrid::Quarter;
-    let (last, fine) = if is_coarse { (grids.coarse, 0) } else { (grids.fine, plane(grids.fine)) };
-    let blocks = size_of::<f32>() * MEDIUM_PLANES * grids.blocks.iter().product::<usize>();
-    let coarse = (MEDIUM_PLANES + 3 * RADIANCE + if is_coarse { WITH_FLUX } else { RADIANCE }) * plane(grids.coarse);
-    let fine = (MEDIUM_PLANES + 2 * RADIANCE + WITH_FLUX) * fine;
-    [(LIGHT_FIELD, packed_bytes(last)), (CELLS, blocks), (CELLS, coarse), (CELLS, fine)]
+pub(super) fn declared(grids: &ScatterGrids, resolution: LightGrid, tuning: &Tuning) -> Vec<(&'static str, usize)> {
+    let levels = levels(grids, resolution);
+    let blocks = MEDIUM_PLANES * grids.blocks.iter().product::<usize>();
+    let of_level = |(n, &(grid, _)): (usize, &(CellGrid, usize))| Cells::floats(grid, n == 0, tuning).iter().sum();
+    let radiance = 2 * RADIANCE * grids.coarse.params().plane(tuning);
+    let floats = levels.iter().enumerate().map(of_level).chain([blocks, radiance]);
+    let last = levels.last().expect("there is a level").0;
+    floats.map(|floats| (CELLS, size_of::<f32>() * floats)).chain([(LIGHT_FIELD, packed_bytes(last))]).collect()
+}
+
+impl Cells {
+    /// Lengths of the buffers. `iterates`: the first grid.
+    fn floats(grid: CellGrid, iterates: bool, tuning: &Tuning) -> [usize; 4] {
+        let (params, [_, _, z]) = (grid.params(), grid.dims);
+        let plane = params.plane(tuning);
+        let last = WITH_FLUX * plane / z * z.min(LAYERS as usize);
+        let (medium, mean) = if iterates { (MEDIUM_PLANES, (RADIANCE * plane).max(last)) } else { (1, last) };
+        [medium * plane, RADIANCE * plane, mean, ScatterLayers::rays(params, tuning)]
+    }
 }
 
 impl Scattering<'_> {
@@ -92,19 +104,14 @@ impl Scattering<'_> {
     /// is swept once more, which finds the flux, too. `blocks`: sums of kernels/light/scatter_medium.cl.
     pub fn solve(&mut self, blocks: &Buffer<f32>, levels: &[(CellGrid, usize)], packed: &Buffer<u8>) -> Result<(), Error> {
         let mut coarser = None;
-        for (n, &(grid, sweeps)) in levels.iter().enumerate() {
-            let is_last = n + 1 == levels.len();
-            let cells = self.cells(grid, blocks, is_last)?;
+        for &(grid, sweeps) in levels {
+            let cells = self.cells(grid, blocks, coarser.as_ref())?;
             let radiance = match coarser {
-                Some(coarser) => {
-                    self.scatter(&cells, ScatterStep::Refined, [&coarser, &coarser], (0.0, 0.0))?;
-                    coarser
-                }
-                None => self.iterate(&cells, sweeps)?,
+                Some(coarser) => coarser,
+                None => self.iterate(&cells, sweeps, packed)?,
             };
-            if is_last {
-                self.sweep(&cells, true)?;
-                return self.pack(&cells, packed);
+            if levels.last() == Some(&(grid, sweeps)) {
+                return self.finish(&cells, packed);
             }
             coarser = Some(radiance);
         }
@@ -120,27 +127,30 @@ impl Scattering<'_> {
         Buffer::new(self.device, RADIANCE * self.plane(grid), CELLS)
     }
 
-    /// Cells of blocks.
-    fn cells(&mut self, grid: CellGrid, blocks: &Buffer<f32>, with_flux: bool) -> Result<Cells, Error> {
-        let plane = self.plane(grid);
-        let buffer = |planes: usize| Buffer::new(self.device, planes * plane, CELLS);
-        let planes = if with_flux { WITH_FLUX } else { RADIANCE };
-        let (medium, source, mean) = (buffer(MEDIUM_PLANES)?, buffer(RADIANCE)?, buffer(planes)?);
-        let rays = Buffer::new(self.device, ScatterLayers::rays(grid.params(), self.device.tuning()), CELLS)?;
+    /// Cells of blocks, and the light that they scatter with the radiance of a coarser grid.
+    fn cells(&mut self, grid: CellGrid, blocks: &Buffer<f32>, coarser: Option<&Buffer<f32>>) -> Result<Cells, Error> {
+        let lengths = Cells::floats(grid, coarser.is_none(), self.device.tuning());
+        let buffer = |n: usize| Buffer::new(self.device, lengths[n], CELLS);
+        let (medium, source, mean, rays) = (buffer(0)?, buffer(1)?, buffer(2)?, buffer(3)?);
         let p = ScatterCellsParams {
             grid: grid.params(),
             blocks: self.grids.blocks.map(|n| n as i32),
             per_cell: grid.per_cell.as_vec3().to_array(),
             edges: (grid.edge / self.grids.fine.edge) as f32,
+            coarser: self.grids.coarse.params(),
+            per_coarse: (grid.edge / self.grids.coarse.edge) as f32,
+            scattering: self.scattering as f32,
         };
-        self.kernels.cells.launch(self.device, (), &ScatterCellsArguments { blocks, medium: &medium, p })?;
+        let radiance = coarser.unwrap_or(&source);
+        let arguments = ScatterCellsArguments { blocks, medium: &medium, coarser: radiance, source: &source, p };
+        self.kernels.cells.launch(self.device, coarser.is_some(), &arguments)?;
         Ok(Cells { grid, medium, source, mean, rays })
     }
 
     /// The mean radiance after some sweeps from a start value on, and the light that cells scatter with it.
-    fn iterate(&mut self, cells: &Cells, sweeps: usize) -> Result<Buffer<f32>, Error> {
+    fn iterate(&mut self, cells: &Cells, sweeps: usize, packed: &Buffer<u8>) -> Result<Buffer<f32>, Error> {
         let (mut radiance, mut older) = (self.radiance(cells.grid)?, self.radiance(cells.grid)?);
-        self.scatter(cells, ScatterStep::Start, [&radiance, &older], (0.0, 0.0))?;
+        self.scatter(cells, true, [&radiance, &older], (0.0, 0.0))?;
         // Of eigenvalues from 0 to KEPT.
         let (gain, spread) = (2.0 / (2.0 - KEPT), KEPT / (2.0 - KEPT));
         let mut relaxation = 1.0;
@@ -150,28 +160,25 @@ impl Scattering<'_> {
                 1 => 2.0 / (2.0 - spread * spread),
                 _ => 4.0 / (4.0 - spread * spread * relaxation),
             };
-            self.sweep(cells, false)?;
-            self.scatter(cells, ScatterStep::Next, [&radiance, &older], (relaxation, gain))?;
+            self.sweep(cells, packed)?;
+            self.scatter(cells, false, [&radiance, &older], (relaxation, gain))?;
             std::mem::swap(&mut radiance, &mut older);
         }
         Ok(radiance)
     }
 
-    /// Computes the light that cells scatter.
+    /// Computes the light that cells scatter, from a start value or from the next radiance of an iteration.
     fn scatter(
         &mut self,
         cells: &Cells,
-        step: ScatterStep,
+        starts: bool,
         [radiance, older]: [&Buffer<f32>; 2],
         (relaxation, gain): (f64, f64),
     ) -> Result<(), Error> {
         let sky: DVec3 =
             OrdinatePair::all().iter().zip(&self.entering).map(|(pair, both)| (both[0] + both[1]) * pair.weight).sum();
-        let coarser = self.grids.coarse;
         let p = ScatterSourceParams {
             grid: cells.grid.params(),
-            coarser: coarser.params(),
-            per_cell: (cells.grid.edge / coarser.edge) as f32,
             scattering: self.scattering as f32,
             sky: sky.as_vec3().to_array(),
             relaxation: relaxation as f32,
@@ -179,28 +186,62 @@ impl Scattering<'_> {
         };
         let Cells { medium, source, mean, .. } = cells;
         let arguments = ScatterSourceArguments { medium, radiance, older, mean, source, p };
-        self.kernels.source.launch(self.device, step, &arguments)
+        self.kernels.source.launch(self.device, starts, &arguments)
     }
 
     /// The mean radiance along all ordinates.
-    fn sweep(&mut self, cells: &Cells, with_flux: bool) -> Result<(), Error> {
-        let (grid, tuning) = (cells.grid.params(), self.device.tuning());
-        let Cells { medium, source, mean, rays, .. } = cells;
-        for (step, along_x) in [([0, 1, 0], false), ([1, 0, 0], true)] {
-            let [(weight, forward), (_, backward)] = [step, step.map(|n| -n)].map(|step| self.ordinate(step));
-            let items = ScatterSweep::work(grid, along_x, tuning);
-            let p = ScatterSweepParams { grid, items, weight, entering: [forward, backward] };
-            self.kernels.sweep.launch(self.device, (along_x, with_flux), &ScatterSweepArguments { medium, source, mean, p })?;
-        }
+    fn sweep(&mut self, cells: &Cells, packed: &Buffer<u8>) -> Result<(), Error> {
+        self.axes(cells, 0..cells.grid.params().z, false)?;
         for z in [1, -1] {
-            let ordinates = [[0, 0, z], [1, 1, z], [-1, 1, z], [1, -1, z], [-1, -1, z]].map(|step| self.ordinate(step));
-            let (axis, diagonal, entering) = (ordinates[0].0, ordinates[1].0, ordinates.map(|(_, radiance)| radiance));
-            for launch in ScatterLayers::launches(grid, tuning) {
-                let p = ScatterLayersParams { upwards: i32::from(z > 0), axis, diagonal, entering, ..launch };
-                self.kernels.layers.launch(self.device, with_flux, &ScatterLayersArguments { medium, source, mean, rays, p })?;
+            for launch in self.layers(cells.grid, z) {
+                self.across(cells, false, launch, packed)?;
             }
         }
         Ok(())
+    }
+
+    /// The last sweep, which packs the light field with the flux.
+    fn finish(&mut self, cells: &Cells, packed: &Buffer<u8>) -> Result<(), Error> {
+        for launch in self.layers(cells.grid, 1) {
+            self.across(cells, true, launch, packed)?;
+        }
+        let mut held = 0..0;
+        for launch in self.layers(cells.grid, -1) {
+            if launch.first % LAYERS == 0 && launch.between == 0 {
+                let end = launch.grid.z - launch.first;
+                held = (end - LAYERS).max(0)..end;
+                self.axes(cells, held.clone(), true)?;
+            }
+            let launch = ScatterLayersParams { held_from: held.start, held: held.end - held.start, ..launch };
+            self.across(cells, true, launch, packed)?;
+        }
+        Ok(())
+    }
+
+    /// The mean radiance along x and y in some layers, and its flux.
+    fn axes(&mut self, cells: &Cells, held: Range<i32>, with_flux: bool) -> Result<(), Error> {
+        let Cells { medium, source, mean, .. } = cells;
+        let (grid, first, layers) = (cells.grid.params(), held.start, held.end - held.start);
+        for (step, along_x) in [([0, 1, 0], false), ([1, 0, 0], true)] {
+            let [(weight, forward), (_, backward)] = [step, step.map(|n| -n)].map(|step| self.ordinate(step));
+            let items = ScatterSweep::work(grid, layers, along_x, self.device.tuning());
+            let p = ScatterSweepParams { grid, items, first, layers, weight, entering: [forward, backward] };
+            self.kernels.sweep.launch(self.device, (along_x, with_flux), &ScatterSweepArguments { medium, source, mean, p })?;
+        }
+        Ok(())
+    }
+
+    /// The launches of a sweep across layers, up (1) or down (-1).
+    fn layers(&self, grid: CellGrid, z: i32) -> Vec<ScatterLayersParams> {
+        let ordinates = [[0, 0, z], [1, 1, z], [-1, 1, z], [1, -1, z], [-1, -1, z]].map(|step| self.ordinate(step));
+        let (axis, diagonal, entering) = (ordinates[0].0, ordinates[1].0, ordinates.map(|(_, radiance)| radiance));
+        let launches = ScatterLayers::launches(grid.params(), self.device.tuning());
+        launches.map(|launch| ScatterLayersParams { upwards: i32::from(z > 0), axis, diagonal, entering, ..launch }).collect()
+    }
+
+    fn across(&mut self, cells: &Cells, is_last: bool, p: ScatterLayersParams, packed: &Buffer<u8>) -> Result<(), Error> {
+        let Cells { medium, source, mean, rays, .. } = cells;
+        self.kernels.layers.launch(self.device, is_last, &ScatterLayersArguments { medium, source, mean, rays, packed, p })
     }
 
     /// The weight of the ordinate with these steps, and the radiance that enters along it.
@@ -212,10 +253,6 @@ impl Scattering<'_> {
         let found = both.into_iter().find(|&(other, ..)| other == step);
         let (_, weight, radiance) = found.expect("all steps to neighbours of faces and corners are ordinates");
         (weight as f32, radiance.as_vec3().to_array())
-    }
-
-    fn pack(&mut self, cells: &Cells, packed: &Buffer<u8>) -> Result<(), Error> {
-        self.kernels.pack.launch(self.device, (), &ScatterPackArguments { mean: &cells.mean, grid: cells.grid.params(), packed })
     }
 }
 

@@ -385,6 +385,8 @@ fn light_takes_what_it_declares() {
         Settings { light_grid: LightGrid::Quarter, ..occluded },
         Settings { gradient_opacity: Some(thinned), gradient: gaussian, ..shadows },
         Settings { blend: Blend::Iso(100.0), ..shadows },
+        Settings::default().with_look(Look::Studio),
+        Settings { light_grid: LightGrid::Quarter, ..Settings::default().with_look(Look::Studio) },
     ];
     for settings in cases {
         let device = Device::shared().with_memory(u64::MAX - 1);
