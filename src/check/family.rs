@@ -58,11 +58,13 @@ pub enum Family {
     ViewSheets,
     /// Point-sampled layers on a lattice with shadows or ambient occlusion.
     Light,
+    /// Point-sampled layers on a lattice in the studio.
+    Studio,
 }
 
 impl Family {
     /// All families that are built.
-    pub const ALL: [Family; if cfg!(feature = "paper") { 17 } else { 14 }] = [
+    pub const ALL: [Family; if cfg!(feature = "paper") { 18 } else { 15 }] = [
         Family::PointLattice,
         Family::Spline,
         Family::PointValues,
@@ -83,6 +85,7 @@ impl Family {
         #[cfg(feature = "paper")]
         Family::ViewSheets,
         Family::Light,
+        Family::Studio,
     ];
 
     /// Name in reports.
@@ -105,6 +108,7 @@ impl Family {
             Family::AxisSheets => "axis-sheets",
             Family::ViewSheets => "view-sheets",
             Family::Light => "light",
+            Family::Studio => "studio",
         }
     }
 
@@ -113,7 +117,11 @@ impl Family {
         match plan {
             Plan::Lattice(_, layered) | Plan::Shared(_, layered) => {
                 let family = Self::on_lattice(layered, settings.blend, parallel);
-                if family == Family::PointLattice && settings.sweeps_light() { Family::Light } else { family }
+                match family {
+                    Family::PointLattice if settings.studio.is_some() => Family::Studio,
+                    Family::PointLattice if settings.sweeps_light() => Family::Light,
+                    _ => family,
+                }
             }
             Plan::Direct(_, Layered { classification: Classification::Preintegrated { .. }, .. }) => Family::PointPixels,
             Plan::Direct(_, Layered { footprints: crate::settings::Footprints::Set, .. }) => Family::FootprintSet,

@@ -4,7 +4,7 @@ use super::Family;
 use crate::camera::{Camera, Orbit, Projection};
 use crate::layers::{Correction, Density, Kernel};
 use crate::settings::{
-    Algorithm, Blend, Classification, Evaluation, Footprints, Layered, Light, Lights, Settings, Shading, Shadows,
+    Algorithm, Blend, Classification, Evaluation, Footprints, Layered, Light, Lights, Look, Settings, Shading, Shadows,
 };
 use crate::transfer::TransferFunction;
 use crate::viewport::Viewport;
@@ -67,6 +67,7 @@ pub(super) fn views(family: Family) -> [Picture; VIEWS] {
         Family::ViewSheets | Family::AxisSheets | Family::SplatLattice => [picture(lit, along_z), picture(lit, along_x)],
         // A light that takes several sweeps, and one that takes one.
         Family::Light => [picture(lit, along_z), picture(with_light(unlit, 0.0), perspective(along_x, 30.0))],
+        Family::Studio => [picture(lit, along_z), picture(lit, perspective(along_x, 30.0))],
         // A lattice aligned with pixels, and an interpolated one.
         Family::PointLattice => [picture(lit, view(25.0, 15.0, 0.0)), picture(unlit, perspective(along_x, 30.0))],
         _ => [picture(lit, along_z), picture(unlit, perspective(along_x, 30.0))],
@@ -87,7 +88,7 @@ fn settings(family: Family) -> Settings {
         ..Layered::default()
     };
     let (algorithm, blend): (Algorithm, Blend) = match family {
-        Family::PointLattice | Family::Light => (points(Kernel::Cubic, 1).into(), Blend::Composite),
+        Family::PointLattice | Family::Light | Family::Studio => (points(Kernel::Cubic, 1).into(), Blend::Composite),
         // 8 samples per layer in steps of 1/32, like the reference integral.
         Family::CastSegments => (points(Kernel::Cubic, 8).into(), Blend::Composite),
         Family::Spline => (points(Kernel::BSpline, 2).into(), Blend::Composite),
@@ -107,7 +108,17 @@ fn settings(family: Family) -> Settings {
         Family::ViewSheets => (Algorithm::ViewSheets { sheet_distance: 1.0 }, Blend::Composite),
     };
     let lit = Settings { algorithm, blend, shading: Some(Shading::default()), early_termination: false, ..Settings::default() };
-    if family == Family::Light { with_light(lit, 8.0) } else { lit }
+    match family {
+        Family::Light => with_light(lit, 8.0),
+        Family::Studio => in_studio(lit),
+        _ => lit,
+    }
+}
+
+/// The studio with a sky and lights of the world.
+fn in_studio(settings: Settings) -> Settings {
+    let settings = settings.with_look(Look::Studio).with_light_in_world(&view(25.0, 15.0, 0.0));
+    settings.expect("the camera is valid")
 }
 
 /// Adds the shadow of a light of this angular diameter in degrees. Light volumes interpolate between few voxels here: at full strength one

@@ -2,15 +2,20 @@
 
 use super::Family;
 use super::pictures::{Picture, SIZE, transfer, volume};
+use crate::device::Device;
 use crate::image::Frame;
 use crate::layers::{Axis, Kernel, Lattice, Lines, Rays};
 use crate::reference::{Integral, Layered, Marched, Sheets};
-use crate::renderer::{PaperPlan, Plan};
+use crate::renderer::{PaperPlan, Plan, Renderer};
 use glam::{DVec3, DVec4};
 
-/// Computes the reference picture.
+/// Computes the reference picture; of the studio, draws it.
 pub(super) fn drawn(family: Family, Picture { settings, camera }: &Picture) -> Frame {
     let (volume, transfer) = (&volume(), &transfer());
+    if family == Family::Studio {
+        let mut renderer = Renderer::new(&Device::shared(), volume, transfer).unwrap();
+        return renderer.render(camera, SIZE, settings).unwrap().0;
+    }
     let rays = Rays::new(camera, SIZE, volume.grid()).unwrap();
     let layered = Layered::new(volume, transfer, settings);
     match Plan::new(&rays, SIZE, volume.grid(), settings).unwrap() {
