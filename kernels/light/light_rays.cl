@@ -1,6 +1,6 @@
 // Transmittance to a light, as in light_sweep.cl, with a work-item per ray, for GPUs.
 //
-// One work-group per tile of rays. In each layer its work-items exchange their transmittances through local memory, and each writes one
+// One work-group per tile of rays. In each layer its work-items exchange their values through local memory, and each writes one
 // voxel, from its own and the next rays. VW is 1, and so is the number of fields. A sweep visits all layers: `state` is not used.
 
 #include "layered/sample_tile.cl"
@@ -46,7 +46,7 @@ __attribute__((reqd_work_group_size(SAMPLE_COLUMNS * SAMPLE_ROWS, 1, 1)))
 __kernel void light_rays(CHANNEL_FIELDS, PER_CHANNEL(__global const uchar *, visible), PER_CHANNEL(__global const int4 *, integrals),
                          __global const LayerOffset *offsets, LightSweepParams p, RayEnds ray_ends, __global uchar *light,
                          __global ushort *sums, __global float *state, ulong first_item) {
-    // Of even and of odd layers: a work-item may write its transmittance while others still read those of the layer before.
+    // Of even and of odd layers: a work-item may write its value while others still read those of the layer before.
     __local float rays[2][SAMPLE_COLUMNS * SAMPLE_ROWS];
     const int tile = FIRST_GROUP + get_group_id(0);
     if (tile >= p.tiles_u * p.tiles_v)
@@ -79,7 +79,7 @@ __kernel void light_rays(CHANNEL_FIELDS, PER_CHANNEL(__global const uchar *, vis
                     transmittance *= let_through(&field->sample, absorbs);
             }
             transmittance = recovered(&p, transmittance);
-            rays[n & 1][place.y * COLUMNS + place.x] = transmittance;
+            rays[n & 1][place.y * COLUMNS + place.x] = value_of_ray(&p, transmittance);
         }
         barrier(CLK_LOCAL_MEM_FENCE);
         if (!beside)

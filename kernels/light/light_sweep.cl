@@ -44,13 +44,17 @@ static inline void store_layer(const LightSweepParams *p, const RayLayer *layer,
     const int from_row = max(0, -1 - j), to_row = min(SWEEP_ROWS - COMMON_RAYS, p->dims_v + 1 - j);
     const int from = max(0, -1 - i), to = min(COLUMNS - COMMON_RAYS, p->dims_u + 1 - i);
     const float4 across_columns = ray_weights(layer->between_u), across_rows = ray_weights(layer->between_v);
-    // Rays interpolated along u.
+    // Values of rays interpolated along u.
     float columns[SWEEP_ROWS][PADDED_COLUMNS];
     if (!lit && to_row > from_row)
-        for (int r = from_row; r < to_row + COMMON_RAYS; r++)
+        for (int r = from_row; r < to_row + COMMON_RAYS; r++) {
+            float row[PADDED_COLUMNS];
+            for (int c = 0; c < PADDED_COLUMNS; c += VW)
+                STOREV(row + c, value_of_ray(p, LOADV(rays[r] + c)));
             for (int c = from; c < to; c += VW)
-                STOREV(columns[r] + c, mixed_rays(across_columns, LOADV(rays[r] + c), LOADV(rays[r] + c + 1), LOADV(rays[r] + c + 2),
-                                                  LOADV(rays[r] + c + 3)));
+                STOREV(columns[r] + c,
+                       mixed_rays(across_columns, LOADV(row + c), LOADV(row + c + 1), LOADV(row + c + 2), LOADV(row + c + 3)));
+        }
     for (int r = from_row; r < to_row; r++) {
         const size_t first =
             (size_t)(layer->k - p->first_stored) * p->stride_a + (size_t)(j + r + 1) * p->stride_v + (size_t)(i + 1) * p->stride_u;

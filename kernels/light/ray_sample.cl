@@ -267,9 +267,14 @@ static inline realv mixed_rays(float4 w, realv one, realv two, realv three, real
     return two + w.s0 * (one - two) + (w.s2 * (three - two) + w.s3 * (four - two));
 }
 
-// Interpolated light in steps.
-static inline intv light_steps(const LightSweepParams *p, realv light) {
-    return CONVERT_INTV(CLAMP(light * p->gain, (realv)(0.0f), (realv)(1.0f)) * p->steps + 0.5f);
+// What is interpolated between rays of a transmittance: it, where several sweeps are added, or the code of the light.
+static inline realv value_of_ray(const LightSweepParams *p, realv transmittance) {
+    return p->sum ? transmittance : code_of_light(MIN(transmittance * p->gain, (realv)(1.0f)));
+}
+
+// An interpolated value in steps.
+static inline intv light_steps(const LightSweepParams *p, realv value) {
+    return CONVERT_INTV(CLAMP(value, (realv)(0.0f), (realv)(1.0f)) * p->steps + 0.5f);
 }
 
 // Stores the light of a voxel.

@@ -2,8 +2,9 @@
 // of that times the light of the lights that arrives there.
 //
 // `entries`: per table entry, optical depth times the albedo of red, green and blue, and optical depth; along the edge of a cell. `light`:
-// bytes of the volumes of the lights, of which each value covers 2^light_shift voxels along each axis and has a margin of one value.
-// blocks[(n * dims_z + z) * dims_y + y) * dims_x + x] is sum n of a block, divided by the voxels of one; layer z is first_layer + z of all.
+// bytes of the volumes of the lights (light_codes.cl), of which each value covers 2^light_shift voxels along each axis and has a margin of one
+// value. blocks[(n * dims_z + z) * dims_y + y) * dims_x + x] is sum n of a block, divided by the voxels of one; layer z is first_layer + z of
+// all.
 
 // A field may have colours of its voxels. Those of a field whose voxels are not these lie at `to_own` of its placement.
 
@@ -14,6 +15,7 @@
 #define SUMS 7
 #include "light/voxel_blocks.cl"
 #include "shared/blend_modes.cl"
+#include "shared/light_codes.cl"
 #include "shared/linear_light.cl"
 #include "shared/table_entries.cl"
 
@@ -35,14 +37,14 @@ static inline void color_entry(const Absorber *absorber, int i, int j, int k, re
 }
 #endif
 
-// The light that arrives at voxels, or `to_value` values beyond them, in steps of 1/255.
+// The code of the light that arrives at voxels, or `to_value` values beyond them.
 static inline realv arriving(const BlockSource *source, int number, int to_value, intv held, int i, int j, int k) {
     const ScatterMediumParams *p = &source->p;
     const int shift = p->light_shift;
     __global const uchar *row = source->light + (size_t)number * p->light_bytes + ((j >> shift) + 1) * p->light_row +
                                 (size_t)((k >> shift) + 1 - p->light_first) * p->light_layer;
     // Other lanes read the first voxel of the row, whose neighbours exist.
-    return CONVERT_REALV(GATHER_AS(intv, row + to_value, held ? ((LANES + i) >> shift) + 1 : (intv)(1)));
+    return (1.0f / 255.0f) * CONVERT_REALV(GATHER_AS(intv, row + to_value, held ? ((LANES + i) >> shift) + 1 : (intv)(1)));
 }
 
 #if BLEND == ISO
@@ -75,14 +77,12 @@ static inline bool find_surface(const Absorber *absorber, const RayEnds *ends, r
 #endif
 
 #if BLEND != ISO
-// Less light than this, in steps of 1/255, is rounded to 0.
-#define LEAST_LIGHT 0.5f
-
 // The light that voxels take of what is lost between their middles and those of neighbours, as far as it is their part of the depth in between.
-// `half_way`: their depth on their half of this way.
+// `before`, `behind`: codes. `half_way`: the depth of the voxels on their half of this way.
 static inline realv taken(realv before, realv behind, realv half_way) {
-    const realv between = log(MAX(before, (realv)(LEAST_LIGHT)) / MAX(behind, (realv)(LEAST_LIGHT)));
-    return MAX(before - behind, (realv)(0.0f)) * MIN(half_way / MAX(between, (realv)(1e-3f)), (realv)(1.0f));
+    const realv between = DARKEST * ((1.0f - behind) * (1.0f - behind) - (1.0f - before) * (1.0f - before));
+    const realv lost = MAX(light_of_code(before) - light_of_code(behind), (realv)(0.0f));
+    return lost * MIN(half_way / MAX(between, (realv)(1e-3f)), (realv)(1.0f));
 }
 #endif
 
@@ -94,7 +94,7 @@ static inline realv absorbed_light(const BlockSource *source, int number, realv 
     realv most = 0.0f;
     for (int n = 0; n < 6; n++)
         most = MAX(most, arriving(source, number, 0, held, i + BESIDE(n, 0), j + BESIDE(n, 1), k + BESIDE(n, 2)));
-    return depth > 0.0f ? most : (realv)(0.0f);
+    return depth > 0.0f ? light_of_code(most) : (realv)(0.0f);
 #else
     const realv middle = arriving(source, number, 0, held, i, j, k);
     const int towards = source->p.towards[number];
@@ -102,8 +102,8 @@ static inline realv absorbed_light(const BlockSource *source, int number, realv 
     const realv half_way = 0.5f * crossing * depth;
     const realv lost = taken(arriving(source, number, towards, held, i, j, k), middle, half_way) +
                        taken(middle, arriving(source, number, -towards, held, i, j, k), half_way);
-    const realv dense = CLAMP((half_way - 0.05f) * 10.0f, (realv)(0.0f), (realv)(1.0f));
-    return depth * middle + dense * (lost * (1.0f / crossing) - depth * middle);
+    const realv dense = CLAMP((half_way - 0.05f) * 10.0f, (realv)(0.0f), (realv)(1.0f)), at_middle = depth * light_of_code(middle);
+    return at_middle + dense * (lost * (1.0f / crossing) - at_middle);
 #endif
 }
 

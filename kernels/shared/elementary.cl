@@ -32,16 +32,20 @@ static inline realv fast_exp2(realv y) {
 // 1 - e^-x for x >= 0.
 static inline realv absorbed(realv x) { return 1.0f - fast_exp2(MAX(x * -1.4426950409f, (realv)(-126.0f))); }
 
-// x^exponent for x in 0 ... 1 and exponent >= 0, through log2 (relative error 1.2e-6), a polynomial fitted at Chebyshev nodes.
-static inline realv general_power(realv x, realv exponent) {
+// log2(x) for x in 1e-6 ... 1 (relative error 1.2e-6), a polynomial fitted at Chebyshev nodes. Smaller x have the value of 1e-6.
+static inline realv fast_log2(realv x) {
     const intv bits = AS_INTV(MAX(x, (realv)(1e-6f)));
     const intv e = (bits - 0x3f400000) >> 23;
     const realv t = AS_REALV(bits - (e << 23)) - 1.0f; // -0.25 ... 0.5; 0 where x is 1
     const realv t2 = t * t, t4 = t2 * t2;
     const realv p01 = t * 1.4426963325f + CONVERT_REALV(e), p23 = t * 0.4806241063f - 0.7213282648f;
     const realv p45 = t * 0.2982907009f - 0.3615473215f, p67 = t * 0.1199838635f - 0.2427637451f;
-    const realv log2 = p01 + t2 * p23 + t4 * (p45 + t2 * p67);
-    return fast_exp2(CLAMP(exponent * log2, (realv)(-126.0f), (realv)(0.0f)));
+    return p01 + t2 * p23 + t4 * (p45 + t2 * p67);
+}
+
+// x^exponent for x in 0 ... 1 and exponent >= 0.
+static inline realv general_power(realv x, realv exponent) {
+    return fast_exp2(CLAMP(exponent * fast_log2(x), (realv)(-126.0f), (realv)(0.0f)));
 }
 
 // x^exponent for x in 0 ... 1 and exponent > 0. Integral exponents below 256 by squaring.

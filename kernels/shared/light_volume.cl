@@ -1,6 +1,7 @@
-// Look-up of the light that reaches a point, in volumes of bytes that light_sweep.cl has filled: 255 is all of it.
+// Look-up of the light that reaches a point, in volumes of bytes that light_sweep.cl has filled: codes of lights, and the ambient light
+// itself. 255 is all of it.
 
-#include "shared/elementary.cl"
+#include "shared/light_codes.cl"
 #include "shared/point.cl"
 #include "shared/words.cl"
 
@@ -59,10 +60,9 @@ static inline realv reaching_light(const SampleParams *p, LightVolume volume, Po
     const LightVolumeParams *v = &p->light.light_volume;
     if (v->volumes[n] < 0)
         return 1.0f;
-    const float shadow = v->strength * (1.0f / 255.0f);
-    const realv light = interpolate_light(volume.lights + (size_t)v->volumes[n] * v->volume_bytes, &v->shadow_scale_u, v->origins + 3 * n,
-                                          &v->shadow_stride_u, &v->shadow_last_u, v->shadow_first, point);
-    return 1.0f - v->strength + shadow * light;
+    const realv code = interpolate_light(volume.lights + (size_t)v->volumes[n] * v->volume_bytes, &v->shadow_scale_u, v->origins + 3 * n,
+                                         &v->shadow_stride_u, &v->shadow_last_u, v->shadow_first, point);
+    return 1.0f - v->strength + v->strength * light_of_code(code * (1.0f / 255.0f));
 }
 
 // The share of the ambient light that reaches a point.

@@ -117,7 +117,7 @@ impl LightRays {
 kernel! {
     /// Converts sums of several sweeps to bytes.
     FinishLight = "light/finish_light.cl", finish_light, "light", Items::Pixels;
-    defines |_, (): ()| Defines::none();
+    defines |_, (): ()| Defines::new(1);
     items |a, _| large_grid(a.values as usize);
     arguments FinishLightArguments<'a> {
         sums: &'a Buffer<u16>,
@@ -126,6 +126,8 @@ kernel! {
         /// Sum of a light of 1.
         whole: f32,
         gain: f32,
+        /// Whether values are codes of light (kernels/shared/light_codes.cl), or the light itself.
+        coded: i32,
         /// Number of the volume.
         volume: i32,
         light: &'a Buffer<u8>,

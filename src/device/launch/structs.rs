@@ -206,7 +206,7 @@ kernel_struct! {
         /// Blocks along each axis, of which layers along z are summed from this one on.
         dims as [dims_x, dims_y, dims_z]: i32,
         first_layer: i32,
-        /// Number of lights, and the radiance of each that arrives from all sides: its irradiance over 4 pi, in steps of 1/255.
+        /// Number of lights, and the radiance of each that arrives from all sides: its irradiance over 4 pi.
         lights: i32,
         irradiance: [[f32; 3]; 4],
         /// Bytes of the volume of a light, of its rows and of its layers, and the first layer. Values cover 2^shift voxels along each axis.

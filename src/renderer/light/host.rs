@@ -2,7 +2,7 @@
 
 use super::grid::ValueGrid;
 use super::sources::{LightSources, Source};
-use super::sweeps::{self, Sweep};
+use super::sweeps::{self, Finish, Sweep};
 use super::{Medium, SHADOWS, SKY, forgiveness};
 use crate::error::Error;
 use crate::layers::Axis;
@@ -72,6 +72,10 @@ impl Wanted {
 
     pub fn is_sky(&self) -> bool {
         matches!(self.light, WantedLight::Sky { .. })
+    }
+
+    pub(super) fn finish(&self) -> Finish {
+        Finish { gain: self.gain, coded: !self.is_sky() }
     }
 
     /// Number of volumes.

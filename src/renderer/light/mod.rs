@@ -48,6 +48,7 @@ use scatter::ScatterKernels;
 use sources::Source;
 use std::ops::Range;
 use std::sync::Arc;
+use sweeps::Finish;
 
 /// Largest cache budget in bytes. The newest volume is kept even if it is larger.
 const BUDGET: usize = 512 << 20;
@@ -222,9 +223,10 @@ impl Scene<'_> {
         let values = ValueGrid::new(self.field.grid().dims(), self.settings.swept_grid().voxels().min(2));
         let volume = self.volume(&key, swept.len(), values, SHADOWS)?;
         let coarse = self.coarse(values, VoxelBox::whole(values.inner()))?;
+        let finish = Finish { gain, coded: true };
         for (n, source) in swept.iter().enumerate() {
             let sweeps = sweeps::of_light(source, self.field.grid().spacing());
-            self.sweep_all(&sweeps, coarse.as_ref(), values, (&volume, n), gain, None)?;
+            self.sweep_all(&sweeps, coarse.as_ref(), values, (&volume, n), finish, None)?;
         }
         Ok(self.light.store.keep(key, inputs, self.device.produced()?, volume))
     }
@@ -237,7 +239,8 @@ impl Scene<'_> {
         let values = ValueGrid::new(self.field.grid().dims(), self.settings.swept_grid().voxels());
         let volume = self.volume(&key, 1, values, SKY)?;
         let coarse = self.coarse(values, VoxelBox::whole(values.inner()))?;
-        self.sweep_all(&sweeps::of_sky(self.field.grid().spacing()), coarse.as_ref(), values, (&volume, 0), gain, reach)?;
+        let finish = Finish { gain, coded: false };
+        self.sweep_all(&sweeps::of_sky(self.field.grid().spacing()), coarse.as_ref(), values, (&volume, 0), finish, reach)?;
         Ok(self.light.store.keep(key, inputs, self.device.produced()?, volume))
     }
 

@@ -287,11 +287,11 @@ impl Scene<'_> {
     /// Completes the light volumes: all sweeps are in.
     pub fn finish_light(&mut self, light: &LightOfParts) -> Result<(), Error> {
         for volumes in light.volumes().iter_mut().filter(|volumes| !volumes.is_complete) {
-            let gain = volumes.wanted.gain;
+            let finish = volumes.wanted.finish();
             volumes.finish(FINISHED, |sums, bytes| {
                 let (sums, found) =
                     (Buffer::from_slice(self.device, sums, sweeps::SUMS)?, Buffer::new(self.device, sums.len(), sweeps::SUMS)?);
-                self.finish_sums(&sums, bytes.len(), gain, (&found, 0))?;
+                self.finish_sums(&sums, bytes.len(), finish, (&found, 0))?;
                 found.read(self.device, bytes)
             })?;
         }

@@ -71,9 +71,9 @@ impl StudioLight {
         if self.grid == LightGrid::Quarter { grids.coarse } else { grids.fine }
     }
 
-    /// Of each light that is swept: the radiance with which a step of 1/255 of its light arrives from all sides on average.
+    /// Of each light that is swept: the radiance with which all of its light arrives from all sides on average.
     pub fn arriving(&self) -> [[f32; 3]; 4] {
-        let of_light = |n: usize| self.strengths.get(n).map_or([0.0; 3], |strength| strength.map(|s| (s / 4.0 / 255.0) as f32));
+        let of_light = |n: usize| self.strengths.get(n).map_or([0.0; 3], |strength| strength.map(|s| (s / 4.0) as f32));
         std::array::from_fn(of_light)
     }
 }

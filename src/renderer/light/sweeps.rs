@@ -89,27 +89,35 @@ pub(super) fn offsets(dims: [usize; 3]) -> (&'static str, usize) {
     (OFFSETS, 2 * size_of::<LayerOffset>() * (dims.into_iter().max().unwrap_or(0) + 2))
 }
 
+/// What is stored of the light of a volume.
+#[derive(Clone, Copy)]
+pub(super) struct Finish {
+    /// Factor of the light before it is clamped to 1.
+    pub gain: f64,
+    /// Whether its codes are stored (kernels/shared/light_codes.cl), as those of lights, or itself.
+    pub coded: bool,
+}
+
 impl Scene<'_> {
-    /// Sweeps light into volume number `n` of a buffer. `gain`: factor of the light before it is clamped to 1. `reach`: world distance over
-    /// which shadows decrease to 1/e.
+    /// Sweeps light into volume number `n` of a buffer. `reach`: world distance over which shadows decrease to 1/e.
     pub(super) fn sweep_all(
         &mut self,
         sweeps: &[Sweep],
         coarse: Option<&Coarse>,
         values: ValueGrid,
         (volume, n): (&Buffer<u8>, usize),
-        gain: f64,
+        finish: Finish,
         reach: Option<f64>,
     ) -> Result<(), Error> {
         let several = sweeps.len() > 1;
         let sums = Buffer::new(self.device, if several { values.values() } else { 1 }, SUMS)?;
         let unused = Buffer::new(self.device, 1, RAYS)?;
         for (i, sweep) in sweeps.iter().enumerate() {
-            let (sum, gain, steps) = sum_of(sweep, several, i, gain);
+            let (sum, gain, steps) = sum_of(sweep, several, i, finish.gain);
             let stored = Stored { volume, number: n as i32, sums: &sums, sum, gain, steps };
             self.sweep(sweep, coarse, values, &stored, reach, State { rays: &unused, continues: false })?;
         }
-        if several { self.finish_sums(&sums, values.values(), gain, (volume, n)) } else { Ok(()) }
+        if several { self.finish_sums(&sums, values.values(), finish, (volume, n)) } else { Ok(()) }
     }
 
     /// Converts the sums of several sweeps to the bytes of volume number `n` of a buffer.
@@ -117,12 +125,18 @@ impl Scene<'_> {
         &mut self,
         sums: &Buffer<u16>,
         values: usize,
-        gain: f64,
+        Finish { gain, coded }: Finish,
         (volume, n): (&Buffer<u8>, usize),
     ) -> Result<(), Error> {
-        let (values, volume_number) = (values as i32, n as i32);
-        let arguments =
-            FinishLightArguments { sums, values, whole: WHOLE_SUM, gain: gain as f32, volume: volume_number, light: volume };
+        let arguments = FinishLightArguments {
+            sums,
+            values: values as i32,
+            whole: WHOLE_SUM,
+            gain: gain as f32,
+            coded: i32::from(coded),
+            volume: n as i32,
+            light: volume,
+        };
         self.light.finish.launch(self.device, (), &arguments)
     }
 

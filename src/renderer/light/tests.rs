@@ -41,13 +41,16 @@ pub(super) fn shadow_of(light: Light) -> Settings {
 pub(super) struct Light3 {
     pub bytes: Vec<u8>,
     outer: [usize; 3],
+    /// Whether values are codes of light.
+    coded: bool,
 }
 
 impl Light3 {
     /// The light at a voxel, from -1 on.
     fn at(&self, [x, y, z]: [i64; 3]) -> f64 {
         let [nx, ny, _] = self.outer;
-        f64::from(self.bytes[((z + 1) as usize * ny + (y + 1) as usize) * nx + (x + 1) as usize]) / 255.0
+        let value = f64::from(self.bytes[((z + 1) as usize * ny + (y + 1) as usize) * nx + (x + 1) as usize]) / 255.0;
+        if self.coded { 510f64.powf(-(1.0 - value).powi(2)) } else { value }
     }
 
     /// The light between voxels, linear along x.
@@ -68,11 +71,12 @@ fn light_on(device: &Device, volume: &Volume, transfer: &TransferFunction, setti
     let mut renderer = Renderer::new(device, volume, transfer).unwrap();
     let planned = renderer.planned(&camera, SIZE, settings).unwrap();
     let light = renderer.engine.illumination(&planned.rays, SIZE, &planned.settings).unwrap();
+    let coded = light.lights.is_some();
     let buffer = light.lights.or(light.sky).expect("light is swept");
     let mut bytes = vec![0; buffer.len()];
     buffer.read(device, &mut bytes).unwrap();
     let voxels = settings.light_grid.voxels();
-    Light3 { bytes, outer: grid.dims().map(|n| n.div_ceil(voxels) + 2) }
+    Light3 { bytes, outer: grid.dims().map(|n| n.div_ceil(voxels) + 2), coded }
 }
 
 /// Share of the light that cells absorb too much or too little: the extinction of the field is not linear between voxels. Measured: 7 % at the
