@@ -172,6 +172,7 @@ impl OpenedScene {
                 remark_on_components(&volume);
             }
         }
+        let settings = options.quality.light.with_sky_of(settings, options.camera.orientation(volume.grid()).up());
         let settings = options.blend.apply(settings, Value::finder(values));
         if settings.blend.gathers_values() && volume.grid().voxel_count() == 1 {
             let problem =
@@ -236,6 +237,7 @@ impl OpenedScene {
     /// The settings with other options of light.
     pub fn settings_with_light(&self, options: &SceneOptions, light: &LightOptions) -> Result<Settings, Error> {
         let settings = options.quality.settings_with_light(light, options.camera.background)?;
+        let settings = light.with_sky_of(settings, options.camera.orientation(self.volume.grid()).up());
         let Settings { blend, clipping, .. } = self.settings;
         Ok(Settings { blend, clipping, ..settings })
     }

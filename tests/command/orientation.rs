@@ -54,6 +54,18 @@ fn angles_that_are_not_given() {
     }
 }
 
+/// The sky is above the volume, unless the caller says where up is.
+#[test]
+fn skies_are_above_the_volume() {
+    let folder = folder();
+    let of = |arguments: &str| picture(folder.path(), NAME, &format!("--look studio --sky white,black {arguments}")).0;
+    for (up, direction, other) in [("y", "0,1,0", "0,0,1"), ("-x", "-1,0,0", "0,0,1"), ("z", "0,0,1", "0,1,0")] {
+        let found = of(&format!("--up={up}"));
+        assert!(found == of(&format!("--up={up} --sky-up={direction}")), "{up}");
+        assert!(apart(&found, &of(&format!("--up={up} --sky-up={other}"))) > TELLING, "{up}");
+    }
+}
+
 /// Lines of `--cameras`, and keys of a film: each for itself, completed by the command line.
 #[test]
 fn angles_of_lines_and_keys() {

@@ -1,5 +1,6 @@
 //! Options for lights, shadows and ambient occlusion.
 
+use crate::camera::Up;
 use crate::cli::values::Reach;
 use crate::cli::{names, parse};
 use crate::settings::{
@@ -17,7 +18,7 @@ pub(in crate::cli) struct LightOptions {
     /// Light from all around in the studio: one colour, or those above and below, with a strength (1)
     #[arg(long, value_parser = parse::sky, value_name = "COLOR[,COLOR][:S]")]
     pub(super) sky: Option<Sky>,
-    /// Where up is for the sky of the studio [default: along z with --sky, upwards in the picture without]
+    /// Where up is for the sky of the studio [default: that of the volume (--up) with --sky, upwards in the picture without]
     #[arg(long, value_parser = parse::vector, value_name = "X,Y,Z", allow_hyphen_values = true)]
     pub(super) sky_up: Option<DVec3>,
     /// Factor of the light that scatters again in the studio, 0 to 1 [default: 0.95]
@@ -99,6 +100,16 @@ impl LightOptions {
             light_grid: self.light_grid.unwrap_or(settings.light_grid),
             ..settings
         })
+    }
+
+    /// Settings whose sky has up where the volume has it, if a sky was given in the world, and not where up is in it.
+    pub fn with_sky_of(&self, mut settings: Settings, up: Up) -> Settings {
+        if let (Some(_), None, Some(Studio { sky, .. })) = (self.sky, self.sky_up, &mut settings.studio)
+            && sky.space == LightSpace::World
+        {
+            sky.up = up.direction();
+        }
+        settings
     }
 
     /// Whether the caller wants lights that move with the camera.
