@@ -94,10 +94,14 @@ impl Renderer<'_> {
         group.agree(summed)?;
         if group.leads() {
             for (from, layers) in ranges.iter().enumerate().skip(1) {
-                light.receive_sums(layers, &floats(&group.receive(from)));
+                let sums = group.receive(from);
+                exchanged.received_bytes += sums.len() as u64;
+                light.receive_sums(layers, &floats(&sums));
             }
         } else {
-            group.send(0, bytemuck::cast_slice(&light.sums(&ranges[rank])));
+            let sums = light.sums(&ranges[rank]);
+            group.send(0, bytemuck::cast_slice(&sums));
+            exchanged.sent_bytes += size_of_val(&sums[..]) as u64;
         }
         let scattered = if group.leads() { renderer.scatter(view, &light) } else { Ok(()) };
         group.agree(scattered)?;
@@ -105,6 +109,9 @@ impl Renderer<'_> {
         let mut bytes = if group.leads() { field.bytes().to_vec() } else { Vec::new() };
         group.broadcast(0, &mut bytes);
         field.complete(&bytes);
+        let (others, bytes) = (group.size() as u64 - 1, bytes.len() as u64);
+        let (sent, received) = if group.leads() { (others * bytes, 0) } else { (0, bytes) };
+        (exchanged.sent_bytes, exchanged.received_bytes) = (exchanged.sent_bytes + sent, exchanged.received_bytes + received);
         Ok((field, exchanged))
     }
 
