@@ -207,7 +207,7 @@ int main(int count, char **arguments)
     printf("largest difference of the two pictures: %.3f\n", difference(pixels[0], pixels[1]));
 
     for (int n = 0; n < 2 && n + 1 < count; n++)
-        check(layersplat_save(pixels[n], floats, WIDTH, HEIGHT, NULL, arguments[n + 1]));
+        check(layersplat_save(pixels[n], floats, WIDTH, HEIGHT, NULL, NULL, arguments[n + 1]));
 
     count_references(&host, between);
     layersplat_renderer_free(renderer);

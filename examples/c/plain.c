@@ -43,7 +43,7 @@ int main(int count, char **arguments)
     settings.specular = 0.4;
     check(layersplat_renderer_new(device, volume, transfer, &renderer));
     check(layersplat_render_floats(renderer, &camera, WIDTH, HEIGHT, &settings, pixels, floats));
-    check(layersplat_save(pixels, floats, WIDTH, HEIGHT, black, path));
+    check(layersplat_save(pixels, floats, WIDTH, HEIGHT, &settings, black, path));
     printf("%s\n", path);
 
     layersplat_renderer_free(renderer);

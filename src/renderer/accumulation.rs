@@ -3,6 +3,7 @@
 use super::report::FrameReport;
 use super::{Planned, Renderer, StreamedRenderer};
 use crate::camera::Camera;
+use crate::color::Curve;
 use crate::error::Error;
 use crate::image::Frame;
 use crate::layers::Rays;
@@ -41,6 +42,8 @@ pub struct Accumulation {
     /// Premultiplied RGBA, row by row.
     sums: Vec<[f64; 4]>,
     frames: u32,
+    /// That of the frames.
+    curve: Curve,
 }
 
 /// Sub-pixel positions per axis.
@@ -55,7 +58,7 @@ impl Accumulation {
     /// # Errors
     /// If the picture does not fit into host memory.
     pub fn new(viewport: Viewport) -> Result<Self, Error> {
-        Ok(Self { viewport, sums: memory::zeroed("the accumulated picture", viewport.pixels())?, frames: 0 })
+        Ok(Self { viewport, sums: memory::zeroed("the accumulated picture", viewport.pixels())?, frames: 0, curve: Curve::NONE })
     }
 
     /// Number of accumulated frames.
@@ -74,7 +77,7 @@ impl Accumulation {
         for (pixel, sum) in pixels.iter_mut().zip(&self.sums) {
             *pixel = sum.map(|channel| (channel / count) as f32);
         }
-        Ok(Frame::new(self.viewport, pixels))
+        Ok(Frame::new(self.viewport, pixels).with_curve(self.curve))
     }
 
     /// Renders the next frame by `render`, and adds it. A process that does not get pictures only counts the frame, so that all
@@ -87,6 +90,7 @@ impl Accumulation {
         render: impl FnOnce(Viewport, Jitter) -> Result<(Option<Frame>, Report), Error>,
     ) -> Result<Report, Error> {
         let (frame, report) = render(self.viewport, Jitter { offset: offset(self.frames), parts: GRID })?;
+        self.curve = frame.as_ref().map_or(self.curve, Frame::curve);
         for (sum, pixel) in self.sums.iter_mut().zip(frame.iter().flat_map(Frame::pixels)) {
             (0..4).for_each(|channel| sum[channel] += f64::from(pixel[channel]));
         }

@@ -270,7 +270,7 @@ impl Renderer {
         self.engine.limits.bands = bands;
     }
 
-    /// Renders a picture as premultiplied floats, without a background.
+    /// Renders a picture as premultiplied floats, without a background. Its conversions to 8 and 16 bits apply the curve of the settings.
     pub fn render(&mut self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<(Frame, FrameReport), Error> {
         self.render_planned(&self.planned(camera, viewport, settings)?)
     }
@@ -279,7 +279,7 @@ impl Renderer {
         let viewport = planned.viewport;
         let (pixels, report) =
             self.run(planned, Output::Floats, |device, finished| read_samples(finished.floats(), device, viewport.pixels()))?;
-        Ok((Frame::new(viewport, pixels), report))
+        Ok((Frame::new(viewport, pixels).with_curve(planned.settings.curve()), report))
     }
 
     /// Renders a finished 8-bit RGBA picture, row by row, row 0 on top.

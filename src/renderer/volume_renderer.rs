@@ -71,7 +71,8 @@ pub trait VolumeRenderer<'v> {
     /// Those of [`render`](Self::render).
     fn stream_plan(&self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<Option<StreamPlan>, Error>;
 
-    /// Renders a picture as premultiplied floats, without a background. With several processes, one of them returns it.
+    /// Renders a picture as premultiplied floats, without a background. Its conversions to 8 and 16 bits apply the curve of the settings. With
+    /// several processes, one of them returns it.
     ///
     /// # Errors
     /// Invalid settings, views that need the whole volume if it is not available, and failures of the device.
@@ -90,7 +91,7 @@ pub trait VolumeRenderer<'v> {
         background: Background,
     ) -> Result<(Option<Vec<u8>>, FrameReport), Error> {
         let (frame, report) = self.render(camera, viewport, settings)?;
-        Ok((frame.map(|frame| frame.with_curve(settings.curve()).to_rgba8(background)), report))
+        Ok((frame.map(|frame| frame.to_rgba8(background)), report))
     }
 
     /// Renders the next frame of an accumulation and adds it ([`Renderer::accumulate`]). With several processes, all count the frame,

@@ -1468,7 +1468,8 @@ enum layersplat_status layersplat_render_depths(struct layersplat_renderer *rend
                                                 size_t floats);
 
 /**
- * Writes a picture of layersplat_render_floats() to a file: .png, .jpg, .tif or .webp (8 bit), .exr or .npy (float32).
+ * Writes a picture of layersplat_render_floats() to a file: .png, .jpg, .tif or .webp (8 bit), .exr or .npy (float32). `settings`: those of
+ * the picture, whose exposure, tone curve and gamma go into files of 8 bit; null: those of the default, which has none.
  * `background` is an opaque colour (three floats, 0 to 1), or null to keep alpha. `floats` is 4 * width * height. The file is
  * written completely or not at all.
  */
@@ -1476,6 +1477,7 @@ enum layersplat_status layersplat_save(const float *pixels,
                                        size_t floats,
                                        uint32_t width,
                                        uint32_t height,
+                                       const struct layersplat_settings *settings,
                                        const float *background,
                                        const char *path);
 

@@ -114,7 +114,8 @@ pub unsafe extern "C" fn layersplat_render_depths(
     })
 }
 
-/// Writes a picture of layersplat_render_floats() to a file: .png, .jpg, .tif or .webp (8 bit), .exr or .npy (float32).
+/// Writes a picture of layersplat_render_floats() to a file: .png, .jpg, .tif or .webp (8 bit), .exr or .npy (float32). `settings`: those of
+/// the picture, whose exposure, tone curve and gamma go into files of 8 bit; null: those of the default, which has none.
 /// `background` is an opaque colour (three floats, 0 to 1), or null to keep alpha. `floats` is 4 * width * height. The file is
 /// written completely or not at all.
 #[unsafe(no_mangle)]
@@ -123,6 +124,7 @@ pub unsafe extern "C" fn layersplat_save(
     floats: usize,
     width: u32,
     height: u32,
+    settings: *const Settings,
     background: *const f32,
     path: *const c_char,
 ) -> Status {
@@ -136,7 +138,8 @@ pub unsafe extern "C" fn layersplat_save(
         let pixels = unsafe { values(pixels, floats, "pixels") }?;
         let path = unsafe { text(path, "path") }?;
         let background = unsafe { self::background(background) }?;
-        Frame::new(viewport, pixels.as_chunks::<4>().0.to_vec()).save(path, Some(background))?;
+        let curve = unsafe { settings::checked(settings) }?.curve();
+        Frame::new(viewport, pixels.as_chunks::<4>().0.to_vec()).with_curve(curve).save(path, Some(background))?;
         Ok(())
     })
 }

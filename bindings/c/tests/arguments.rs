@@ -59,8 +59,8 @@ fn null_is_an_error_that_names_the_argument() {
             ("camera", layersplat_render_rgba8(renders, null(), WIDTH, HEIGHT, null(), null(), bytes, FLOATS)),
             ("pixels", layersplat_render_rgba8(renders, view, WIDTH, HEIGHT, null(), null(), null_mut(), FLOATS)),
             ("renderer", layersplat_render_floats(null_mut(), view, WIDTH, HEIGHT, null(), floats, FLOATS)),
-            ("pixels", layersplat_save(null(), FLOATS, WIDTH, HEIGHT, null(), c"a.png".as_ptr())),
-            ("path", layersplat_save(floats, FLOATS, WIDTH, HEIGHT, null(), null())),
+            ("pixels", layersplat_save(null(), FLOATS, WIDTH, HEIGHT, null(), null(), c"a.png".as_ptr())),
+            ("path", layersplat_save(floats, FLOATS, WIDTH, HEIGHT, null(), null(), null())),
             ("picture", layersplat_renderer_enqueue(renders, view, 9, 9, null(), null(), 0, null(), null_mut())),
             ("renderer", layersplat_renderer_prepare(null_mut(), view, 9, 9, null())),
             ("wait_list", layersplat_renderer_volume_changed(renders, 1, null(), null_mut())),
@@ -104,7 +104,7 @@ fn invalid_names_are_reported() {
         assert!(refused(layersplat_device_open(odd, &mut device), Status::NotUtf8).starts_with("name is not UTF-8"));
         refused(layersplat_volume_open(odd, &mut volume), Status::NotUtf8);
         refused(layersplat_transfer_open(odd, scene.volume, &mut transfer), Status::NotUtf8);
-        refused(layersplat_save(floats.as_ptr(), FLOATS, WIDTH, HEIGHT, null(), odd), Status::NotUtf8);
+        refused(layersplat_save(floats.as_ptr(), FLOATS, WIDTH, HEIGHT, null(), null(), odd), Status::NotUtf8);
         let pink = c"pink";
         assert!(refused(layersplat_device_open(pink.as_ptr(), &mut device), Status::InvalidArgument).contains("pink"));
         assert!(
@@ -172,7 +172,10 @@ fn invalid_numbers_are_reported() {
         let bytes = bytes.as_mut_ptr();
         let status = layersplat_render_rgba8(scene.renderer, view, WIDTH, HEIGHT, null(), pink.as_ptr(), bytes, FLOATS);
         assert!(refused(status, Status::InvalidArgument).contains("background"));
-        refused(layersplat_save(pixels.as_ptr(), FLOATS, WIDTH, HEIGHT + 1, null(), c"a.png".as_ptr()), Status::InvalidArgument);
+        refused(
+            layersplat_save(pixels.as_ptr(), FLOATS, WIDTH, HEIGHT + 1, null(), null(), c"a.png".as_ptr()),
+            Status::InvalidArgument,
+        );
         let mut name = [0; 2];
         refused(layersplat_device_name(scene.device, name.as_mut_ptr(), 2), Status::TooSmall);
     }

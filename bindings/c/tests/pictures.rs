@@ -112,7 +112,7 @@ fn the_studio_has_the_bits_of_the_library() {
     unsafe {
         ok(layersplat_render_rgba8(scene.renderer, &scene.camera, WIDTH, HEIGHT, &given, null(), bytes.as_mut_ptr(), FLOATS));
     }
-    let curved = frame.with_curve(changed.curve()).to_rgba8(Background::Transparent);
+    let curved = frame.to_rgba8(Background::Transparent);
     let largest = bytes.iter().zip(&curved).map(|(a, b)| a.abs_diff(*b)).max();
     assert!(largest <= Some(1), "{largest:?}: the device and the host round alike to a step");
     // What the plain look has is refused, by its name.
@@ -127,20 +127,28 @@ fn the_studio_has_the_bits_of_the_library() {
 #[test]
 fn saved_files_are_those_of_the_library() {
     let folder = tempfile::tempdir().unwrap();
-    let frame = expected(layersplat::Settings::default());
-    let floats = frame.pixels().as_flattened();
-    for (name, color) in [("a.png", None), ("b.png", Some([1.0f32; 3])), ("c.npy", None)] {
+    let plain = expected(layersplat::Settings::default());
+    let studio = expected(layersplat::Settings::default().with_look(Look::Studio));
+    let look = Settings { look: LookChoice::Studio as i32, ..settings(1) };
+    for (name, color, frame, given) in [
+        ("a.png", None, &plain, null()),
+        ("b.png", Some([1.0f32; 3]), &plain, null()),
+        ("c.npy", None, &plain, null()),
+        ("d.png", None, &studio, &raw const look),
+        ("e.npy", None, &studio, &raw const look),
+    ] {
+        let floats = frame.pixels().as_flattened();
         let [ours, theirs] = ["ours", "theirs"].map(|which| folder.path().join(format!("{which}-{name}")));
         frame.save(&theirs, Some(color.map_or(Background::Transparent, Background::Color))).unwrap();
         let path = CString::new(ours.to_str().unwrap()).unwrap();
         let background = color.as_ref().map_or(null(), |c| c.as_ptr());
         // SAFETY: all arguments are alive.
-        ok(unsafe { layersplat_save(floats.as_ptr(), FLOATS, WIDTH, HEIGHT, background, path.as_ptr()) });
+        ok(unsafe { layersplat_save(floats.as_ptr(), FLOATS, WIDTH, HEIGHT, given, background, path.as_ptr()) });
         assert!(std::fs::read(ours).unwrap() == std::fs::read(theirs).unwrap(), "{name}");
     }
-    let path = c"/nonexistent/a.png";
+    let (path, floats) = (c"/nonexistent/a.png", plain.pixels().as_flattened());
     // SAFETY: all arguments are alive.
-    let status = unsafe { layersplat_save(floats.as_ptr(), FLOATS, WIDTH, HEIGHT, null(), path.as_ptr()) };
+    let status = unsafe { layersplat_save(floats.as_ptr(), FLOATS, WIDTH, HEIGHT, null(), null(), path.as_ptr()) };
     assert!(refused(status, Status::File).contains("/nonexistent/a.png"));
 }
 

@@ -7,7 +7,7 @@ use crate::viewport::Viewport;
 use rayon::prelude::*;
 
 impl Frame {
-    /// Averages blocks of `n` × `n` pixels. Pixels are premultiplied, so their mean is correct over any background.
+    /// Averages blocks of `n` × `n` pixels. Pixels are premultiplied, so their mean is correct over any background. The curve is kept.
     ///
     /// ```
     /// use layersplat::{Frame, Viewport};
@@ -33,7 +33,7 @@ impl Frame {
                 *average = mean((0..side).flat_map(|y| &self.pixels()[first + y * width..][..side]), side * side);
             }
         });
-        Ok(Frame::new(small, pixels))
+        Ok(Frame::new(small, pixels).with_curve(self.curve))
     }
 }
 

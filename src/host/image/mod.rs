@@ -57,8 +57,8 @@ impl Frame {
         Self { viewport, pixels, curve: Curve::NONE }
     }
 
-    /// Conversions to 8 and 16 bits apply a curve to straight colours. Floats stay as they are. Annotated frames keep the curve; other frames
-    /// that are made of this one have none.
+    /// Conversions to 8 and 16 bits apply a curve to straight colours. Floats stay as they are. Rendered frames have that of their settings;
+    /// averaged and annotated frames keep it, and differences have none.
     pub fn with_curve(self, curve: Curve) -> Self {
         Self { curve, ..self }
     }
@@ -71,7 +71,8 @@ impl Frame {
     }
 
     /// The curve of conversions to 8 and 16 bits.
-    pub(crate) fn curve(&self) -> Curve {
+    #[doc(hidden)]
+    pub fn curve(&self) -> Curve {
         self.curve
     }
 
@@ -193,7 +194,7 @@ impl Frame {
             return Ok(self);
         }
         let pixels = placed("the picture", &self.pixels, self.viewport, size, [0.0; 4])?;
-        Ok(Frame::new(size, pixels))
+        Ok(Frame::new(size, pixels).with_curve(self.curve))
     }
 
     /// Compares with another frame; `None` if the sizes differ.

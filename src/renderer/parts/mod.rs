@@ -211,7 +211,7 @@ impl PartRenderer {
         let view = &composited.view;
         let read = |device: &Device, finished: &Finished| read_samples(finished.floats(), device, view.viewport.pixels());
         let (pixels, _) = self.run(view, self.warped(view, &composited.samples, Share::WHOLE, None), None, read)?;
-        Ok(Frame::new(view.viewport, pixels))
+        Ok(Frame::new(view.viewport, pixels).with_curve(view.settings.curve()))
     }
 
     fn view(&self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<LatticeView, Error> {

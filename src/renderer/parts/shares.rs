@@ -49,6 +49,7 @@ impl Shares {
     pub fn frame(&mut self, renderer: &PartRenderer, view: &LatticeView) -> Result<Frame, Error> {
         let device = &renderer.engine.device;
         let picture = self.picture.as_ref().expect("a lattice was warped");
-        Ok(Frame::new(view.viewport, read_samples(picture.floats(), device, view.viewport.pixels())?))
+        let pixels = read_samples(picture.floats(), device, view.viewport.pixels())?;
+        Ok(Frame::new(view.viewport, pixels).with_curve(view.settings.curve()))
     }
 }

@@ -319,7 +319,7 @@ impl<'v> StreamedRenderer<'v> {
         let frame = Declared { rays, viewport, settings, stages, volume: Some(&self.volume), into: None, host_bytes: 0 };
         let read = |device: &Device, finished: &Finished| read_samples(finished.floats(), device, viewport.pixels());
         let (pixels, statistics) = engine.run(&frame, Mode::Waited, read)?;
-        Ok((Frame::new(viewport, pixels), FrameReport::new(plan, statistics)))
+        Ok((Frame::new(viewport, pixels).with_curve(settings.curve()), FrameReport::new(plan, statistics)))
     }
 
     /// The steps of the `n`-th lattice of a view: each part in turn. `is_held`: whether the first is already on the device.
