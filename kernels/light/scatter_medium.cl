@@ -77,6 +77,23 @@ static inline bool find_surface(const Absorber *absorber, const RayEnds *ends, r
 #endif
 
 #if BLEND != ISO
+// The code of the light that arrives in the next layer of values across which its rays run: towards the light (1), or against it (-1).
+static inline realv arriving_along(const BlockSource *source, int number, int sign, intv held, int i, int j, int k) {
+    const int next = sign * source->p.towards[3 * number];
+    const int to_one = sign * source->p.towards[3 * number + 1], to_other = sign * source->p.towards[3 * number + 2];
+    const float one = source->p.shears[2 * number], other = source->p.shears[2 * number + 1];
+    realv code = arriving(source, number, next, held, i, j, k);
+    if (one > 0.0f)
+        code += one * (arriving(source, number, next + to_one, held, i, j, k) - code);
+    if (other > 0.0f) {
+        realv beside = arriving(source, number, next + to_other, held, i, j, k);
+        if (one > 0.0f)
+            beside += one * (arriving(source, number, next + to_one + to_other, held, i, j, k) - beside);
+        code += other * (beside - code);
+    }
+    return code;
+}
+
 // The light that voxels take of what is lost between their middles and those of neighbours, as far as it is their part of the depth in between.
 // `before`, `behind`: codes. `half_way`: the depth of the voxels on their half of this way.
 static inline realv taken(realv before, realv behind, realv half_way) {
@@ -97,11 +114,10 @@ static inline realv absorbed_light(const BlockSource *source, int number, realv 
     return depth > 0.0f ? light_of_code(most) : (realv)(0.0f);
 #else
     const realv middle = arriving(source, number, 0, held, i, j, k);
-    const int towards = source->p.towards[number];
     const float crossing = source->p.crossings[number];
     const realv half_way = 0.5f * crossing * depth;
-    const realv lost = taken(arriving(source, number, towards, held, i, j, k), middle, half_way) +
-                       taken(middle, arriving(source, number, -towards, held, i, j, k), half_way);
+    const realv lost = taken(arriving_along(source, number, 1, held, i, j, k), middle, half_way) +
+                       taken(middle, arriving_along(source, number, -1, held, i, j, k), half_way);
     const realv dense = CLAMP((half_way - 0.05f) * 10.0f, (realv)(0.0f), (realv)(1.0f)), at_middle = depth * light_of_code(middle);
     return at_middle + dense * (lost * (1.0f / crossing) - at_middle);
 #endif

@@ -6,7 +6,7 @@
 #ifdef STUDIO
 // Adds light n from a direction: what surfaces with this unit normal reflect per reflectance (`diffuse`), and as a mirror does
 // (`highlight`), and what matter scatters per albedo (`scattered`).
-static inline void add_light(const SampleParams *p, LightVolume volume, Point point, int n, const realv *normal, const float *to_light,
+ALWAYS_INLINE void add_light(const SampleParams *p, LightVolume volume, Point point, int n, const realv *normal, const float *to_light,
                              const float *half_way, float strength, float specular, realv *diffuse, realv *highlight, realv *scattered) {
     const realv arriving = strength * reaching_light(p, volume, point, n);
     const realv facing = normal[0] * to_light[0] + normal[1] * to_light[1] + normal[2] * to_light[2];
@@ -31,11 +31,10 @@ static inline void studio_lighting(const SampleParams *p, LightVolume volume, Po
     const realv normal[3] = {sign * u, sign * v, sign * a};
     const Point off = {point.u + lit * normal[0] * light->lift_u, point.v + lit * normal[1] * light->lift_v,
                        point.a + lit * normal[2] * light->lift_a};
-    const ScatteredLight around = scattered_light(p, volume, off);
+    const ScatteredLight around = scattered_light(p, volume, off, normal);
     realv diffuse[3], highlight[3], scattered[3];
     for (int c = 0; c < 3; c++) {
-        const realv *flux = around.flux[c];
-        const realv shine = 1.0f + 2.0f * lit * (normal[0] * flux[0] + normal[1] * flux[1] + normal[2] * flux[2]);
+        const realv shine = 1.0f + 2.0f * lit * around.along[c];
         diffuse[c] = around.radiance[c] * MAX(shine, (realv)(0.0f));
         highlight[c] = 0.0f, scattered[c] = around.radiance[c];
     }

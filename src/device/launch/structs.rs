@@ -215,9 +215,11 @@ kernel_struct! {
         light_layer: i32,
         light_first: i32,
         light_shift: i32,
-        /// Of each light: the way of its rays from value to value, in edges of a cell, and the bytes to the next value towards it.
+        /// Of each light: the way of its rays from layer to layer of values, in edges of a cell; the bytes to the next value towards it along
+        /// the axis of these layers, and along the other axes; and the shears along these.
         crossings: [f32; 4],
-        towards: [i32; 4],
+        towards: [[i32; 3]; 4],
+        shears: [[f32; 2]; 4],
     }
 }
 

@@ -101,7 +101,7 @@ impl Scene<'_> {
         let fields = merged.params(self.device, ABSORBERS.name)?;
         let (frame, values) = (Axis::Z.frame(), sources.grids()[0]);
         let strides = values.strides(frame);
-        let (crossings, towards) = sources.ways(grids.fine.edge, strides);
+        let (crossings, towards, shears) = sources.ways(grids.fine.edge, strides);
         let p = ScatterMediumParams {
             dims: dims.map(|n| n as i32),
             first_layer: layers.start as i32,
@@ -114,6 +114,7 @@ impl Scene<'_> {
             light_shift: values.voxels().ilog2() as i32,
             crossings,
             towards,
+            shears,
         };
         let arguments = ScatterMediumArguments {
             fields: merged.arguments(&fields),

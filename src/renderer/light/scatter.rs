@@ -259,6 +259,7 @@ impl Scattering<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::device::LatticeSchedule;
     use crate::volume::Grid;
 
     /// Blocks of 2³ voxels with this optical depth along an edge, albedo, and direct light.
@@ -300,19 +301,28 @@ mod tests {
         levels: Levels,
         medium: impl Fn([usize; 3]) -> (f64, f64, f64),
     ) -> (CellGrid, Vec<(f64, DVec3)>) {
-        let device = Device::shared();
+        solve_on(&Device::shared(), dims, sky, levels, medium)
+    }
+
+    fn solve_on(
+        device: &Device,
+        dims: [usize; 3],
+        sky: impl Fn(DVec3) -> f64,
+        levels: Levels,
+        medium: impl Fn([usize; 3]) -> (f64, f64, f64),
+    ) -> (CellGrid, Vec<(f64, DVec3)>) {
         let grids = ScatterGrids::new(&Grid::new(dims, DVec3::ONE).unwrap(), LightGrid::Full);
-        let blocks = Buffer::from_slice(&device, &blocks(&grids, medium), CELLS).unwrap();
+        let blocks = Buffer::from_slice(device, &blocks(&grids, medium), CELLS).unwrap();
         let levels = levels(&grids);
         let grid = levels.last().unwrap().0;
-        let packed = Buffer::new(&device, packed_bytes(grid), CELLS).unwrap();
+        let packed = Buffer::new(device, packed_bytes(grid), CELLS).unwrap();
         let pairs = OrdinatePair::all().into_iter();
         let entering = pairs.map(|pair| [-pair.direction(), pair.direction()].map(|from| DVec3::splat(sky(from)))).collect();
         let mut kernels = ScatterKernels::default();
-        let mut scattering = Scattering { device: &device, kernels: &mut kernels, grids, entering, scattering: 1.0 };
+        let mut scattering = Scattering { device, kernels: &mut kernels, grids, entering, scattering: 1.0 };
         scattering.solve(&blocks, &levels, &packed).unwrap();
         let mut bytes = vec![0; packed.len()];
-        packed.read(&device, &mut bytes).unwrap();
+        packed.read(device, &mut bytes).unwrap();
         (grid, field(&bytes, grid.cells()))
     }
 
@@ -365,16 +375,39 @@ mod tests {
         }
     }
 
-    /// Radiance falls exponentially in a medium that absorbs, and comes from the side of the sky.
+    /// Radiance falls exponentially in a medium that absorbs, and comes from the side of the sky; whatever the schedule, and however many blocks
+    /// of rows and groups of layers there are.
     #[test]
     fn absorbing_slabs_dim_the_light_of_each_ordinate() {
-        let (grid, light) = solve([32; 3], |from| if from == DVec3::Z { 1.0 } else { 0.0 }, BOTH, |_| (0.05, 0.0, 0.0));
-        let [x, y, z] = grid.dims;
-        for k in 0..z {
-            let (radiance, share) = light[(k * y + y / 2) * x + x / 2];
-            // The mean over a cell, of which z - 1 - k lie before it.
-            let expected = (-0.05 * (z - 1 - k) as f64).exp() * (1.0 - (-0.05f64).exp()) / 0.05 / 15.0;
-            assert!((radiance / expected - 1.0).abs() < 0.003 && (share - DVec3::Z).length() < 0.01, "{k}: {radiance}, {share}");
+        const DEPTH: f64 = 0.05;
+        let own = Device::shared();
+        let samples = Tuning { lattice_schedule: LatticeSchedule::Samples, ..*own.tuning() };
+        let devices = [own.clone(), own.with_tuning(samples).unwrap()];
+        for step in OrdinatePair::all().into_iter().flat_map(|pair| [pair.step, pair.step.map(|n| -n)]) {
+            let to_light = -DVec3::from_array(step.map(f64::from)).normalize();
+            let weight = if step.iter().filter(|&&n| n != 0).count() == 1 { 1.0 / 15.0 } else { 3.0 / 40.0 };
+            let length = DVec3::from_array(step.map(f64::from)).length() * DEPTH;
+            for device in &devices {
+                let sky = |from: DVec3| if from.dot(to_light) > 0.99 { 1.0 } else { 0.0 };
+                let (grid, light) = solve_on(device, [40, 76, 24], sky, BOTH, |_| (DEPTH, 0.0, 0.0));
+                let [x, y, _] = grid.dims;
+                for (n, (radiance, share)) in light.into_iter().enumerate() {
+                    let cell = [n % x, n / x % y, n / (x * y)];
+                    // Cells that the light has crossed.
+                    let of_axis = |i: usize| match step[i] {
+                        0 => usize::MAX,
+                        1 => cell[i],
+                        _ => grid.dims[i] - 1 - cell[i],
+                    };
+                    let crossed = (0..3).map(of_axis).min().unwrap() as f64;
+                    let expected = weight * (-length * crossed).exp() * (1.0 - (-length).exp()) / length;
+                    let apart = (share - to_light).length();
+                    assert!(
+                        (radiance / expected - 1.0).abs() < 0.003 && apart < 0.01,
+                        "{step:?} at {cell:?}: {radiance}, not {expected}; {share}"
+                    );
+                }
+            }
         }
     }
 }

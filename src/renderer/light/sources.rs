@@ -138,22 +138,21 @@ impl LightSources {
         self.studio.as_ref()
     }
 
-    /// Of each light that is swept: the distance along its rays from a value to the next one towards the light, in units of `length`, and the
-    /// distance of these values in memory.
-    pub fn ways(&self, length: f64, strides: [i32; 3]) -> ([f32; 4], [i32; 4]) {
-        let steps = |source: &Source| {
-            let along = source.to_light / self.spacing;
-            (along / along.abs().max_element()).round()
-        };
+    /// Of each light that is swept: the distance along its rays from a layer of values to the next one, across the axis on which they are
+    /// longest, in units of `length`; the distance in memory of the next value towards it along this axis, and along the others; and the shears
+    /// along these.
+    pub fn ways(&self, length: f64, strides: [i32; 3]) -> ([f32; 4], [[i32; 3]; 4], [[f32; 2]; 4]) {
         let way = |source: &Source| {
-            let between = steps(source) * self.spacing / self.shadows.values_per_voxel();
-            (between.dot(source.to_light) / length) as f32
+            let along = source.to_light / self.spacing;
+            let axis = along.abs().max_position();
+            let axes = [axis, (axis + 1) % 3, (axis + 2) % 3];
+            let crossing = 1.0 / (along[axis].abs() * self.shadows.values_per_voxel() * length);
+            let towards = axes.map(|i| if along[i] < 0.0 { -strides[i] } else { strides[i] });
+            let shears = [axes[1], axes[2]].map(|i| (along[i] / along[axis]).abs() as f32);
+            (crossing as f32, towards, shears)
         };
-        let distance = |source: &Source| steps(source).to_array().iter().zip(strides).map(|(&n, stride)| n as i32 * stride).sum();
-        (
-            std::array::from_fn(|n| self.swept.get(n).map_or(1.0, way)),
-            std::array::from_fn(|n| self.swept.get(n).map_or(0, distance)),
-        )
+        let ways: [_; 4] = std::array::from_fn(|n| self.swept.get(n).map_or((1.0, [0; 3], [0.0; 2]), way));
+        (ways.map(|way| way.0), ways.map(|way| way.1), ways.map(|way| way.2))
     }
 
     /// The values of the volumes of the lights, and of that of the ambient light.

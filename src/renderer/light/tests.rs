@@ -79,40 +79,68 @@ fn light_on(device: &Device, volume: &Volume, transfer: &TransferFunction, setti
     Light3 { bytes, outer: grid.dims().map(|n| n.div_ceil(voxels) + 2), coded }
 }
 
-/// Share of the light that cells absorb too much or too little: the extinction of the field is not linear between voxels. Measured: 7 % at the
-/// opacity 0.9.
-const OF_ENERGY: f64 = 0.08;
+/// Share of the light that cells absorb too much or too little: steps of 1/255 of what a voxel loses. Measured: 1.6 %.
+const OF_ENERGY: f64 = 0.03;
 
-/// What cells absorb of a light is what it loses on its way through the volume, however dense that is.
+/// The same in dense matter, whose extinction is not linear between voxels. Measured: 10 %.
+const OF_DENSE: f64 = 0.11;
+
+/// A volume with these shares of a dense value.
+fn shares(dims: [usize; 3], share: impl Fn(DVec3) -> f64) -> Volume<'static> {
+    let [x, y, _] = dims;
+    let place = |n: usize| DVec3::new((n % x) as f64, (n / x % y) as f64, (n / (x * y)) as f64);
+    let voxels = (0..dims.iter().product()).map(|n| (200.0 * share(place(n)).clamp(0.0, 1.0)).round() as u8).collect();
+    Volume::new("dense", Grid::new(dims, DVec3::ONE).unwrap(), Voxels::Uint8(voxels)).unwrap()
+}
+
+/// What cells absorb of a light is what it loses on its way through the volume. With the light at the middles of voxels, the first sheet absorbs
+/// 5 % too much.
 #[test]
 fn cells_absorb_what_lights_lose() {
-    let dims = [40, 36, 44];
-    let ball = |p: DVec3| 200.0 * (12.5 - (p - DVec3::new(19.0, 17.0, 21.0)).length()).clamp(0.0, 1.0);
-    let place = |n: usize| DVec3::new((n % 40) as f64, (n / 40 % 36) as f64, (n / (40 * 36)) as f64);
-    let voxels = (0..dims.iter().product()).map(|n| ball(place(n)).round() as u8).collect();
-    let volume = Volume::new("ball", Grid::new(dims, DVec3::ONE).unwrap(), Voxels::Uint8(voxels)).unwrap();
-    for opacity in [0.03, 0.3, 0.9] {
-        let transfer = TransferFunction::new("ramp", vec![(0.0, [1.0; 3])], vec![(0.0, 0.0), (200.0, opacity)]).unwrap();
-        for to_light in [DVec3::Z, -DVec3::X] {
+    let (dims, middle) = ([40, 36, 44], DVec3::new(19.0, 17.0, 21.0));
+    // The light leaves through faces where nothing absorbs.
+    let inside = |p: DVec3| 14.0 - (p - middle).abs().max_element();
+    let sheet = |normal: DVec3, thickness: f64| {
+        shares(dims, |p| (0.5 + 0.5 * thickness - (p - middle).dot(normal.normalize()).abs()).min(inside(p)))
+    };
+    let noise = |p: DVec3| 1.5 * (p * DVec3::new(1.1, 1.7, 1.3)).sin().element_product();
+    let all = &[DVec3::Z, -DVec3::X, DVec3::new(0.3, -0.5, 1.0)][..];
+    let (along, flat, bent) = (&all[..2], &[0.3, 0.9, 0.99][..], &[0.3, 0.9][..]);
+    for (name, volume, lights, opacities) in [
+        ("sheet along z", sheet(DVec3::Z, 1.0), along, flat),
+        ("thin sheet along x", sheet(DVec3::X, 0.3), along, flat),
+        ("ball", shares(dims, |p| 12.5 - (p - middle).length()), all, bent),
+        ("tilted sheet", sheet(DVec3::new(1.0, 2.0, 3.0), 1.5), all, bent),
+        ("noise", shares(dims, |p| noise(p).min(inside(p))), along, bent),
+    ] {
+        for (&opacity, &to_light) in opacities.iter().flat_map(|opacity| lights.iter().map(move |light| (opacity, light))) {
+            let transfer = TransferFunction::new("ramp", vec![(0.0, [1.0; 3])], vec![(0.0, 0.0), (200.0, opacity)]).unwrap();
             let own = Settings::default().with_look(Look::Studio);
             let shading = own.shading.map(|own| Shading { lights: Lights::new(&[Light::towards(to_light)]).unwrap(), ..own });
             let settings = Settings { shading, ..own };
-            let light = light_of(&volume, &transfer, &settings);
-            let towards = to_light.normalize();
-            let lost = |axis: usize| {
-                let [i, j] = [(axis + 1) % 3, (axis + 2) % 3];
-                let at = |n: usize| {
-                    let mut voxel = [if towards[axis] > 0.0 { -1 } else { dims[axis] as i64 }; 3];
-                    (voxel[i], voxel[j]) = ((n % (dims[i] + 2)) as i64 - 1, (n / (dims[i] + 2)) as i64 - 1);
-                    1.0 - light.at(voxel)
-                };
-                towards[axis].abs() * (0..(dims[i] + 2) * (dims[j] + 2)).map(at).sum::<f64>()
-            };
-            let expected: f64 = std::f64::consts::PI * (0..3).map(lost).sum::<f64>();
-            let absorbed = absorbed(&volume, &transfer, &settings);
-            assert!((absorbed / expected - 1.0).abs() < OF_ENERGY, "{opacity}, {to_light}: {absorbed} of {expected}");
+            let found = absorbed(&volume, &transfer, &settings) / lost(&light_of(&volume, &transfer, &settings), dims, to_light);
+            println!("{name}, opacity {opacity}, light from {to_light}: {found:.3}");
+            let allowed = if opacity > 0.5 && opacities == bent { OF_DENSE } else { OF_ENERGY };
+            assert!((found - 1.0).abs() < allowed, "{name}, opacity {opacity}, light from {to_light}: {found}");
         }
     }
+}
+
+/// The power that a light loses in a volume: what is missing behind its faces.
+fn lost(light: &Light3, dims: [usize; 3], to_light: DVec3) -> f64 {
+    let towards = to_light.normalize();
+    let behind = |axis: usize| {
+        let [i, j] = [(axis + 1) % 3, (axis + 2) % 3];
+        let at = |n: usize| {
+            let mut voxel = [if towards[axis] > 0.0 { -1 } else { dims[axis] as i64 }; 3];
+            (voxel[i], voxel[j]) = ((n % (dims[i] + 2)) as i64 - 1, (n / (dims[i] + 2)) as i64 - 1);
+            // Faces meet at their edges.
+            let weight = |i: usize| if voxel[i] == -1 || voxel[i] == dims[i] as i64 { 0.5 } else { 1.0 };
+            weight(i) * weight(j) * (1.0 - light.at(voxel))
+        };
+        towards[axis].abs() * (0..(dims[i] + 2) * (dims[j] + 2)).map(at).sum::<f64>()
+    };
+    std::f64::consts::PI * (0..3).map(behind).sum::<f64>()
 }
 
 /// The power that cells absorb of the red of lights.
