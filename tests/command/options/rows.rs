@@ -302,8 +302,10 @@ pub const QUALITIES: &[Row] = &[
         "--sky",
         "--sky white,#000000:0.5",
         |s| {
-            let sky = Sky { top: [1.0; 3], bottom: [0.0; 3], strength: 0.5, ..Sky::default() };
-            set_studio(s, Studio { sky: sky.up_in(LightSpace::World), ..Studio::default() });
+            // Up is that of the volume.
+            let (up, space) = (DVec3::Y, LightSpace::World);
+            let sky = Sky { top: [1.0; 3], bottom: [0.0; 3], strength: 0.5, up, space };
+            set_studio(s, Studio { sky, ..Studio::default() });
         },
     ),
     beside(
