@@ -50,7 +50,7 @@ pub mod viewer;
 #[cfg(any(feature = "cli", feature = "page"))]
 use layersplat_host::files;
 #[doc(inline)]
-pub use layersplat_host::{annotation, camera, color, framing, image, settings, slice, transfer, volume};
+pub use layersplat_host::{annotation, camera, color, framing, image, settings, slice, surface, transfer, volume};
 use layersplat_host::{choice, error, memory, progress, viewport};
 #[doc(hidden)]
 pub use layersplat_host::{layers, reference};

@@ -101,6 +101,14 @@ pub enum Error {
         /// What is wrong with it and what to do.
         problem: String,
     },
+    /// A surface that cannot be drawn.
+    #[error("surface {name}: {problem}")]
+    Surface {
+        /// Its name, or the kind of shape.
+        name: String,
+        /// What is wrong with it and what to do.
+        problem: String,
+    },
     /// A number outside its range.
     #[error("{name} is {value}: expected {expected}")]
     OutOfRange {

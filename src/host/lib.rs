@@ -29,6 +29,7 @@ pub mod progress;
 pub mod reference;
 pub mod settings;
 pub mod slice;
+pub mod surface;
 pub mod transfer;
 #[doc(hidden)]
 pub mod viewport;
