@@ -122,7 +122,7 @@ __kernel void channel_raycast(SHADED_CHANNELS, ScreenParams s, MarchParams p, CH
     intv active = 0;
     for (int r = row; r < min(row + TILE_ROWS, s.height); r++) {
         const RowRays rays = row_rays(&s, column, r);
-        const Interval interval = clip_rays(&ray_ends, rays.o, rays.d);
+        const Interval interval = SCREEN_INTERVAL(&s, &ray_ends, &rays, column, r);
         Accumulator gathered = empty_accumulator(first);
         const realv per_step = rays.length * (1.0f / p.length);
         for (int c = 0; c < count; c++) {

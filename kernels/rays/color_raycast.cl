@@ -77,7 +77,7 @@ __kernel void color_raycast(COLOR_FIELDS, ScreenParams s, MarchParams p, ulong f
     intv active = 0;
     for (int r = row; r < min(row + TILE_ROWS, s.height); r++) {
         const RowRays rays = row_rays(&s, column, r);
-        const Interval interval = clip_rays(&ray_ends, rays.o, rays.d);
+        const Interval interval = SCREEN_INTERVAL(&s, &ray_ends, &rays, column, r);
         Accumulator gathered = empty_accumulator(&sample);
         if (ANY(interval.from < interval.to))
             march_steps(&fields, &sample, &p, &rays, &interval, &gathered, &active);

@@ -13,7 +13,7 @@ __kernel void march(SHADED_FIELD, __global const uchar *visible, ScreenParams s,
     intv active = 0;
     for (int r = row; r < min(row + TILE_ROWS, s.height); r++) {
         const RowRays rays = row_rays(&s, column, r);
-        const Interval interval = clip_rays(&ray_ends, rays.o, rays.d);
+        const Interval interval = SCREEN_INTERVAL(&s, &ray_ends, &rays, column, r);
         Accumulator gathered = empty_accumulator(&sample);
         if (ANY(interval.from < interval.to))
             march_row(voxels, &view, &shading, visible, table, &p, &sample, &rays, &interval, &gathered, &active);

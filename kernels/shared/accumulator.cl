@@ -3,11 +3,17 @@
 
 #include "shared/blend_modes.cl"
 #include "shared/clipping.cl"
+#include "shared/first_hit.cl"
 #include "shared/shading.cl"
 #include "shared/table_entries.cl"
 
 // Arguments of a kernel: RGBA of the samples of a lattice, or of pixels, and the number of those with opacity in each tile.
+// CUT_RAYS: also the parts of rays to draw, in ray parameters, of each sample or pixel.
+#ifdef CUT_RAYS
+#define OUTPUT __global float4 *target, __global uint *active_samples, __global const float2 *cuts
+#else
 #define OUTPUT __global float4 *target, __global uint *active_samples
+#endif
 
 #if GATHERS_VALUES
 
@@ -72,9 +78,6 @@ static inline void resolve(const SampleParams *p, __global const float4 *table, 
 #else
 
 #ifdef DEPTHS
-
-// Transmittance at the first hit: one step of an 8-bit picture has been absorbed.
-#define FIRST_HIT_TRANSMITTANCE (1.0f - 1.0f / 256.0f)
 
 // Depths in ray parameters: of the first hit, and the mean weighted by opacity. `t` is the transmittance left. `from` and `span` are the
 // position and the length of the current segment.

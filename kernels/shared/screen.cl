@@ -28,6 +28,22 @@ static inline RowRays row_rays(const ScreenParams *s, int column, int row) {
     return rays;
 }
 
+// The clip interval of rays. CUT_RAYS: without what is to be drawn before or later.
+#ifdef CUT_RAYS
+#define SCREEN_INTERVAL(s, ends, rays, column, row) cut_interval(s, clip_rays(ends, (rays)->o, (rays)->d), cuts, column, row)
+static inline Interval cut_interval(const ScreenParams *s, Interval interval, __global const float2 *cuts, int column, int row) {
+    const intv at = MIN(LANES + column, (intv)(s->width - 1)) + row * s->width;
+    for (int i = 0; i < VW; i++) {
+        const float2 cut = cuts[((const int *)&at)[i]];
+        ((float *)&interval.from)[i] = fmax(((const float *)&interval.from)[i], cut.x);
+        ((float *)&interval.to)[i] = fmin(((const float *)&interval.to)[i], cut.y);
+    }
+    return interval;
+}
+#else
+#define SCREEN_INTERVAL(s, ends, rays, column, row) clip_rays(ends, (rays)->o, (rays)->d)
+#endif
+
 // Number of a tile's columns that are on the screen.
 static inline int columns_on_screen(const ScreenParams *s, int column) { return min(VW, s->width - column); }
 

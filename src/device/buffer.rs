@@ -210,6 +210,24 @@ impl<T> Drop for Buffer<T> {
     }
 }
 
+impl Buffer<u64> {
+    /// Reads a number of list entries that the device has counted.
+    ///
+    /// # Errors
+    /// If it exceeds the range of the kernels' counters.
+    pub fn read_count(&self, device: &Device, what: &str) -> Result<usize, Error> {
+        let mut count = [0];
+        self.read(device, &mut count)?;
+        let count = count[0];
+        if count > i32::MAX as u64 {
+            let bytes = |entries: u64| entries.saturating_mul(size_of::<u32>() as u64);
+            let device = device.info().name.clone();
+            return Err(Error::DeviceMemory { what: what.into(), device, needed: bytes(count), available: bytes(i32::MAX as u64) });
+        }
+        Ok(count as usize)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

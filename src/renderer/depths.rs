@@ -44,8 +44,13 @@ impl Renderer {
 
     /// Per pixel: ray parameter of the first visible point, mean ray parameter times opacity, an unused component, and opacity.
     fn gather_depths(&mut self, Planned { rays, viewport, settings, plan }: &Planned) -> Result<Vec<[f32; 4]>, Error> {
-        let steps = vec![Step::Screen(plan, RayOutput::Depths)];
-        let stage = self.engine.declaring(*viewport, settings, |declaring| Stage::new(steps, false, declaring));
+        let stage = self.engine.declaring(*viewport, settings, |declaring| {
+            let step = match declaring.surface_points {
+                Some(points) => Step::Surfaces(plan, RayOutput::Depths, points),
+                None => Step::Screen(plan, RayOutput::Depths),
+            };
+            Stage::new(vec![step], false, declaring)
+        });
         let host_bytes = (size_of::<[f32; 4]>() + 2 * size_of::<f32>()) as u64 * viewport.pixels() as u64;
         let frame = Frame { rays, viewport: *viewport, settings, stages: vec![stage], volume: None, into: None, host_bytes };
         let read = |device: &Device, finished: &Finished| read_samples(finished.floats(), device, viewport.pixels());

@@ -88,6 +88,11 @@ impl Lighting {
         self.sources.iter_mut().for_each(LightSources::set_surfaces);
     }
 
+    /// Lights samples that lie on surfaces.
+    pub fn set_solid(&mut self) {
+        self.sources.iter_mut().for_each(LightSources::set_solid);
+    }
+
     /// The light volumes that samples look up, if any.
     pub fn sources(&self) -> Option<&LightSources> {
         self.sources.as_ref()

@@ -39,6 +39,7 @@ mod slice;
 mod slice_pass;
 mod store;
 mod streamed;
+mod surfaces;
 #[cfg(feature = "gl-interop")]
 mod texture;
 mod tiles;
@@ -85,6 +86,7 @@ use crate::error::Error;
 use crate::image::{Background, Frame};
 use crate::layers::Rays;
 use crate::settings::Settings;
+use crate::surface::Surface;
 use crate::transfer::TransferFunction;
 use crate::viewport::Viewport;
 use crate::volume::{Grid, Volume};
@@ -226,6 +228,14 @@ impl Renderer {
         self.engine.set_channels(channels)
     }
 
+    /// Replaces the surfaces that are drawn in and around the volume, from the next frame on.
+    ///
+    /// # Errors
+    /// If they do not fit into the memory of the device; there are none then.
+    pub fn set_surfaces(&mut self, surfaces: &[Surface]) -> Result<(), Error> {
+        self.engine.set_surfaces(surfaces)
+    }
+
     /// The device that draws, for uploading further volumes.
     pub fn device(&self) -> &Device {
         &self.engine.device
@@ -326,7 +336,10 @@ impl Renderer {
 
     fn planned(&self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<Planned, Error> {
         let (rays, settings) = self.engine.normalised_view(camera, viewport, settings)?;
-        let planned = Planned::new(rays, viewport, settings, self.engine.base_field().grid(), self.engine.steepness())?;
+        let mut planned = Planned::new(rays, viewport, settings, self.engine.base_field().grid(), self.engine.steepness())?;
+        if self.engine.has_surfaces() {
+            planned.plan = planned.plan.with_surfaces(planned.settings.blend)?;
+        }
         self.engine.check_method(planned.plan.method(), planned.settings.blend)?;
         Ok(planned)
     }

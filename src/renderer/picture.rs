@@ -127,7 +127,7 @@ impl WarpInputs<'_> {
 impl Picture {
     /// Warps a lattice into the float picture.
     pub fn warp(&mut self, device: &Device, target: &Target, onto: WarpInputs, share: Share) -> Result<Finished, Error> {
-        let Drawn { samples: lattice, active_samples, tiles } = &target.drawn();
+        let Drawn { samples: lattice, active_samples, tiles, .. } = &target.drawn();
         let picture = target.arena.get(&FRAME);
         let [background, curve] = [Float4([0.0; 4]); 2];
         let (p, warped) = (onto.params(*tiles, share), Warped::Frame(&picture));
@@ -144,7 +144,7 @@ impl Picture {
         onto: WarpInputs,
         (background, curve): (Background, Curve),
     ) -> Result<Finished, Error> {
-        let Drawn { samples: lattice, active_samples, tiles } = &target.drawn();
+        let Drawn { samples: lattice, active_samples, tiles, .. } = &target.drawn();
         let picture = target.arena.get(&RGBA);
         let p = WarpParams { displayed: 1, ..onto.params(*tiles, Share::WHOLE) };
         let (numbers, warped) = (Float4(curve.numbers()), Warped::Displayed(&picture));

@@ -134,6 +134,26 @@ impl Plan {
         }
     }
 
+    /// The same view, sampled at pixels, for frames with surfaces.
+    ///
+    /// # Errors
+    /// For splatted layers and the systems that the paper compares with.
+    pub(super) fn with_surfaces(self, blend: Blend) -> Result<Self, Error> {
+        match self {
+            Self::Lattice(_, layered) | Self::Shared(_, layered) | Self::Direct(_, layered)
+                if matches!(layered.classification, Classification::Preintegrated { .. }) =>
+            {
+                let density = if let Evaluation::Lattice(density) = layered.evaluation { density } else { Density::Fine };
+                Ok(Self::cast(density, layered, blend))
+            }
+            Self::Raycast(..) | Self::CastValues(..) | Self::CastSegments(..) => Ok(self),
+            _ => {
+                let problem = "does not draw surfaces: choose pre-integrated layers or ray casting, or draw no surfaces";
+                Err(Error::Settings { field: "algorithm", problem: problem.into() })
+            }
+        }
+    }
+
     fn raycast(kernel: Kernel, step: f64, blend: Blend) -> Self {
         match blend {
             Blend::Composite => Plan::Raycast(kernel, step),

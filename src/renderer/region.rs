@@ -41,14 +41,6 @@ impl Region {
         Self::reached(scene, kernel, 1, STEP_MARGIN * step)
     }
 
-    /// The region for splats. Only clipping limits it, not the end of the field or the eye.
-    #[cfg(feature = "paper")]
-    pub fn for_splats(scene: &Scene) -> Self {
-        let clipped = !scene.settings.clipping.is_empty();
-        let everything = DVec3::splat(f64::INFINITY);
-        Self::cropped(scene, (-everything, everything), rendering(scene, Kernel::Cubic, BlendMode::Composite, clipped))
-    }
-
     /// The region for rays from a light through the field of the paper's cubic: what is cut away casts no shadow.
     pub fn for_light(scene: &Scene) -> Self {
         let Scene { field, settings, .. } = scene;
@@ -72,6 +64,13 @@ impl Region {
         Self::cropped(scene, (DVec3::splat(-margin), last + margin), rendering)
     }
 
+    /// The region for surfaces and splats. Only clipping limits it, not the end of the field or the eye.
+    pub fn of_clipping(scene: &Scene) -> Self {
+        let everything = DVec3::splat(f64::INFINITY);
+        let clipped = !scene.settings.clipping.is_empty();
+        Self::cropped(scene, (-everything, everything), rendering(scene, Kernel::Cubic, BlendMode::Composite, clipped))
+    }
+
     /// `beyond`: maximum distance from the field at which a step that reaches into it can begin or end.
     fn reached(scene: &Scene, kernel: Kernel, samples_per_layer: u32, beyond: f64) -> Self {
         let Scene { field, settings, .. } = scene;
@@ -79,7 +78,8 @@ impl Region {
         let last = DVec3::from_array(field.grid().dims().map(|n| n as f64 - 1.0));
         let support = (DVec3::splat(-radius), last + radius);
         let background_shows = settings.blend == Blend::Composite && scene.background_shows();
-        let clipped = !settings.clipping.is_empty()
+        let clipped = scene.is_cut
+            || !settings.clipping.is_empty()
             || settings.blend != Blend::Composite
             || background_shows
             || !scene.rays.all_ahead(support.0, support.1);

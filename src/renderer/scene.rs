@@ -26,6 +26,8 @@ pub(super) struct View<'a> {
     pub rays: &'a Rays,
     pub viewport: Viewport,
     pub settings: &'a Settings,
+    /// Whether parts of rays are drawn.
+    pub is_cut: bool,
 }
 
 /// The voxels that gradients are estimated from.
@@ -45,6 +47,8 @@ pub(super) struct Scene<'a> {
     pub rays: &'a Rays,
     pub viewport: Viewport,
     pub settings: &'a Settings,
+    /// Whether parts of rays are drawn.
+    pub is_cut: bool,
     /// Fields that are drawn together with this one.
     others: Vec<OtherField<'a>>,
     /// All fields at the voxels of the frame, if those of the scene have others and light is swept.
@@ -68,7 +72,7 @@ pub(super) struct OtherField<'a> {
 
 impl<'a> Scene<'a> {
     pub fn new(
-        View { device, rays, viewport, settings }: View<'a>,
+        View { device, rays, viewport, settings, is_cut }: View<'a>,
         field: &'a Field,
         classification: &'a mut Classification,
         kernels: &'a mut PreparationKernels,
@@ -85,6 +89,7 @@ impl<'a> Scene<'a> {
             rays,
             viewport,
             settings,
+            is_cut,
             others,
             absorbers,
             colors,
@@ -180,9 +185,9 @@ impl<'a> Scene<'a> {
     /// Results of `work` for the scene of each field alone, beginning with this one.
     pub fn for_each_channel<T>(&mut self, mut work: impl FnMut(&mut Scene) -> Result<T, Error>) -> Result<Vec<T>, Error> {
         let mut results = vec![work(self)?];
-        let Self { device, kernels, light, rays, viewport, .. } = self;
+        let Self { device, kernels, light, rays, viewport, is_cut, .. } = self;
         for OtherField { field, classification, settings, voxel_colors } in &mut self.others {
-            let view = View { device, rays, viewport: *viewport, settings };
+            let view = View { device, rays, viewport: *viewport, settings, is_cut: *is_cut };
             let mut scene = Scene::new(view, field, classification, kernels, light).with_voxel_colors(*voxel_colors);
             results.push(work(&mut scene)?);
         }
@@ -194,9 +199,9 @@ impl<'a> Scene<'a> {
         if !self.field.is_framed() {
             return self.for_each_channel(work);
         }
-        let Self { device, kernels, light, rays, viewport, .. } = self;
+        let Self { device, kernels, light, rays, viewport, is_cut, .. } = self;
         let each = self.absorbers.iter_mut().map(|OtherField { field, classification, settings, voxel_colors }| {
-            let view = View { device, rays, viewport: *viewport, settings };
+            let view = View { device, rays, viewport: *viewport, settings, is_cut: *is_cut };
             work(&mut Scene::new(view, field, classification, kernels, light).with_voxel_colors(*voxel_colors))
         });
         each.collect()
@@ -292,9 +297,27 @@ impl Scene<'_> {
         if self.has_labels() {
             lighting.set_surfaces();
         }
+        self.sample_lit_by(lighting, frame, classification, segments)
+    }
+
+    fn sample_lit_by(
+        &self,
+        mut lighting: Lighting,
+        frame: AxisFrame,
+        classification: ClassificationParams,
+        segments: SegmentParams,
+    ) -> SampleParams {
         self.light.given_grids().into_iter().for_each(|grids| lighting.set_light_grids(grids));
         let light = lighting.params(frame);
         SampleParams { field: self.field.params(self.settings.needed_gradient(), frame), classification, light, segments }
+    }
+
+    /// The parameters of points on surfaces.
+    pub fn surface_samples(&self, table: &Table, frame: AxisFrame) -> SampleParams {
+        let mut lighting = Lighting::new(self.settings, self.field, self.rays);
+        lighting.set_solid();
+        let segments = SegmentParams::single(self.settings, self.steps(1), frame);
+        self.sample_lit_by(lighting, frame, ClassificationParams::from_table(self, table), segments)
     }
 
     /// The parameters of single samples that are looked up in a table.

@@ -2,7 +2,7 @@
 
 use super::frame::{Arena, Resources, Slot};
 use super::picture::FRAME;
-use crate::device::launch::Output;
+use crate::device::launch::{Cuts, Output};
 use crate::device::launch::structs::Float4;
 use crate::device::{Buffer, Device, LatticeSchedule, Tuning};
 use crate::error::Error;
@@ -131,6 +131,8 @@ pub(super) fn declare_target(samples: usize, tiles: Tiles, resources: &mut Resou
 pub(super) struct Target {
     pub arena: Arena,
     tiles: Tiles,
+    /// Parts of rays to draw, if not all.
+    pub cuts: Option<Arc<Buffer<[f32; 2]>>>,
 }
 
 /// Buffers of the render target.
@@ -138,12 +140,14 @@ pub(super) struct Drawn {
     pub samples: Arc<Buffer<Float4>>,
     pub active_samples: Arc<Buffer<u32>>,
     pub tiles: Tiles,
+    cuts: Option<Arc<Buffer<[f32; 2]>>>,
 }
 
 impl Drawn {
     /// Kernel arguments.
     pub fn output(&self) -> Output<'_> {
-        Output { target: &self.samples, active_samples: &self.active_samples }
+        let cuts = self.cuts.as_deref().map(|cuts| Cuts { cuts });
+        Output { target: &self.samples, active_samples: &self.active_samples, cuts }
     }
 }
 
@@ -172,7 +176,12 @@ impl Target {
 
     /// The output of the last pass.
     pub fn drawn(&self) -> Drawn {
-        Drawn { samples: self.arena.get(&SAMPLES), active_samples: self.arena.get(&SAMPLE_COUNTS), tiles: self.tiles }
+        Drawn {
+            samples: self.arena.get(&SAMPLES),
+            active_samples: self.arena.get(&SAMPLE_COUNTS),
+            tiles: self.tiles,
+            cuts: self.cuts.clone(),
+        }
     }
 
     /// Drops all buffers except the float picture that several lattices are warped into.

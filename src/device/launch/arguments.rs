@@ -9,12 +9,48 @@ pub(crate) trait Argument {
     /// Sets them, from this index on. Returns the next index.
     fn set(&self, kernel: &ClKernel, index: u32) -> opencl3::Result<u32>;
 
-    /// Describes each. `name`: of a single one. `tinted`: with colours of voxels.
-    fn parameters(name: &str, tinted: bool) -> Vec<Parameter>;
+    /// Describes each. `name`: of a single one. `extras`: which of the optional ones are there.
+    fn parameters(name: &str, extras: Extras) -> Vec<Parameter>;
 
-    /// Whether colours of voxels are among them.
-    fn is_tinted(&self) -> bool {
-        false
+    /// Which of the optional ones are among them.
+    fn extras(&self) -> Extras {
+        Extras::default()
+    }
+}
+
+/// Optional arguments of a launch; programs with them are built with their defines.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub(crate) struct Extras {
+    /// TINTED: colours of voxels.
+    pub tinted: bool,
+    /// CUT_RAYS: parts of rays.
+    pub cut: bool,
+}
+
+impl Extras {
+    /// Those of both.
+    pub fn and(self, other: Self) -> Self {
+        Self { tinted: self.tinted || other.tinted, cut: self.cut || other.cut }
+    }
+}
+
+/// Arguments that some launches of a kernel have, and others not.
+pub(crate) trait Optional: Argument {
+    /// Which of them these are.
+    const EXTRA: Extras;
+}
+
+impl<T: Optional> Argument for Option<T> {
+    fn set(&self, kernel: &ClKernel, index: u32) -> opencl3::Result<u32> {
+        self.as_ref().map_or(Ok(index), |extra| extra.set(kernel, index))
+    }
+
+    fn parameters(name: &str, extras: Extras) -> Vec<Parameter> {
+        if extras.and(T::EXTRA) == extras { T::parameters(name, extras) } else { Vec::new() }
+    }
+
+    fn extras(&self) -> Extras {
+        if self.is_some() { T::EXTRA } else { Extras::default() }
     }
 }
 
@@ -56,14 +92,15 @@ macro_rules! arguments {
                 Ok(index)
             }
 
-            fn parameters(_: &str, tinted: bool) -> Vec<$crate::device::launch::Parameter> {
+            fn parameters(_: &str, extras: $crate::device::launch::Extras) -> Vec<$crate::device::launch::Parameter> {
                 let mut all = Vec::new();
-                $(all.extend(<$type as $crate::device::launch::Argument>::parameters(stringify!($field), tinted));)*
+                $(all.extend(<$type as $crate::device::launch::Argument>::parameters(stringify!($field), extras));)*
                 all
             }
 
-            fn is_tinted(&self) -> bool {
-                false $(|| $crate::device::launch::Argument::is_tinted(&self.$field))*
+            fn extras(&self) -> $crate::device::launch::Extras {
+                let all = [$($crate::device::launch::Argument::extras(&self.$field)),*];
+                all.into_iter().fold(Default::default(), $crate::device::launch::Extras::and)
             }
         }
     };
@@ -77,7 +114,7 @@ impl<T: ClType> Argument for T {
         Ok(index + 1)
     }
 
-    fn parameters(name: &str, _: bool) -> Vec<Parameter> {
+    fn parameters(name: &str, _: Extras) -> Vec<Parameter> {
         Parameter::value::<T>(name)
     }
 }
@@ -89,7 +126,7 @@ impl<T: ClType> Argument for &Buffer<T> {
         Ok(index + 1)
     }
 
-    fn parameters(name: &str, _: bool) -> Vec<Parameter> {
+    fn parameters(name: &str, _: Extras) -> Vec<Parameter> {
         Parameter::buffer(name, T::NAME)
     }
 }
@@ -113,7 +150,7 @@ impl<T: Argument> Argument for PerChannel<T> {
         self.0.iter().try_fold(index, |index, argument| argument.set(kernel, index))
     }
 
-    fn parameters(name: &str, tinted: bool) -> Vec<Parameter> {
-        (0..MAX_CHANNELS).flat_map(|i| T::parameters(&format!("{name}_{i}"), tinted)).collect()
+    fn parameters(name: &str, extras: Extras) -> Vec<Parameter> {
+        (0..MAX_CHANNELS).flat_map(|i| T::parameters(&format!("{name}_{i}"), extras)).collect()
     }
 }

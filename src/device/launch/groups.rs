@@ -1,9 +1,8 @@
 //! Arguments that many kernels have.
 
 use super::structs::{ChannelParams, Float4, TintParams, VolumeView};
-use super::{Argument, Parameter, PerChannel, VoxelBuffer, arguments};
+use super::{Extras, Optional, PerChannel, VoxelBuffer, arguments};
 use crate::device::Buffer;
-use opencl3::kernel::Kernel as ClKernel;
 
 arguments! {
     /// A field, and what its samples are shaded from: SHADED_FIELD of kernels/shared/field.cl.
@@ -44,6 +43,7 @@ arguments! {
         target: &'a Buffer<Float4>,
         /// Number of samples with opacity in each tile.
         active_samples: &'a Buffer<u32>,
+        cuts: Option<Cuts<'a>>,
     }
 }
 
@@ -66,16 +66,22 @@ arguments! {
     }
 }
 
-impl<T: Argument> Argument for Option<T> {
-    fn set(&self, kernel: &ClKernel, index: u32) -> opencl3::Result<u32> {
-        self.as_ref().map_or(Ok(index), |colors| colors.set(kernel, index))
-    }
+impl Optional for Tint<'_> {
+    const EXTRA: Extras = Extras { tinted: true, cut: false };
+}
 
-    fn parameters(name: &str, tinted: bool) -> Vec<Parameter> {
-        if tinted { T::parameters(name, tinted) } else { Vec::new() }
-    }
+impl Optional for ChannelColors<'_> {
+    const EXTRA: Extras = Extras { tinted: true, cut: false };
+}
 
-    fn is_tinted(&self) -> bool {
-        self.is_some()
+arguments! {
+    /// Parts of rays: CUT_RAYS of kernels/shared/accumulator.cl.
+    Cuts<'a> {
+        /// Of each sample or pixel, in ray parameters.
+        cuts: &'a Buffer<[f32; 2]>,
     }
+}
+
+impl Optional for Cuts<'_> {
+    const EXTRA: Extras = Extras { tinted: false, cut: true };
 }

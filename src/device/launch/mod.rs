@@ -20,14 +20,15 @@ pub(crate) mod scatter;
 mod signatures;
 pub(crate) mod slice;
 pub(crate) mod structs;
+pub(crate) mod surfaces;
 pub(crate) mod volume;
 mod voxel_buffer;
 
-pub(crate) use arguments::{Argument, MAX_CHANNELS, PerChannel};
-use arguments::{Parameter, arguments};
+pub(crate) use arguments::{Argument, Extras, MAX_CHANNELS, PerChannel};
+use arguments::{Optional, Parameter, arguments};
 use defines::Defines;
 pub(crate) use defines::{BlendMode, Gradients, Rendering};
-pub(crate) use groups::{ChannelColors, ChannelFields, LightBuffers, Output, ShadedField, Tint};
+pub(crate) use groups::{ChannelColors, ChannelFields, Cuts, LightBuffers, Output, ShadedField, Tint};
 pub(crate) use request::KernelRequest;
 pub(crate) use voxel_buffer::{Floats, VoxelBuffer, VoxelKind};
 
@@ -53,10 +54,10 @@ pub(crate) trait Launch {
     /// Kernel arguments. Every kernel has one more at the end, `ulong first_item`: the work-items of a launch count from it, so that a
     /// launch can be divided into bands.
     type Arguments<'a>: Argument;
-    /// Key of the program permutation, besides the device's tuning and the colours of voxels.
+    /// Key of the program permutation, besides the device's tuning and the optional arguments.
     type Variant: Copy + Eq + Hash;
 
-    /// `-D` options of a variant, without TINTED.
+    /// `-D` options of a variant, without those of optional arguments.
     fn defines(tuning: &Tuning, variant: Self::Variant) -> Defines;
     /// Number of work-items of a launch.
     fn items(arguments: &Self::Arguments<'_>, tuning: &Tuning) -> usize;
@@ -66,8 +67,8 @@ pub(crate) trait Launch {
     }
 }
 
-/// A variant of a kernel, and whether it has colours of voxels.
-type Permutation<K> = (<K as Launch>::Variant, bool);
+/// A variant of a kernel, and its optional arguments.
+type Permutation<K> = (<K as Launch>::Variant, Extras);
 
 /// Work of one work-item.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -125,7 +126,7 @@ impl<K: Launch> Launcher<K> {
     pub fn launch(&mut self, device: &Device, variant: K::Variant, arguments: &K::Arguments<'_>) -> Result<(), Error> {
         let tuning = device.tuning();
         let (group, items) = (K::ITEMS.group(tuning), K::items(arguments, tuning));
-        let best = (variant, arguments.is_tinted());
+        let best = (variant, arguments.extras());
         if let Some(rehearsal) = device.rehearsal() {
             let request = |permutation| KernelRequest::new::<K>(tuning, permutation, items);
             let general = Self::general(best).filter(|_| device.may_use_general_programs());
@@ -180,13 +181,13 @@ impl<K: Launch> Launcher<K> {
         general
     }
 
-    fn general((variant, tinted): Permutation<K>) -> Option<Permutation<K>> {
-        K::general(variant).map(|general| (general, tinted))
+    fn general((variant, extras): Permutation<K>) -> Option<Permutation<K>> {
+        K::general(variant).map(|general| (general, extras))
     }
 
     /// `-D` options of a permutation.
-    fn defines(tuning: &Tuning, (variant, tinted): Permutation<K>) -> String {
-        K::defines(tuning, variant).with_if(tinted, "TINTED").0
+    fn defines(tuning: &Tuning, (variant, extras): Permutation<K>) -> String {
+        K::defines(tuning, variant).with_if(extras.tinted, "TINTED").with_if(extras.cut, "CUT_RAYS").0
     }
 }
 

@@ -10,20 +10,6 @@ use crate::layers::Kernel;
 /// Indices of a splatted voxel along u, v, a, and one further number.
 pub(crate) type Place = [u16; 4];
 
-/// Pass of a kernel that runs twice: to count, and to fill a list at the offsets computed from the counts.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Pass {
-    Count,
-    Fill,
-}
-
-impl Pass {
-    /// Kernel argument.
-    pub fn fill(self) -> i32 {
-        i32::from(self == Pass::Fill)
-    }
-}
-
 kernel! {
     /// Lists the splatted voxels.
     Splats = "paper/splats.cl", splats, "splats", Items::Tiles;
@@ -53,21 +39,6 @@ kernel! {
 impl Splats {
     /// Maximum `reach`.
     pub const REACH: i32 = 3;
-}
-
-kernel! {
-    /// Turns counts into offsets by a prefix sum.
-    Scan = "paper/scan.cl", scan, "sort", Items::Runs;
-    defines |tuning, (): ()| Defines::new(1).with("SCAN_GROUP", tuning.scan_group);
-    items |_, tuning| tuning.scan_group;
-    arguments ScanArguments<'a> {
-        /// `buckets` counts per chunk.
-        counts: &'a Buffer<u32>,
-        chunks: i32,
-        buckets: i32,
-        /// Sum of all counts.
-        total: &'a Buffer<u64>,
-    }
 }
 
 kernel! {

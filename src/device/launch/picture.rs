@@ -1,7 +1,7 @@
 //! Kernels that produce the final picture.
 
 use super::structs::{Float4, WarpParams};
-use super::{Argument, Defines, Items, Parameter, kernel, large_grid};
+use super::{Argument, Defines, Extras, Items, Parameter, kernel, large_grid};
 use crate::device::{Buffer, Tuning};
 use opencl3::kernel::Kernel as ClKernel;
 
@@ -20,7 +20,7 @@ impl Argument for Warped<'_> {
         }
     }
 
-    fn parameters(name: &str, _: bool) -> Vec<Parameter> {
+    fn parameters(name: &str, _: Extras) -> Vec<Parameter> {
         Parameter::buffer(name, "uchar")
     }
 }

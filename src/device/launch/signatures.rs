@@ -1,14 +1,14 @@
 //! Compares the declared arguments of launchers with their kernels, in builds with debug assertions.
 
-use super::{Argument, Launch};
+use super::{Argument, Extras, Launch};
 use opencl3::kernel::Kernel;
 
 /// Compares name and type of each argument.
 ///
 /// # Panics
 /// If they differ: setting the arguments would write other types than the kernel reads.
-pub(super) fn compare<K: Launch>(kernel: &Kernel, tinted: bool, defines: &str) {
-    let declared = K::Arguments::parameters("", tinted).into_iter().map(|parameter| {
+pub(super) fn compare<K: Launch>(kernel: &Kernel, extras: Extras, defines: &str) {
+    let declared = K::Arguments::parameters("", extras).into_iter().map(|parameter| {
         let kind = parameter.kind.replace("VOXEL", voxel_type(&parameter.name, defines));
         (parameter.name, kind)
     });

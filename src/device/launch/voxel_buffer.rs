@@ -1,6 +1,6 @@
 //! Voxel buffers.
 
-use super::{Argument, Parameter};
+use super::{Argument, Extras, Parameter};
 use crate::device::{Buffer, Device, DeviceMemory};
 use crate::error::Error;
 use crate::progress;
@@ -98,7 +98,7 @@ impl Argument for Floats<'_> {
         self.0.set(kernel, index)
     }
 
-    fn parameters(name: &str, _: bool) -> Vec<Parameter> {
+    fn parameters(name: &str, _: Extras) -> Vec<Parameter> {
         Parameter::buffer(name, "float")
     }
 }
@@ -123,7 +123,7 @@ impl Argument for &VoxelBuffer {
         (&self.bytes).set(kernel, index)
     }
 
-    fn parameters(name: &str, _: bool) -> Vec<Parameter> {
+    fn parameters(name: &str, _: Extras) -> Vec<Parameter> {
         Parameter::buffer(name, "VOXEL")
     }
 }

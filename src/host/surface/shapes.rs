@@ -72,6 +72,11 @@ impl Shape {
         }
     }
 
+    /// Bounds in the coordinates of the shape; `None` if it has no points.
+    pub fn own_bounds(&self) -> Option<Bounds> {
+        self.bounds(DMat4::IDENTITY, 1.0)
+    }
+
     /// Bounds in the world, by a matrix that scales radii by `scale`.
     pub(super) fn bounds(&self, matrix: DMat4, scale: f64) -> Option<Bounds> {
         let placed = |point: &DVec3| matrix.transform_point3(*point);

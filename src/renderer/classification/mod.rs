@@ -8,7 +8,7 @@ mod tables;
 mod visibility;
 
 #[cfg(feature = "paper")]
-pub(super) use paper::{SLAB_VALUES, SplatList, Splatted, read_total, slicing_table_size};
+pub(super) use paper::{SLAB_VALUES, SplatList, Splatted, slicing_table_size};
 pub(super) use tables::{DIMMING, EntryKind, Integrals, Table, TableSizes};
 pub(super) use visibility::VisibleBlocks;
 

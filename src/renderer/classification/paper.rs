@@ -5,8 +5,9 @@ use super::super::store::{Key, Stored};
 use super::tables::{CELL_ENTRIES, EntryKind, Integrals, IntegralsKey, TableKey};
 use super::{Classification, PreparationKernels};
 use crate::device::launch::Launcher;
+use crate::device::launch::surfaces::{Pass, Scan, ScanArguments};
 use crate::device::launch::paper::{
-    Pass, Place, PreintegratedTable, PreintegratedTableArguments, Scan, ScanArguments, Splats, SplatsArguments,
+    Place, PreintegratedTable, PreintegratedTableArguments, Splats, SplatsArguments,
 };
 use crate::device::launch::structs::Float4;
 use crate::device::{Buffer, Device};
@@ -147,7 +148,7 @@ impl Classification {
             if pass == Pass::Count {
                 let scan = ScanArguments { counts: &counts, chunks: rows as i32, buckets: 1, total: &total };
                 kernels.paper.scan.launch(device, (), &scan)?;
-                list.count = read_total(device, &total, "the list of splats")?;
+                list.count = total.read_count(device, "the list of splats")?;
                 list.places = Buffer::new(device, list.count, "the splats")?;
                 list.contents = Buffer::new(device, list.count, "the splats")?;
             }
@@ -190,19 +191,6 @@ impl Classification {
         kernels.paper.slicing_table.launch(device, (), &arguments)?;
         Ok((integrals, self.store.keep(key, inputs, device.produced()?, table)))
     }
-}
-
-/// Reads a number of splats. Fails if it exceeds the range of the kernels' counters.
-pub(in crate::renderer) fn read_total(device: &Device, total: &Buffer<u64>, what: &str) -> Result<usize, Error> {
-    let mut count = [0];
-    total.read(device, &mut count)?;
-    let count = count[0];
-    if count > i32::MAX as u64 {
-        let bytes = |entries: u64| entries.saturating_mul(size_of::<u32>() as u64);
-        let device = device.info().name.clone();
-        return Err(Error::DeviceMemory { what: what.into(), device, needed: bytes(count), available: bytes(i32::MAX as u64) });
-    }
-    Ok(count as usize)
 }
 
 /// Name and bytes of the table of slicing, for resource declarations.

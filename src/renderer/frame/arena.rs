@@ -92,7 +92,6 @@ impl Arena {
     }
 
     /// A buffer for at least `len` values, for sizes that are only known after the device has counted.
-    #[cfg(feature = "paper")]
     pub fn counted<T: Copy + Send + Sync + 'static>(
         &mut self,
         device: &Device,

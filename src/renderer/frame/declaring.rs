@@ -27,6 +27,8 @@ pub(in crate::renderer) struct Declaring<'a> {
     pub gradient: Option<GradientEstimator>,
     /// Light volumes, if the frame needs them.
     pub light: Option<DeclaredLight>,
+    /// Points of the surfaces, if there are any.
+    pub surface_points: Option<usize>,
 }
 
 /// The light volumes of a frame.
@@ -76,7 +78,7 @@ impl DeclaredLight {
 impl<'a> Declaring<'a> {
     /// Of a frame of one field that needs neither gradients nor light.
     pub fn new(shape: FieldShape, tables: &'a TableSizes<'a>, tuning: &'a Tuning, viewport: Viewport) -> Self {
-        Self { shape, tables, others: &[], channel: 0, is_tiled: false, tuning, viewport, gradient: None, light: None }
+        Self { shape, tables, others: &[], channel: 0, is_tiled: false, tuning, viewport, gradient: None, light: None, surface_points: None }
     }
 
     /// Declares the resources of each field.

@@ -18,15 +18,18 @@ use super::super::rays::{MarchedRays, RayOutput};
 use super::super::report::{Measured, Statistics};
 use super::super::scene::{Scene, View};
 use super::super::slice_pass::Slices;
+use super::super::surfaces::{Pending, SurfacePass, UploadedSurfaces};
 use super::super::tiles::Target;
 use super::declaring::{DeclaredLight, Declaring};
 use super::resources::Resources;
 use super::steps::{Stage, Step};
 use crate::camera::Camera;
-use crate::device::{Device, Limits, Rehearsal, ScratchMemory};
+use crate::device::launch::structs::Float4;
+use crate::device::{Buffer, Device, Limits, Rehearsal, ScratchMemory};
 use crate::error::Error;
 use crate::layers::{Lattice, Rays};
 use crate::settings::{self, Blend, FieldKind, Layered, Method, Settings};
+use crate::surface::Surface;
 use crate::transfer::TransferFunction;
 use crate::viewport::Viewport;
 use crate::volume::{Held, Volume};
@@ -41,6 +44,7 @@ pub(in crate::renderer) struct Engine {
     light: LightVolumes,
     passes: Passes,
     target: Target,
+    surfaces: Option<UploadedSurfaces>,
     /// Whether reports include frame statistics.
     pub measuring: bool,
     pub limits: Limits,
@@ -58,6 +62,7 @@ struct Passes {
     #[cfg(feature = "paper")]
     paper: super::super::paper::PaperPasses,
     slices: Slices,
+    surfaces: SurfacePass,
     picture: Picture,
 }
 
@@ -96,6 +101,7 @@ impl Engine {
             light: LightVolumes::default(),
             passes: Passes::default(),
             target: Target::default(),
+            surfaces: None,
             measuring: false,
             limits: Limits::default(),
             general_programs: false,
@@ -114,6 +120,7 @@ impl Engine {
             light: LightVolumes::default(),
             passes: Passes::default(),
             target: Target::default(),
+            surfaces: None,
             measuring: false,
             limits: Limits::default(),
             general_programs: self.general_programs,
@@ -126,6 +133,19 @@ impl Engine {
     pub fn set_field(&mut self, volume: &UploadedVolume) -> Result<(), Error> {
         self.require_context(volume)?;
         self.fields.set_first(volume)
+    }
+
+    /// Replaces the surfaces.
+    pub fn set_surfaces(&mut self, surfaces: &[Surface]) -> Result<(), Error> {
+        // Before the new ones: there may not be enough memory for both.
+        self.surfaces = None;
+        self.surfaces = UploadedSurfaces::new(&self.device, surfaces)?;
+        Ok(())
+    }
+
+    /// Whether frames have surfaces.
+    pub fn has_surfaces(&self) -> bool {
+        self.surfaces.is_some()
     }
 
     fn require_context(&self, volume: &UploadedVolume) -> Result<(), Error> {
@@ -221,6 +241,7 @@ impl Engine {
             tuning: self.device.tuning(),
             viewport,
             gradient: settings.needed_gradient(),
+            surface_points: self.surfaces.as_ref().map(UploadedSurfaces::points),
             light: light.map(|light| DeclaredLight { of_colors: matches!(kind, FieldKind::Colors | FieldKind::Labels), ..light }),
         })
     }
@@ -278,7 +299,7 @@ impl Engine {
     fn draw(&mut self, frame: &Frame, mode: Mode) -> Result<(Device, Done), Error> {
         let device = self.begin(mode)?;
         let measuring = self.measuring && matches!(mode, Mode::Waited);
-        let view = View { device: &device, rays: frame.rays, viewport: frame.viewport, settings: frame.settings };
+        let view = View { device: &device, rays: frame.rays, viewport: frame.viewport, settings: frame.settings, is_cut: false };
         let mut done = Done { finished: Finished::Nothing, active_samples: measuring.then_some(0) };
         for (n, stage) in frame.stages.iter().enumerate() {
             tracing::debug!("{}", stage.resources);
@@ -335,6 +356,7 @@ impl Engine {
                 self.count(device, done)?;
                 done.finished = Finished::Floats(self.target.drawn().samples);
             }
+            Step::Surfaces(plan, gathers, _) => done.finished = Finished::Floats(self.draw_surfaces(view, plan, gathers)?),
             Step::Slice(plan) => {
                 let Self { fields, kernels, light, passes, target, .. } = self;
                 fields.with_scene(view, kernels, light, |scene| passes.slices.draw(scene, plan, target))?;
@@ -402,11 +424,43 @@ impl Engine {
         })
     }
 
+    /// Draws surfaces, and the volume between them.
+    fn draw_surfaces(&mut self, view: View, plan: &Plan, gathers: RayOutput) -> Result<Arc<Buffer<Float4>>, Error> {
+        let view = View { is_cut: true, ..view };
+        let mut first = true;
+        let mut pending = Pending { draw: false, find: true };
+        self.with_surfaces(view, |pass, surfaces, scene, target| pass.begin(scene, surfaces, target))?;
+        while pending.find || pending.draw {
+            if pending.find {
+                self.with_surfaces(view, |pass, surfaces, scene, target| pass.find(scene, surfaces, target, first))?;
+            }
+            if pending.draw {
+                self.target.cuts = Some(SurfacePass::cuts(&self.target));
+                let drawn = self.draw_screen(view, plan, gathers);
+                self.target.cuts = None;
+                drawn?;
+            }
+            pending = self.with_surfaces(view, |pass, _, scene, target| pass.composite(scene, target, gathers, first))?;
+            first = false;
+        }
+        Ok(SurfacePass::picture(&self.target))
+    }
+
+    fn with_surfaces<T>(
+        &mut self,
+        view: View,
+        work: impl FnOnce(&mut SurfacePass, &UploadedSurfaces, &mut Scene, &mut Target) -> Result<T, Error>,
+    ) -> Result<T, Error> {
+        let Self { fields, kernels, light, passes, target, surfaces, .. } = self;
+        let surfaces = surfaces.as_ref().expect("frames with surfaces have them");
+        fields.with_scene(view, kernels, light, |scene| work(&mut passes.surfaces, surfaces, scene, target))
+    }
+
     /// The light volumes of a view.
     #[cfg(test)]
     pub fn illumination(&mut self, rays: &Rays, viewport: Viewport, settings: &Settings) -> Result<Illumination, Error> {
         let Self { device, fields, kernels, light, .. } = self;
-        fields.with_scene(View { device, rays, viewport, settings }, kernels, light, |scene| scene.illumination())
+        fields.with_scene(View { device, rays, viewport, settings, is_cut: false }, kernels, light, |scene| scene.illumination())
     }
 
     /// What blocks of voxels absorb and scatter, in the studio.
@@ -418,7 +472,7 @@ impl Engine {
         settings: &Settings,
     ) -> Result<(ScatterGrids, crate::device::Buffer<f32>), Error> {
         let Self { device, fields, kernels, light, .. } = self;
-        fields.with_scene(View { device, rays, viewport, settings }, kernels, light, |scene| scene.lit_blocks())
+        fields.with_scene(View { device, rays, viewport, settings, is_cut: false }, kernels, light, |scene| scene.lit_blocks())
     }
 
     /// Number of light volumes made so far.

@@ -7,10 +7,11 @@ use super::super::plan::Plan;
 use super::super::range::LayerRange;
 use super::super::rays::{self, RayOutput};
 use super::super::slice_pass::{SlicePlan, declare_slice};
+use super::super::surfaces::declare_surfaces;
 use super::declaring::Declaring;
 use super::resources::Resources;
 use crate::image::Background;
-use crate::layers::{Axis, Lattice};
+use crate::layers::{Axis, Kernel, Lattice};
 use crate::settings::{Classification, Layered};
 use crate::volume::VoxelBox;
 use std::ops::Range;
@@ -36,6 +37,8 @@ pub(in crate::renderer) enum Step<'a> {
     Layers { lattice: &'a Lattice, layered: Layered, range: LayerRange },
     /// Renders screen pixels, without a lattice.
     Screen(&'a Plan, RayOutput),
+    /// Renders screen pixels with surfaces, and the volume between these. The number of their points.
+    Surfaces(&'a Plan, RayOutput, usize),
     /// Draws the plane on which the frame's rays begin.
     Slice(SlicePlan),
     /// Warps the lattice into the float picture, with its share.
@@ -70,7 +73,11 @@ pub(in crate::renderer) type Steps<'a> = Vec<Step<'a>>;
 impl<'a> Stage<'a> {
     /// A stage that renders a plan with all voxels on the device. With `bound`, the picture goes to the caller's memory.
     pub fn from_plan(plan: &'a Plan, output: Output, bound: bool, declaring: &Declaring) -> Self {
-        Self::new(steps(plan, output), bound, declaring)
+        let steps = match declaring.surface_points {
+            Some(points) => displayed(vec![Step::Surfaces(plan, RayOutput::Colors, points)], output),
+            None => steps(plan, output),
+        };
+        Self::new(steps, bound, declaring)
     }
 
     /// A stage of the given steps.
@@ -137,6 +144,12 @@ impl Step<'_> {
             Step::Screen(plan, _) => {
                 light::declare(declaring, resources);
                 declare_screen(plan, declaring, resources);
+            }
+            Step::Surfaces(plan, _, points) => {
+                light::declare(declaring, resources);
+                declare_screen(plan, declaring, resources);
+                declare_surfaces(*points, declaring.viewport, declaring.tuning, resources);
+                declaring.table(Kernel::Cubic, resources);
             }
             Step::Slice(plan) => declare_slice(declaring, plan.kernel, resources),
             Step::Warp { .. } if !bound => declare_floats(declaring.viewport, resources),

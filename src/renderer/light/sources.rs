@@ -165,6 +165,11 @@ impl LightSources {
         self.is_surface |= self.studio.is_some();
     }
 
+    /// All samples lie on surfaces.
+    pub fn set_solid(&mut self) {
+        self.is_surface = true;
+    }
+
     /// Replaces the grids by those of the layers that are held.
     pub fn set_grids(&mut self, [shadows, sky]: [Option<ValueGrid>; 2]) {
         (self.shadows, self.sky) = (shadows.unwrap_or(self.shadows), sky.unwrap_or(self.sky));

@@ -1,11 +1,12 @@
 //! Sorting and tiling of splats.
 
-use super::super::classification::{SplatList, Splatted, Table, read_total};
+use super::super::classification::{SplatList, Splatted, Table};
 use super::super::frame::{Arena, Slot};
 use super::super::tiles::Tiles;
 use crate::device::launch::Launcher;
+use crate::device::launch::surfaces::{Pass, Scan, ScanArguments};
 use crate::device::launch::paper::{
-    Pass, Scan, ScanArguments, SortedSplats, SortedSplatsArguments, TiledSplats, TiledSplatsArguments,
+    SortedSplats, SortedSplatsArguments, TiledSplats, TiledSplatsArguments,
 };
 use crate::device::launch::structs::{SampleParams, Splat, SplatParams};
 use crate::device::{Buffer, Device};
@@ -81,7 +82,7 @@ impl SplatOrder {
                 self.scan.launch(device, (), &scan)?;
             }
         }
-        let count = read_total(device, total, "the list of splats")?;
+        let count = total.read_count(device, "the list of splats")?;
 
         let tiles = Tiles::for_lists(from.viewport, device.tuning());
         let [tiles_u, tiles_v] = tiles.for_kernels();
@@ -107,7 +108,7 @@ impl SplatOrder {
             if pass == Pass::Count {
                 let scan = ScanArguments { counts: &ends, chunks: chunks as i32, buckets: tiles as i32, total };
                 self.scan.launch(device, (), &scan)?;
-                entries = read_total(device, total, "the lists of splats per tile")?;
+                entries = total.read_count(device, "the lists of splats per tile")?;
             }
         }
         Ok(Sorted { sorted, ends, lists: arena.counted(device, &LISTS, entries)? })

@@ -67,7 +67,7 @@ impl AxisAlignedSheets {
             &mut target.arena,
             &Unsorted { splats: &splats, splatted, table: &table, params, sample, viewport },
         )?;
-        let region = Region::for_splats(scene);
+        let region = Region::of_clipping(scene);
         let drawn = target.prepare(tiles);
         let arguments = AxisSheetsArguments {
             sorted: &order.sorted,

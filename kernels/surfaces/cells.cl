@@ -1,0 +1,250 @@
+// Cells of surfaces, triangles and pieces of quadrics, and where rays cross them.
+//
+// Coordinates are along the axes of the grid, in world units, from the volume's centre, so that floats stay precise however far the eye is.
+// points: places of all sets in these coordinates, and radii. cells: points of a cell, and 8 times the number of its set plus its kind.
+// Kinds of cells, and what their three numbers are:
+
+// A triangle: its points.
+#define TRIANGLE 0
+// A sphere about a point; where it joins cones, their other points, or -1.
+#define SPHERE 1
+// A cone between two points, and flags: whether there is a sphere at its first and at its second point, and a cone before and behind it.
+#define CONE 2
+#define SPHERE_AT_FIRST 1
+#define SPHERE_AT_SECOND 2
+#define CONE_BEFORE 4
+#define CONE_BEHIND 8
+// A disc about a point, and the other point of its cone.
+#define DISC 3
+
+// Of the numbers of crossings: which of two crossings of a cell, and the cell.
+#define CROSSING(cell, second) ((uint)(cell) << 1 | (second))
+#define CELL_OF(crossing) ((crossing) >> 1)
+
+// The ray origin + t direction.
+typedef struct {
+    float3 origin, direction;
+} SurfaceRay;
+
+static inline float3 at_pixel(const float *affine, float x, float y) {
+    const float3 first = {affine[0], affine[1], affine[2]}, right = {affine[4], affine[5], affine[6]};
+    const float3 down = {affine[8], affine[9], affine[10]};
+    return first + x * right + y * down;
+}
+
+static inline SurfaceRay surface_ray(const SurfaceView *view, int x, int y) {
+    const SurfaceRay ray = {at_pixel(view->origin, x + 0.5f, y + 0.5f), at_pixel(view->direction, x + 0.5f, y + 0.5f)};
+    return ray;
+}
+
+// Place on the screen, times the last component, which is positive in front of the eye.
+static inline float3 on_screen(const SurfaceView *view, float3 p) {
+    const float *m = view->to_screen;
+    return (float3)(m[0] * p.x + m[1] * p.y + m[2] * p.z + m[3], m[4] * p.x + m[5] * p.y + m[6] * p.z + m[7],
+                    m[8] * p.x + m[9] * p.y + m[10] * p.z + m[11]);
+}
+
+// Points of triangles are rounded to 1/256 of a pixel, so that the sides of an edge are told by exact integers, and edges that triangles
+// share lose no pixel and draw none twice. Points that are not in front of the eye, or far outside the screen, are not rounded.
+#define SUBPIXELS 256
+#define FARTHEST_PIXEL 1048576.0f
+
+typedef struct {
+    float3 place;
+    int2 rounded;
+    bool is_rounded;
+} Corner;
+
+static inline Corner make_corner(const SurfaceView *view, float3 place) {
+    const float3 screen = on_screen(view, place);
+    Corner corner;
+    corner.place = place;
+    corner.is_rounded = screen.z > view->nearest && fabs(screen.x) < FARTHEST_PIXEL * screen.z && fabs(screen.y) < FARTHEST_PIXEL * screen.z;
+    corner.rounded = corner.is_rounded ? convert_int2_rte(screen.xy * (SUBPIXELS / screen.z)) : (int2)(0);
+    return corner;
+}
+
+// An order of points that does not depend on the triangle.
+static inline bool is_before(float3 a, float3 b) { return a.x != b.x ? a.x < b.x : a.y != b.y ? a.y < b.y : a.z < b.z; }
+
+// Whether a pixel is on the left of an edge. Pixels on the edge itself belong to one side, which does not depend on the triangle.
+static inline bool is_left_of(const SurfaceView *view, const Corner *from, const Corner *to, int x, int y, const SurfaceRay *ray) {
+    if (from->is_rounded && to->is_rounded) {
+        const int2 pixel = (int2)(x, y) * SUBPIXELS + SUBPIXELS / 2;
+        const long2 one = convert_long2(from->rounded - pixel), other = convert_long2(to->rounded - pixel);
+        const long area = one.x * other.y - one.y * other.x;
+        const int2 along = to->rounded - from->rounded;
+        return area > 0 || (area == 0 && (along.y > 0 || (along.y == 0 && along.x < 0)));
+    }
+    // The volume of the tetrahedron between the edge and the ray, computed alike for both directions of the edge.
+    const bool swapped = is_before(to->place, from->place);
+    const float3 first = swapped ? to->place : from->place, second = swapped ? from->place : to->place;
+    const float volume = view->handedness * dot(ray->direction, cross(first - ray->origin, second - ray->origin));
+    return (volume > 0.0f) != swapped;
+}
+
+// Pixels that a cell can cover: first and last column, first and last row; empty where the first is behind the last.
+typedef int4 Pixels;
+#define NO_PIXELS ((int4)(1, 0, 1, 0))
+
+static inline Pixels all_pixels(const SurfaceView *view) { return (int4)(0, view->width - 1, 0, view->height - 1); }
+
+static inline Pixels pixels_between(const SurfaceView *view, float2 lowest, float2 highest) {
+    const float2 size = {view->width, view->height};
+    if (!(lowest.x < size.x && lowest.y < size.y && highest.x > 0.0f && highest.y > 0.0f))
+        return NO_PIXELS;
+    const int2 first = convert_int2(max(lowest, (float2)(0.0f))), last = convert_int2(min(highest, size - 1.0f));
+    return (int4)(first.x, last.x, first.y, last.y);
+}
+
+// A box around a ball, on the screen. The eye may be in it.
+static inline Pixels pixels_of_ball(const SurfaceView *view, float3 centre, float radius) {
+    float2 lowest = INFINITY, highest = -INFINITY;
+    for (int corner = 0; corner < 8; corner++) {
+        const float3 off = {corner & 1 ? radius : -radius, corner & 2 ? radius : -radius, corner & 4 ? radius : -radius};
+        const float3 screen = on_screen(view, centre + off);
+        if (screen.z <= view->nearest)
+            return on_screen(view, centre).z + view->depth_of_unit * radius > view->nearest ? all_pixels(view) : NO_PIXELS;
+        const float2 at = screen.xy / screen.z;
+        lowest = min(lowest, at), highest = max(highest, at);
+    }
+    return pixels_between(view, lowest - 1.0f, highest + 1.0f);
+}
+
+static inline Pixels both_pixels(Pixels one, Pixels other) {
+    if (one.x > one.y || one.z > one.w)
+        return other;
+    if (other.x > other.y || other.z > other.w)
+        return one;
+    return (int4)(min(one.x, other.x), max(one.y, other.y), min(one.z, other.z), max(one.w, other.w));
+}
+
+static inline Pixels pixels_of_triangle(const SurfaceView *view, __global const float4 *points, int4 cell) {
+    const Corner corners[3] = {make_corner(view, points[cell.x].xyz), make_corner(view, points[cell.y].xyz),
+                               make_corner(view, points[cell.z].xyz)};
+    if (!(corners[0].is_rounded && corners[1].is_rounded && corners[2].is_rounded)) {
+        bool is_ahead = false;
+        for (int i = 0; i < 3; i++)
+            is_ahead |= on_screen(view, corners[i].place).z > view->nearest;
+        return is_ahead ? all_pixels(view) : NO_PIXELS;
+    }
+    const int2 lowest = min(min(corners[0].rounded, corners[1].rounded), corners[2].rounded);
+    const int2 highest = max(max(corners[0].rounded, corners[1].rounded), corners[2].rounded);
+    // Columns and rows whose centres lie between.
+    const int2 first = max((lowest + (SUBPIXELS / 2 - 1)) >> 8, 0);
+    const int2 last = min((highest - SUBPIXELS / 2) >> 8, (int2)(view->width - 1, view->height - 1));
+    return (int4)(first.x, last.x, first.y, last.y);
+}
+
+static inline Pixels pixels_of_cell(const SurfaceView *view, __global const float4 *points, int4 cell) {
+    const int kind = cell.w & 7;
+    if (kind == TRIANGLE)
+        return pixels_of_triangle(view, points, cell);
+    const float4 first = points[cell.x];
+    if (kind != CONE)
+        return first.w > 0.0f ? pixels_of_ball(view, first.xyz, first.w) : NO_PIXELS;
+    const float4 second = points[cell.y];
+    return first.w > 0.0f || second.w > 0.0f
+               ? both_pixels(pixels_of_ball(view, first.xyz, first.w), pixels_of_ball(view, second.xyz, second.w))
+               : NO_PIXELS;
+}
+
+// Where a ray crosses a cell: at most two ray parameters, NaN where it does not.
+typedef float2 Crossings;
+#define NO_CROSSINGS ((float2)(NAN, NAN))
+
+static inline Crossings triangle_crossings(const SurfaceView *view, const Corner *corners, int x, int y, const SurfaceRay *ray) {
+    const bool left = is_left_of(view, &corners[0], &corners[1], x, y, ray);
+    if (is_left_of(view, &corners[1], &corners[2], x, y, ray) != left || is_left_of(view, &corners[2], &corners[0], x, y, ray) != left)
+        return NO_CROSSINGS;
+    const float3 normal = cross(corners[1].place - corners[0].place, corners[2].place - corners[0].place);
+    const float along = dot(normal, ray->direction);
+    return (float2)(along == 0.0f ? NAN : dot(normal, corners[0].place - ray->origin) / along, NAN);
+}
+
+static inline bool is_in_sphere(float3 p, float4 sphere) {
+    const float3 off = p - sphere.xyz;
+    return dot(off, off) < sphere.w * sphere.w;
+}
+
+static inline bool is_in_cone(float3 p, float4 one, float4 other) {
+    const float3 axis = other.xyz - one.xyz, off = p - one.xyz;
+    const float squared = dot(axis, axis), s = dot(off, axis) / squared, radius = one.w + s * (other.w - one.w);
+    const float3 across = off - s * axis;
+    return s > 0.0f && s < 1.0f && dot(across, across) < radius * radius;
+}
+
+static inline Crossings sphere_crossings(float4 sphere, const SurfaceRay *ray) {
+    const float3 to_centre = sphere.xyz - ray->origin;
+    const float squared = dot(ray->direction, ray->direction), nearest = dot(to_centre, ray->direction) / squared;
+    // From the nearest point, which is precise for spheres that are small beside their distance.
+    const float3 off = to_centre - nearest * ray->direction;
+    const float inside = sphere.w * sphere.w - dot(off, off);
+    if (!(inside > 0.0f))
+        return NO_CROSSINGS;
+    const float half_chord = sqrt(inside / squared);
+    return (float2)(nearest - half_chord, nearest + half_chord);
+}
+
+static inline Crossings cone_crossings(float4 one, float4 other, const SurfaceRay *ray) {
+    const float3 axis = other.xyz - one.xyz, middle = 0.5f * (one.xyz + other.xyz);
+    const float squared = dot(axis, axis);
+    if (squared == 0.0f)
+        return NO_CROSSINGS;
+    // From the point of the ray nearest to the middle.
+    const float nearest = dot(middle - ray->origin, ray->direction) / dot(ray->direction, ray->direction);
+    const float3 off = ray->origin + nearest * ray->direction - one.xyz;
+    const float m = dot(off, axis) / squared, n = dot(ray->direction, axis) / squared, slope = other.w - one.w;
+    const float3 off_across = off - m * axis, along_across = ray->direction - n * axis;
+    const float radius = one.w + slope * m;
+    const float a = dot(along_across, along_across) - slope * slope * n * n;
+    const float b = dot(off_across, along_across) - slope * n * radius, c = dot(off_across, off_across) - radius * radius;
+    float2 t;
+    if (fabs(a) < 1e-6f * dot(ray->direction, ray->direction)) {
+        t = (float2)(b == 0.0f ? NAN : -0.5f * c / b, NAN);
+    } else {
+        const float inside = b * b - a * c;
+        if (!(inside > 0.0f))
+            return NO_CROSSINGS;
+        // Without a difference of nearly equal numbers.
+        const float sum = -(b + copysign(sqrt(inside), b));
+        t = sum == 0.0f ? (float2)(0.0f, NAN) : (float2)(sum / a, c / sum);
+        t = t.x > t.y ? t.yx : t;
+    }
+    const float2 s = m + t * n, radii = one.w + slope * s;
+    t.x = s.x > 0.0f && s.x < 1.0f && radii.x > 0.0f ? nearest + t.x : NAN;
+    t.y = s.y > 0.0f && s.y < 1.0f && radii.y > 0.0f ? nearest + t.y : NAN;
+    return t;
+}
+
+static inline Crossings disc_crossings(float4 disc, float3 other, const SurfaceRay *ray) {
+    const float3 axis = other - disc.xyz;
+    const float along = dot(axis, ray->direction), t = dot(axis, disc.xyz - ray->origin) / along;
+    return (float2)(along != 0.0f && is_in_sphere(ray->origin + t * ray->direction, disc) ? t : NAN, NAN);
+}
+
+// Whether a point on a piece of a tube is inside the pieces that touch it.
+static inline bool is_inside_tube(__global const float4 *points, int4 cell, float3 p) {
+    const int kind = cell.w & 7;
+    if (kind == SPHERE)
+        return (cell.y >= 0 && is_in_cone(p, points[cell.x], points[cell.y])) ||
+               (cell.z >= 0 && is_in_cone(p, points[cell.x], points[cell.z]));
+    if (kind != CONE)
+        return false;
+    return (cell.z & SPHERE_AT_FIRST && is_in_sphere(p, points[cell.x])) || (cell.z & SPHERE_AT_SECOND && is_in_sphere(p, points[cell.y])) ||
+           (cell.z & CONE_BEFORE && is_in_cone(p, points[cell.x - 1], points[cell.x])) ||
+           (cell.z & CONE_BEHIND && is_in_cone(p, points[cell.y], points[cell.y + 1]));
+}
+
+static inline Crossings cell_crossings(const SurfaceView *view, __global const float4 *points, int4 cell, const Corner *corners, int x, int y,
+                                       const SurfaceRay *ray) {
+    const int kind = cell.w & 7;
+    if (kind == TRIANGLE)
+        return triangle_crossings(view, corners, x, y, ray);
+    Crossings t = kind == SPHERE ? sphere_crossings(points[cell.x], ray)
+                  : kind == CONE ? cone_crossings(points[cell.x], points[cell.y], ray)
+                                 : disc_crossings(points[cell.x], points[cell.y].xyz, ray);
+    t.x = isnan(t.x) || is_inside_tube(points, cell, ray->origin + t.x * ray->direction) ? NAN : t.x;
+    t.y = isnan(t.y) || is_inside_tube(points, cell, ray->origin + t.y * ray->direction) ? NAN : t.y;
+    return t;
+}

@@ -1,0 +1,244 @@
+//! Surfaces on a device.
+
+use crate::device::launch::structs::{Float4, SurfaceSet};
+use crate::device::launch::surfaces::SURFACE_COLORS;
+use crate::device::{Buffer, Device};
+use crate::error::Error;
+use crate::surface::{Ends, Per, Shape, Surface, SurfaceShading, Triangles, Tubes};
+use crate::volume::Grid;
+use glam::{DMat3, DMat4, DVec3};
+use std::ops::Range;
+
+/// Kinds of cells, and flags of cones: kernels/surfaces/cells.cl.
+const TRIANGLE: i32 = 0;
+const SPHERE: i32 = 1;
+const CONE: i32 = 2;
+const DISC: i32 = 3;
+const SPHERE_AT_FIRST: i32 = 1;
+const SPHERE_AT_SECOND: i32 = 2;
+const CONE_BEFORE: i32 = 4;
+const CONE_BEHIND: i32 = 8;
+/// No point.
+const NONE: i32 = -1;
+
+/// Attributes of points and cells: kernels/surfaces/surface_colors.cl.
+const NO_ATTRIBUTE: i32 = 0;
+const COLORS: i32 = 1;
+const VALUES: i32 = 3;
+
+/// The visible sets of a renderer. Their places are those in files; each frame places them.
+pub(in crate::renderer) struct UploadedSurfaces {
+    sets: Vec<PlacedSet>,
+    /// Points, less the centre of their set, and radii.
+    pub own: Buffer<Float4>,
+    pub cells: Buffer<[i32; 4]>,
+    pub attributes: Buffer<f32>,
+    pub normals: Buffer<Float4>,
+    pub tables: Buffer<Float4>,
+    pub cell_count: usize,
+}
+
+/// A set, and its points.
+struct PlacedSet {
+    set: SurfaceSet,
+    points: Range<usize>,
+    centre: DVec3,
+    matrix: DMat4,
+}
+
+/// What the sets have, on the host.
+#[derive(Default)]
+struct Gathered {
+    points: Vec<Float4>,
+    cells: Vec<[i32; 4]>,
+    attributes: Vec<f32>,
+    normals: Vec<Float4>,
+    tables: Vec<Float4>,
+}
+
+impl UploadedSurfaces {
+    /// Uploads the visible sets, if there are any.
+    pub fn new(device: &Device, surfaces: &[Surface]) -> Result<Option<Self>, Error> {
+        let mut gathered = Gathered::default();
+        let visible = surfaces.iter().filter(|surface| surface.is_visible && surface.shape().cells() > 0);
+        let sets: Vec<_> = visible.enumerate().map(|(n, surface)| gathered.add(n, surface)).collect();
+        if sets.is_empty() {
+            return Ok(None);
+        }
+        device.begin(&[])?;
+        Ok(Some(Self {
+            sets,
+            own: Buffer::from_slice(device, &gathered.points, "the points of surfaces")?,
+            cells: Buffer::from_slice(device, &gathered.cells, "the cells of surfaces")?,
+            attributes: Buffer::from_slice(device, &gathered.attributes, "the attributes of surfaces")?,
+            normals: Buffer::from_slice(device, &gathered.normals, "the normals of surfaces")?,
+            tables: Buffer::from_slice(device, &gathered.tables, "the colours of values on surfaces")?,
+            cell_count: gathered.cells.len(),
+        }))
+    }
+
+    /// Number of points.
+    pub fn points(&self) -> usize {
+        self.sets.last().map_or(0, |set| set.points.end)
+    }
+
+    /// The points of each set.
+    pub fn ranges(&self) -> impl Iterator<Item = Range<usize>> {
+        self.sets.iter().map(|set| set.points.clone())
+    }
+
+    /// The sets as kernels take them, placed around the centre of a grid whose world has units of `unit`.
+    pub fn placed(&self, grid: &Grid, unit: f64) -> Vec<SurfaceSet> {
+        self.sets.iter().map(|set| set.placed(grid, unit)).collect()
+    }
+}
+
+impl PlacedSet {
+    fn placed(&self, grid: &Grid, unit: f64) -> SurfaceSet {
+        let to_axes = grid.world_to_grid_axes();
+        let linear = to_axes * DMat3::from_mat4(self.matrix) * (1.0 / unit);
+        let origin = to_axes * (self.matrix.transform_point3(self.centre) / unit - grid.centre());
+        let normals = linear.inverse().transpose();
+        // Their length does not matter, and floats can hold them.
+        let normals = normals * (1.0 / normals.to_cols_array().iter().fold(f64::MIN_POSITIVE, |most, n| most.max(n.abs())));
+        let row = |matrix: &DMat3, i: usize| matrix.row(i).as_vec3().to_array();
+        SurfaceSet {
+            to_view: std::array::from_fn(|i| linear.row(i).extend(origin[i]).as_vec4().to_array()),
+            normal_to_view: std::array::from_fn(|i| row(&normals, i)),
+            scale: self.set.scale / unit as f32,
+            ..self.set
+        }
+    }
+}
+
+impl Gathered {
+    /// Adds set number `n`.
+    fn add(&mut self, n: usize, surface: &Surface) -> PlacedSet {
+        let (first_point, first_cell) = (self.points.len(), self.cells.len());
+        let bounds = surface.shape().own_bounds();
+        let centre = bounds.map_or(DVec3::ZERO, |bounds| (bounds.lowest + bounds.highest) / 2.0);
+        let mut first_normal = NONE;
+        let add = |points: &mut Vec<Float4>, all: &[DVec3], radius: &dyn Fn(usize) -> f64| {
+            points.extend(all.iter().enumerate().map(|(n, p)| Float4((*p - centre).extend(radius(n)).as_vec4().to_array())));
+        };
+        match surface.shape() {
+            Shape::Triangles(triangles) => {
+                add(&mut self.points, triangles.points(), &|_| 0.0);
+                self.add_triangles(triangles, first_point, n);
+                if let Some(normals) = triangles.normals().filter(|_| surface.shading == SurfaceShading::Smooth) {
+                    first_normal = self.normals.len() as i32;
+                    self.normals.extend(normals.iter().map(|normal| Float4(normal.extend(0.0).to_array())));
+                }
+            }
+            Shape::Spheres(spheres) => {
+                add(&mut self.points, spheres.centres(), &|n| spheres.radii()[n]);
+                let cell = |i: usize| [(first_point + i) as i32, NONE, NONE, kind(SPHERE, n)];
+                self.cells.extend((0..spheres.centres().len()).map(cell));
+            }
+            Shape::Tubes(tubes) => {
+                add(&mut self.points, tubes.points(), &|n| tubes.radii()[n]);
+                self.add_tubes(tubes, first_point, n);
+            }
+        }
+        let (attribute, first_attribute) = self.add_attributes(surface);
+        let (first_color, table_from, table_per_value) = self.add_table(surface);
+        let set = SurfaceSet {
+            to_view: [[0.0; 4]; 3],
+            normal_to_view: [[0.0; 3]; 3],
+            scale: surface.scale() as f32,
+            color: [surface.color[0], surface.color[1], surface.color[2], surface.opacity],
+            table_from,
+            table_per_value,
+            attribute,
+            first_attribute,
+            first_color,
+            first_point: first_point as i32,
+            first_cell: first_cell as i32,
+            first_normal,
+            opaque: i32::from(!surface.is_translucent()),
+            shaded: i32::from(surface.shading != SurfaceShading::Off),
+            clipped: i32::from(surface.is_clipped),
+        };
+        PlacedSet { set, points: first_point..self.points.len(), centre, matrix: surface.matrix() }
+    }
+
+    fn add_triangles(&mut self, triangles: &Triangles, first: usize, n: usize) {
+        let place = |index: u32| first as i32 + index as i32;
+        self.cells.extend(triangles.indices().iter().map(|&[a, b, c]| [place(a), place(b), place(c), kind(TRIANGLE, n)]));
+    }
+
+    fn add_tubes(&mut self, tubes: &Tubes, first: usize, n: usize) {
+        let round = tubes.ends() == Ends::Round;
+        for line in tubes.lines().filter(|line| line.len() > 1) {
+            let last = line.len() - 1;
+            let place = |i: usize| (first + line.start + i) as i32;
+            for i in 0..last {
+                let flag = |is_set: bool, flag: i32| if is_set { flag } else { 0 };
+                let flags = flag(round || i > 0, SPHERE_AT_FIRST)
+                    | flag(round || i + 1 < last, SPHERE_AT_SECOND)
+                    | flag(i > 0, CONE_BEFORE)
+                    | flag(i + 1 < last, CONE_BEHIND);
+                self.cells.push([place(i), place(i + 1), flags, kind(CONE, n)]);
+            }
+            let joints = if round { 0..=last } else { 1..=last - 1 };
+            for i in joints {
+                let before = if i > 0 { place(i - 1) } else { NONE };
+                let behind = if i < last { place(i + 1) } else { NONE };
+                self.cells.push([place(i), before, behind, kind(SPHERE, n)]);
+            }
+            if tubes.ends() == Ends::Flat {
+                self.cells.push([place(0), place(1), 0, kind(DISC, n)]);
+                self.cells.push([place(last), place(last - 1), 0, kind(DISC, n)]);
+            }
+        }
+    }
+
+    /// Kind and first of the attributes.
+    fn add_attributes(&mut self, surface: &Surface) -> (i32, i32) {
+        let first = self.attributes.len() as i32;
+        if let Some(colors) = surface.colors() {
+            self.extend(surface.shape(), colors, |color| color.to_vec());
+            return (COLORS + i32::from(is_of_cells(surface.shape(), colors)), first);
+        }
+        let Some((values, _)) = surface.values() else { return (NO_ATTRIBUTE, 0) };
+        self.extend(surface.shape(), values, |value| vec![*value]);
+        (VALUES + i32::from(is_of_cells(surface.shape(), values)), first)
+    }
+
+    /// Adds attributes. Those of lines become those of their points.
+    fn extend<T>(&mut self, shape: &Shape, entries: &Per<T>, floats: impl Fn(&T) -> Vec<f32>) {
+        match (shape, entries) {
+            (Shape::Tubes(tubes), Per::Cell(entries)) => {
+                for (line, entry) in tubes.lines().zip(entries) {
+                    line.for_each(|_| self.attributes.extend(floats(entry)));
+                }
+            }
+            (_, entries) => entries.entries().iter().for_each(|entry| self.attributes.extend(floats(entry))),
+        }
+    }
+
+    /// The place of the colours of values, the first value, and colours per value.
+    fn add_table(&mut self, surface: &Surface) -> (i32, f32, f32) {
+        let Some((_, transfer)) = surface.values() else { return (0, 0.0, 0.0) };
+        let first = self.tables.len() as i32;
+        let colors = transfer.colors();
+        let (from, to) = (colors.first().map_or(0.0, |c| c.0), colors.last().map_or(1.0, |c| c.0));
+        let step = (to - from) / (SURFACE_COLORS - 1) as f64;
+        let entry = |n: usize| {
+            let [r, g, b] = transfer.color(from + n as f64 * step).map(|c| c as f32);
+            Float4([r, g, b, 1.0])
+        };
+        self.tables.extend((0..SURFACE_COLORS).map(entry));
+        (first, from as f32, if step > 0.0 { (1.0 / step) as f32 } else { 0.0 })
+    }
+}
+
+/// Last number of a cell of set `n`.
+fn kind(kind: i32, n: usize) -> i32 {
+    (n as i32) << 3 | kind
+}
+
+/// Whether kernels look attributes up by cell: only triangles have them so.
+fn is_of_cells<T>(shape: &Shape, entries: &Per<T>) -> bool {
+    matches!((shape, entries), (Shape::Triangles(_), Per::Cell(_)))
+}
