@@ -213,14 +213,20 @@ __kernel void channel_lattice(SHADED_CHANNELS, PER_CHANNEL(__global const int4 *
         lengths[n] = length_per_layer(first, &rays);
 #ifdef CLIPPED
         intervals[n] = clip_sample_rays(&p, &ray_ends, &rays);
+#endif
+        open |= (is_open(channels, count, n, has_ray[n], gathered) ? 1 : 0) << n;
+    }
+#ifdef CUT_RAYS
+    cut_intervals(&p, &tile, cuts, intervals);
+#endif
+#ifdef CLIPPED
+    for (int n = 0; n < patches; n++) {
+        const SampleRays rays = patch_rays(&p, &tile, n);
         const realv origin[3] = {rays.centre_u, rays.centre_v, (realv)(p.centre_layer)};
         const realv direction[3] = {rays.shear_u * p.layer_step, rays.shear_v * p.layer_step, (realv)(p.layer_step)};
         for (int c = 0; c < count; c++)
             channels[c].intervals[n] = interval_within(channels[c].field.place, &intervals[n], origin, direction);
-#endif
-        open |= (is_open(channels, count, n, has_ray[n], gathered) ? 1 : 0) << n;
     }
-#ifdef CLIPPED
     float begin, end;
     tile_bounds(intervals, patches, &begin, &end);
 #endif

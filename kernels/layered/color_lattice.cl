@@ -65,6 +65,9 @@ __kernel void color_lattice(COLOR_FIELDS, __global const int *shown_slabs, RayLa
 #endif
         open |= (ANY(has_ray[n]) ? 1 : 0) << n;
     }
+#ifdef CUT_RAYS
+    cut_intervals(&p, &tile, cuts, intervals);
+#endif
 #ifdef CLIPPED
     float begin, end;
     tile_bounds(intervals, patches, &begin, &end);

@@ -56,6 +56,9 @@ __kernel void point_lattice(SHADED_FIELD, __global const uchar *visible, __globa
         nodes_at[0][n] = nodes_at[1][n] = INT_MIN;
 #endif
     }
+#ifdef CUT_RAYS
+    cut_intervals(&p, &tile, cuts, intervals);
+#endif
 #ifdef CLIPPED
     float begin, end;
     tile_bounds(intervals, patches, &begin, &end);

@@ -188,6 +188,10 @@ __kernel void point_samples(SHADED_FIELD, __global const uchar *visible, __globa
     if (place.x < p.width && place.y < p.height) {
         __global float4 *out = target + (size_t)place.y * p.width + place.x;
         RayState state = start_ray(&p, &sample, &ray_ends, place.x, place.y, out);
+#ifdef CUT_RAYS
+        const float2 cut = cuts[out - target];
+        state.interval.from = MAX(state.interval.from, cut.x), state.interval.to = MIN(state.interval.to, cut.y);
+#endif
         for (int word = 0; 32 * word < count && state.open; word++)
             for (uint left = visible_word(slabs, word, count); left && state.open; left &= left - 1)
                 cross_slab(voxels, &view, &shading, integrals, &p, &sample, ends, first + lowest_in_word(word, left) * p.layer_step,

@@ -17,6 +17,27 @@ static inline void tile_bounds(const Interval *intervals, int patches, float *fr
 }
 #endif
 
+#ifdef CUT_RAYS
+// Cuts the intervals of the patches of a tile to the parts of its rays that are to be drawn.
+static inline void cut_intervals(const RayLatticeParams *p, const Tile *tile, __global const float2 *cuts, Interval *intervals) {
+    Interval rows[TILE_ROWS];
+    for (int r = 0; r < tile->bands * PATCH_ROWS; r++) {
+        rows[r].from = INFINITY, rows[r].to = -INFINITY;
+        if (r >= tile->rows)
+            continue;
+        const intv at = samples_of_row(p, tile, r), present = LANES_IN_ROW(p, tile, r);
+        for (int i = 0; i < VW; i++)
+            if (((const int *)&present)[i]) {
+                const float2 cut = cuts[((const int *)&at)[i]];
+                ((float *)&rows[r].from)[i] = cut.x, ((float *)&rows[r].to)[i] = cut.y;
+            }
+    }
+    regroup_all((realv *)rows, sizeof(Interval) / sizeof(realv), tile->bands);
+    for (int n = 0; n < tile->bands * PATCH_ROWS; n++)
+        intervals[n].from = MAX(intervals[n].from, rows[n].from), intervals[n].to = MIN(intervals[n].to, rows[n].to);
+}
+#endif
+
 // Bytes of a cache line.
 #define LINE 64
 

@@ -52,6 +52,12 @@ static inline intv lanes_with_rays(const RayLatticeParams *p, const Tile *tile, 
     return patch_columns(patch) < tile->columns && patch_sample_rows(patch) < tile->rows;
 }
 
+// The samples of row r of a tile, and the lanes that have one.
+static inline intv samples_of_row(const RayLatticeParams *p, const Tile *tile, int r) {
+    return (tile->row + r) * p->width + tile->column + LANES;
+}
+#define LANES_IN_ROW(p, tile, r) (LANES < (tile)->columns)
+
 // Loads or stores row r of a tile.
 #define FIRST_OF_ROW(p, lattice, tile, r) ((lattice) + (size_t)((tile)->row + (r)) * (p)->width + (tile)->column)
 #define LOAD_ROW(p, sample, lattice, tile, r) load_raw(sample, FIRST_OF_ROW(p, lattice, tile, r), (tile)->columns, 1)

@@ -8,7 +8,7 @@
 #include "shared/table_entries.cl"
 
 // Arguments of a kernel: RGBA of the samples of a lattice, or of pixels, and the number of those with opacity in each tile.
-// CUT_RAYS: also the parts of rays to draw, in ray parameters, of each sample or pixel.
+// CUT_RAYS: also the parts of rays to draw, of each pixel in ray parameters, or of each sample in layers from that of the centre along it.
 #ifdef CUT_RAYS
 #define OUTPUT __global float4 *target, __global uint *active_samples, __global const float2 *cuts
 #else

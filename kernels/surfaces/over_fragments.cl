@@ -1,11 +1,12 @@
 // Composites what rays have gathered before their next fragments, and these fragments, and cuts the rays at the next ones.
 //
-// One work-item per row of pixels. A ray's volume is drawn interval by interval: `drawn` is the picture of the last one, and
+// One work-item per row of pixels. sample_cuts: the same for the samples of a lattice that are pixels. A ray's volume is drawn interval by interval: `drawn` is the picture of the last one, and
 // `picture` that of all in front of it. cuts: the next interval of each ray, empty for those that wait or are finished. pending[row]: DRAW where an interval of the row is
 // to be drawn, FIND where further fragments are wanted.
 
 #include "shared/elementary.cl"
 #include "shared/clipping.cl"
+#include "picture/own_samples.cl"
 #include "surfaces/cells.cl"
 #include "surfaces/fragment_states.cl"
 #include "shared/first_hit.cl"
@@ -49,9 +50,29 @@ static inline float4 fragment_picture(__global const float *depths, __global con
 #endif
 }
 
-__kernel void over_fragments(SurfaceView view, RayEnds volume_ends, float opaque, int over_all, int first, __global const float4 *drawn,
+// A cut in the layers of a lattice.
+static inline float in_layers(const SurfaceView *view, int x, int y, float cut) {
+    const float *offset = view->to_layers, *scale = view->to_layers + 3;
+    const float u = x + 0.5f, v = y + 0.5f;
+    return isinf(cut) ? cut : offset[0] + u * offset[1] + v * offset[2] + cut * (scale[0] + u * scale[1] + v * scale[2]);
+}
+
+// Cuts the ray of a pixel and, where samples of a lattice are pixels, that of its sample.
+#define NO_CUT ((float2)(INFINITY, -INFINITY))
+static inline void cut_ray(const SurfaceView *view, const WarpParams *lattice, int x, int y, float2 cut, __global float2 *cuts,
+                           __global float2 *sample_cuts) {
+    cuts[(size_t)y * view->width + x] = cut;
+    if (lattice->for_each_pixel) {
+        FIND_SAMPLES(float, int, uint, lattice, x + 0.5f, y + 0.5f, at, beyond)
+        if (!beyond)
+            sample_cuts[at] = cut.x < cut.y ? (float2)(in_layers(view, x, y, cut.x), in_layers(view, x, y, cut.y)) : NO_CUT;
+    }
+}
+
+__kernel void over_fragments(SurfaceView view, WarpParams lattice, RayEnds volume_ends, float opaque, int over_all, int first, __global const float4 *drawn,
                              __global const float *depths, __global const ushort4 *colors, __global uchar *states, __global uchar *next,
-                             __global float4 *picture, __global float2 *cuts, __global uint *pending, ulong first_item) {
+                             __global float4 *picture, __global float2 *cuts,
+                             __global float2 *sample_cuts, __global uint *pending, ulong first_item) {
     const int y = first_item + get_global_id(0);
     if (y >= view.height)
         return;
@@ -61,9 +82,10 @@ __kernel void over_fragments(SurfaceView view, RayEnds volume_ends, float opaque
         const size_t at = (size_t)y * view.width + x;
         int n = first ? 0 : next[at];
         const float2 before = first ? (float2)(-INFINITY, -INFINITY) : cuts[at];
-        cuts[at] = (float2)(INFINITY, -INFINITY);
-        if (n == FINISHED)
+        if (n == FINISHED) {
+            cut_ray(&view, &lattice, x, y, NO_CUT, cuts, sample_cuts);
             continue;
+        }
         Gathered gathered = first ? NOTHING_GATHERED : picture[at];
         gathered.w = first ? 1.0f : 1.0f - gathered.w;
         const int count = states[at] & FRAGMENT_COUNT;
@@ -99,7 +121,7 @@ __kernel void over_fragments(SurfaceView view, RayEnds volume_ends, float opaque
         picture[at] = (float4)(gathered.xyz, 1.0f - gathered.w);
         const bool waits = cut.x < cut.y || states[at] & WANTED;
         next[at] = waits ? n : FINISHED;
-        cuts[at] = cut;
+        cut_ray(&view, &lattice, x, y, cut, cuts, sample_cuts);
     }
     pending[y] = todo;
 }

@@ -1,7 +1,7 @@
 //! Progressive accumulation: the mean of frames with different sub-pixel offsets of the rays.
 
 use super::report::FrameReport;
-use super::{Planned, Renderer, StreamedRenderer};
+use super::{Renderer, StreamedRenderer};
 use crate::camera::Camera;
 use crate::color::Curve;
 use crate::error::Error;
@@ -163,7 +163,7 @@ impl Renderer {
         let part = Viewport::new(length("columns", &columns, viewport.width)?, length("rows", &rows, viewport.height)?)?;
         let (rays, settings) = self.engine.normalised_view(camera, viewport, settings)?;
         let rays = Jitter::from_pixel(columns.start, rows.start).apply(rays);
-        let planned = Planned::new(rays, part, settings, self.engine.base_field().grid(), self.engine.steepness())?;
+        let planned = self.planned_for(rays, part, settings)?;
         self.render_planned(&planned)
     }
 
@@ -175,8 +175,7 @@ impl Renderer {
         jitter: Jitter,
     ) -> Result<(Frame, FrameReport), Error> {
         let (rays, settings) = self.engine.normalised_view(camera, viewport, settings)?;
-        let planned =
-            Planned::new(jitter.apply(rays), viewport, settings, self.engine.base_field().grid(), self.engine.steepness())?;
+        let planned = self.planned_for(jitter.apply(rays), viewport, settings)?;
         self.render_planned(&planned)
     }
 }

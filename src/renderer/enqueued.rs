@@ -39,7 +39,7 @@ impl Renderer {
     ) -> Result<Event, Error> {
         onto.check(&self.engine.device, viewport)?;
         let planned = self.planned(camera, viewport, settings)?;
-        check_no_readback(&planned.plan)?;
+        self.check_no_readback(&planned.plan)?;
         tracing::debug!("{}", planned.plan);
         let (stage, direct) = self.stage_onto(&planned, onto)?;
         let Planned { rays, viewport, settings, .. } = &planned;
@@ -136,18 +136,23 @@ impl Renderer {
         onto: &PictureMemory,
     ) -> Result<Vec<usize>, Error> {
         let planned = self.planned(camera, viewport, settings)?;
-        check_no_readback(&planned.plan)?;
+        self.check_no_readback(&planned.plan)?;
         let (stage, _) = self.stage_onto(&planned, onto)?;
         Ok(stage.resources.arena_buffers().map(|resource| resource.bytes as usize).collect())
     }
-}
 
-/// Rejects plans that need host readback.
-fn check_no_readback(plan: &Plan) -> Result<(), Error> {
-    if !plan.counts_splats() {
-        return Ok(());
+    /// Rejects frames that need host readback.
+    fn check_no_readback(&self, plan: &Plan) -> Result<(), Error> {
+        if self.engine.has_surfaces() {
+            let problem =
+                "frames with surfaces read back what is still to draw, so they cannot be enqueued without waiting: use `render`";
+            return Err(Error::Settings { field: "surfaces", problem: problem.into() });
+        }
+        if !plan.counts_splats() {
+            return Ok(());
+        }
+        let problem =
+            "sheets read back their number of splats, so they cannot be enqueued without waiting: use `render`, or another algorithm";
+        Err(Error::Settings { field: "algorithm", problem: problem.into() })
     }
-    let problem =
-        "sheets read back their number of splats, so they cannot be enqueued without waiting: use `render`, or another algorithm";
-    Err(Error::Settings { field: "algorithm", problem: problem.into() })
 }

@@ -336,20 +336,17 @@ impl Renderer {
 
     fn planned(&self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<Planned, Error> {
         let (rays, settings) = self.engine.normalised_view(camera, viewport, settings)?;
-        let mut planned = Planned::new(rays, viewport, settings, self.engine.base_field().grid(), self.engine.steepness())?;
-        if self.engine.has_surfaces() {
-            planned.plan = planned.plan.with_surfaces(planned.settings.blend)?;
-        }
+        let planned = self.planned_for(rays, viewport, settings)?;
         self.engine.check_method(planned.plan.method(), planned.settings.blend)?;
         Ok(planned)
     }
-}
 
-impl Planned {
-    /// `settings` and `grid` are in normalised world units; `steepness` as for [`Plan::with_steepness`].
-    fn new(rays: Rays, viewport: Viewport, settings: Settings, grid: &Grid, steepness: f64) -> Result<Self, Error> {
+    /// The view of these rays; they and the settings are in normalised world units.
+    fn planned_for(&self, rays: Rays, viewport: Viewport, settings: Settings) -> Result<Planned, Error> {
+        let (grid, steepness) = (self.engine.base_field().grid(), self.engine.steepness());
         let plan = Plan::with_steepness(&rays, viewport, grid, &settings, steepness)?;
-        Ok(Self { rays, viewport, settings, plan })
+        let plan = if self.engine.has_surfaces() { plan.with_surfaces(&rays, viewport, grid, &settings)? } else { plan };
+        Ok(Planned { rays, viewport, settings, plan })
     }
 }
 

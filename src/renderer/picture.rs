@@ -95,7 +95,8 @@ pub(super) struct WarpInputs<'a> {
 }
 
 impl WarpInputs<'_> {
-    fn params(self, tiles: Tiles, share: Share) -> WarpParams {
+    /// Kernel argument, for a lattice in these tiles.
+    pub fn params(self, tiles: Tiles, share: Share) -> WarpParams {
         let Self { lattice, rays, viewport, .. } = self;
         let from_screen = lattice.from_screen(rays);
         let filter = rays.voxels_per_pixel(lattice.frame).ceil().clamp(1.0, MAX_FILTER_TAPS) as i32;

@@ -77,7 +77,7 @@ impl Optional for ChannelColors<'_> {
 arguments! {
     /// Parts of rays: CUT_RAYS of kernels/shared/accumulator.cl.
     Cuts<'a> {
-        /// Of each sample or pixel, in ray parameters.
+        /// Of each pixel in ray parameters, or of each sample in layers from that of the centre.
         cuts: &'a Buffer<[f32; 2]>,
     }
 }

@@ -682,6 +682,28 @@ kernel_struct! {
     }
 }
 
+impl WarpParams {
+    /// Of no lattice.
+    pub const NONE: Self = Self {
+        from_screen: [0.0; 9],
+        lattice: [0; 2],
+        frame: [0; 2],
+        forward: 1.0,
+        tile: [1; 2],
+        tile_lead: 0,
+        filter: 1,
+        lines: 0,
+        upright: 0,
+        on_pixels: 0,
+        for_each_pixel: 0,
+        crossed_along: 0,
+        stagger: [0; 2],
+        share: 1.0,
+        added: 0,
+        displayed: 0,
+    };
+}
+
 kernel_struct! {
     /// The view of surfaces, in the coordinates of surfaces/cells.cl.
     SurfaceView {
@@ -698,6 +720,9 @@ kernel_struct! {
         depth_of_unit: f32,
         /// Sign of the volume between two columns, two rows and the direction.
         handedness: f32,
+        /// From ray parameters to layers of a lattice, from that of the centre along rays: offset and factor, each at pixel coordinates (0, 0)
+        /// and per column and row.
+        to_layers: [[f32; 3]; 2],
         /// From places to voxels, and the centre in voxels.
         to_voxels: [f32; 3],
         centre: [f32; 3],

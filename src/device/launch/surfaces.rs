@@ -1,7 +1,7 @@
 //! Kernels of surfaces: their cells are listed per tile of the screen, rays are intersected with them, and the fragments composited with the
 //! volume between them.
 
-use super::structs::{Float4, RayEnds, SampleParams, SurfaceSet, SurfaceView};
+use super::structs::{Float4, RayEnds, SampleParams, SurfaceSet, SurfaceView, WarpParams};
 use super::{Defines, Items, LightBuffers, Rendering, kernel, large_grid};
 use crate::device::{Buffer, Tuning};
 
@@ -131,6 +131,8 @@ kernel! {
     items |a, _| a.view.size[1] as usize;
     arguments OverFragmentsArguments<'a> {
         view: SurfaceView,
+        /// Of the lattice whose samples are the pixels, if there is one.
+        lattice: WarpParams,
         /// What of rays is in the volume, in the coordinates of the view.
         volume_ends: RayEnds,
         /// Transmittance of opaque rays.
@@ -147,6 +149,7 @@ kernel! {
         next: &'a Buffer<u8>,
         picture: &'a Buffer<Float4>,
         cuts: &'a Buffer<[f32; 2]>,
+        sample_cuts: &'a Buffer<[f32; 2]>,
         /// Per row of pixels: 1 if intervals of the volume are to be drawn, plus 2 if fragments are to be found.
         pending: &'a Buffer<u32>,
     }

@@ -11,7 +11,7 @@ use super::super::light::Illumination;
 use super::super::light::LightVolumes;
 #[cfg(test)]
 use super::super::light::ScatterGrids;
-use super::super::picture::{Finished, Picture, WarpInputs, bind};
+use super::super::picture::{Finished, Picture, Share, WarpInputs, bind};
 use super::super::plan::Plan;
 use super::super::range::LayerRange;
 use super::super::rays::{MarchedRays, RayOutput};
@@ -427,23 +427,38 @@ impl Engine {
     /// Draws surfaces, and the volume between them.
     fn draw_surfaces(&mut self, view: View, plan: &Plan, gathers: RayOutput) -> Result<Arc<Buffer<Float4>>, Error> {
         let view = View { is_cut: true, ..view };
+        let lattice = if let Plan::Lattice(lattice, _) = plan { Some(lattice) } else { None };
+        let mut drawn = self.target.drawn().samples;
         let mut first = true;
         let mut pending = Pending { draw: false, find: true };
-        self.with_surfaces(view, |pass, surfaces, scene, target| pass.begin(scene, surfaces, target))?;
+        self.with_surfaces(view, |pass, surfaces, scene, target| pass.begin(scene, surfaces, lattice, target))?;
         while pending.find || pending.draw {
             if pending.find {
                 self.with_surfaces(view, |pass, surfaces, scene, target| pass.find(scene, surfaces, target, first))?;
             }
             if pending.draw {
-                self.target.cuts = Some(SurfacePass::cuts(&self.target));
-                let drawn = self.draw_screen(view, plan, gathers);
+                self.target.cuts = Some(SurfacePass::cuts(&self.target, lattice.is_some()));
+                let result = self.draw_pixels(view, plan, gathers);
                 self.target.cuts = None;
-                drawn?;
+                drawn = result?;
             }
-            pending = self.with_surfaces(view, |pass, _, scene, target| pass.composite(scene, target, gathers, first))?;
+            pending =
+                self.with_surfaces(view, |pass, _, scene, target| pass.composite(scene, (&drawn, lattice), target, gathers, first))?;
             first = false;
         }
         Ok(SurfacePass::picture(&self.target))
+    }
+
+    /// Draws a picture without a warp that interpolates.
+    fn draw_pixels(&mut self, view: View, plan: &Plan, gathers: RayOutput) -> Result<Arc<Buffer<Float4>>, Error> {
+        let Plan::Lattice(lattice, layered) = plan else {
+            self.draw_screen(view, plan, gathers)?;
+            return Ok(self.target.drawn().samples);
+        };
+        self.draw_layers(view, lattice, *layered, &LayerRange::whole(lattice))?;
+        let View { device, rays, viewport, settings, .. } = view;
+        let onto = WarpInputs { lattice, rays, viewport, is_linear: settings.studio.is_some() };
+        Ok(self.passes.picture.warp(device, &self.target, onto, Share::WHOLE)?.floats().clone())
     }
 
     fn with_surfaces<T>(

@@ -145,10 +145,23 @@ impl Step<'_> {
                 light::declare(declaring, resources);
                 declare_screen(plan, declaring, resources);
             }
-            Step::Surfaces(plan, _, points) => {
+            Step::Surfaces(plan, _, number) => {
                 light::declare(declaring, resources);
-                declare_screen(plan, declaring, resources);
-                declare_surfaces(*points, declaring.viewport, declaring.tuning, resources);
+                let lattice = match plan {
+                    Plan::Lattice(lattice, layered) => {
+                        let Classification::Preintegrated { kernel, .. } = layered.classification else {
+                            unreachable!("splats draw no surfaces")
+                        };
+                        points::declare_lattice(declaring, (lattice, layered.evaluation), kernel, resources);
+                        declare_floats(declaring.viewport, resources);
+                        Some(lattice)
+                    }
+                    plan => {
+                        declare_screen(plan, declaring, resources);
+                        None
+                    }
+                };
+                declare_surfaces(*number, lattice, declaring.viewport, declaring.tuning, resources);
                 declaring.table(Kernel::Cubic, resources);
             }
             Step::Slice(plan) => declare_slice(declaring, plan.kernel, resources),

@@ -5,13 +5,14 @@
 //! volume between two fragments, nothing is drawn.
 
 use super::super::frame::{Resources, Slot};
+use super::super::picture::{Share, WarpInputs};
 use super::super::rays::{AXIS, RayOutput};
 use super::super::region::Region;
 use super::super::scene::Scene;
 use super::super::tiles::Target;
 use super::uploaded::UploadedSurfaces;
 use super::view::{ray_ends, surface_view};
-use crate::device::launch::structs::{Float4, RayEnds, SurfaceSet, SurfaceView};
+use crate::device::launch::structs::{Float4, RayEnds, SurfaceSet, SurfaceView, WarpParams};
 use crate::device::launch::surfaces::{
     Bins, BinsArguments, FRAGMENTS, Fragments, FragmentsArguments, OverFragments, OverFragmentsArguments, Pass, PlacePoints,
     PlacePointsArguments, SURFACE_TILE, Scan, ScanArguments,
@@ -19,7 +20,7 @@ use crate::device::launch::surfaces::{
 use crate::device::launch::{Launcher, Rendering};
 use crate::device::{Buffer, Tuning};
 use crate::error::Error;
-use crate::layers::Kernel;
+use crate::layers::{Kernel, Lattice};
 use crate::settings::Settings;
 use crate::viewport::Viewport;
 use std::sync::Arc;
@@ -36,6 +37,7 @@ const STATES: Slot<u8> = Slot::new("the numbers of fragments");
 const NEXT: Slot<u8> = Slot::new("the next fragments");
 const PENDING: Slot<u32> = Slot::new("the rows with further fragments");
 const CUTS: Slot<[f32; 2]> = Slot::new("the parts of rays");
+const SAMPLE_CUTS: Slot<[f32; 2]> = Slot::new("the parts of rays of a lattice");
 const PICTURE: Slot<Float4> = Slot::new("the picture with surfaces");
 
 /// Voxels by which fields of any kernel end beyond that of the paper's cubic.
@@ -72,7 +74,16 @@ pub(in crate::renderer) struct Pending {
 }
 
 /// Declares the resources of [`SurfacePass`] for sets with this number of points.
-pub(in crate::renderer) fn declare_surfaces(points: usize, viewport: Viewport, tuning: &Tuning, resources: &mut Resources) {
+pub(in crate::renderer) fn declare_surfaces(
+    points: usize,
+    lattice: Option<&Lattice>,
+    viewport: Viewport,
+    tuning: &Tuning,
+    resources: &mut Resources,
+) {
+    if let Some(lattice) = lattice {
+        resources.host(&SAMPLE_CUTS, lattice.samples());
+    }
     let pixels = viewport.pixels();
     let tiles: usize = [viewport.width, viewport.height].map(|n| n.div_ceil(SURFACE_TILE) as usize).iter().product();
     resources.frame(&POINTS, points);
@@ -90,9 +101,21 @@ pub(in crate::renderer) fn declare_surfaces(points: usize, viewport: Viewport, t
 
 impl SurfacePass {
     /// Lists the cells of each tile. Reads their number back, to allocate the lists.
-    pub fn begin(&mut self, scene: &Scene, surfaces: &UploadedSurfaces, target: &mut Target) -> Result<(), Error> {
+    ///
+    /// `lattice`: its samples are the pixels.
+    pub fn begin(
+        &mut self,
+        scene: &Scene,
+        surfaces: &UploadedSurfaces,
+        lattice: Option<&Lattice>,
+        target: &mut Target,
+    ) -> Result<(), Error> {
         let Scene { device, field, rays, viewport, .. } = *scene;
-        let view = surface_view(field.grid(), rays, viewport);
+        let view = surface_view(field.grid(), rays, viewport, lattice);
+        if let Some(lattice) = lattice {
+            // Samples beside the screen are not drawn.
+            target.arena.fill(device, &SAMPLE_CUTS, &vec![[0.0; 2]; lattice.samples()])?;
+        }
         let sets = surfaces.placed(field.grid(), field.world().unit());
         let sets = Buffer::from_slice(device, &sets, "the sets of surfaces")?;
         let arena = &mut target.arena;
@@ -183,6 +206,7 @@ impl SurfacePass {
     pub fn composite(
         &mut self,
         scene: &Scene,
+        (drawn, lattice): (&Buffer<Float4>, Option<&Lattice>),
         target: &Target,
         gathers: RayOutput,
         first: bool,
@@ -190,19 +214,25 @@ impl SurfacePass {
         let (device, arena) = (scene.device, &target.arena);
         let found = self.frame.as_ref().expect("a frame begins");
         let pending = arena.get(&PENDING);
+        let cuts = arena.get(&CUTS);
+        let sample_cuts = Self::cuts(target, lattice.is_some());
+        let is_linear = scene.settings.studio.is_some();
+        let onto = |lattice| WarpInputs { lattice, rays: scene.rays, viewport: scene.viewport, is_linear };
         let arguments = OverFragmentsArguments {
             view: found.view,
+            lattice: lattice.map_or(WarpParams::NONE, |lattice| onto(lattice).params(target.drawn().tiles, Share::WHOLE)),
             volume_ends: found.volume_ends,
             opaque: if scene.settings.early_termination { Settings::OPAQUE as f32 } else { 0.0 },
             over_all: i32::from(scene.settings.blend.gathers_values()),
             first: i32::from(first),
-            drawn: &target.drawn().samples,
+            drawn,
             depths: &arena.get(&DEPTHS),
             colors: &arena.get(&COLORS),
             states: &arena.get(&STATES),
             next: &arena.get(&NEXT),
             picture: &arena.get(&PICTURE),
-            cuts: &arena.get(&CUTS),
+            cuts: &cuts,
+            sample_cuts: &sample_cuts,
             pending: &pending,
         };
         self.over.launch(device, gathers == RayOutput::Depths, &arguments)?;
@@ -212,9 +242,9 @@ impl SurfacePass {
         Ok(Pending { draw: all & 1 != 0, find: all & 2 != 0 })
     }
 
-    /// The parts of rays to draw.
-    pub fn cuts(target: &Target) -> Arc<Buffer<[f32; 2]>> {
-        target.arena.get(&CUTS)
+    /// The parts of rays to draw, of pixels or of the samples of a lattice.
+    pub fn cuts(target: &Target, of_lattice: bool) -> Arc<Buffer<[f32; 2]>> {
+        target.arena.get(if of_lattice { &SAMPLE_CUTS } else { &CUTS })
     }
 
     /// The picture with all surfaces.

@@ -4,7 +4,7 @@ use super::super::region::Region;
 use super::super::scene::Scene;
 use crate::device::launch::structs::{RayEnds, SurfaceView};
 use crate::device::launch::surfaces::SURFACE_TILE;
-use crate::layers::{Axis, Rays};
+use crate::layers::{Axis, Lattice, Rays};
 use crate::viewport::Viewport;
 use crate::volume::Grid;
 use glam::{DMat3, DVec3, DVec4};
@@ -13,7 +13,7 @@ use glam::{DMat3, DVec3, DVec4};
 const NEAREST: f64 = 1e-3;
 
 /// The view of surfaces.
-pub(super) fn surface_view(grid: &Grid, rays: &Rays, viewport: Viewport) -> SurfaceView {
+pub(super) fn surface_view(grid: &Grid, rays: &Rays, viewport: Viewport, lattice: Option<&Lattice>) -> SurfaceView {
     let (spacing, centre) = (grid.spacing(), grid.centre_in_voxels());
     let origin = [(rays.origin[0] - centre) * spacing, rays.origin[1] * spacing, rays.origin[2] * spacing];
     let direction = rays.direction.map(|d| d * spacing);
@@ -35,6 +35,12 @@ pub(super) fn surface_view(grid: &Grid, rays: &Rays, viewport: Viewport) -> Surf
         nearest: if rays.is_parallel() { 0.0 } else { NEAREST as f32 },
         depth_of_unit: last.truncate().length() as f32,
         handedness: axes[0].cross(axes[1]).dot(axes[2]).signum() as f32,
+        to_layers: lattice.map_or([[0.0; 3]; 2], |lattice| {
+            let along = |p: DVec3| p[lattice.frame.a] * f64::from(lattice.layer_step);
+            let centre = lattice.centre_layer * f64::from(lattice.layer_step);
+            let [offset, right, down] = rays.origin.map(along);
+            [[offset - centre, right, down], rays.direction.map(along)].map(|row| row.map(|n| n as f32))
+        }),
         to_voxels: (1.0 / spacing).as_vec3().to_array(),
         centre: centre.as_vec3().to_array(),
         size: [viewport.width as i32, viewport.height as i32],
