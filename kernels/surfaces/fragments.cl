@@ -59,17 +59,16 @@ static inline void insert(const Pixel *pixel, Block *block, int n, Fragment frag
         block->opaque[n] = fragment;
         return;
     }
+    // Each of these takes the place of the next one behind it.
 #pragma unroll
     for (int slot = 0; slot < SLOTS; slot++) {
         const Fragment here = block->found[slot][n];
-        if (here.depth == INFINITY || comes_before(pixel, fragment, here)) {
+        if (fragment.depth < INFINITY && comes_before(pixel, fragment, here)) {
             block->found[slot][n] = fragment;
             fragment = here;
-            if (fragment.depth == INFINITY)
-                return;
         }
     }
-    block->followed[n] = true;
+    block->followed[n] |= fragment.depth < INFINITY;
 }
 
 // Colour and opacity of a fragment.
@@ -173,34 +172,26 @@ __kernel void fragments(SURFACE_DATA, __global const uint *ends, __global const 
         const int x = column + n % RASTER, y = row + n / RASTER, at = y * view.width + x;
         pixel.x = x, pixel.y = y, pixel.ray = surface_ray(&view, x, y);
         int count = 0;
-        bool is_followed = block.followed[n];
+        bool is_followed = block.followed[n], is_last = false;
 #pragma unroll
         for (int slot = 0; slot < SLOTS; slot++) {
             Fragment fragment = block.found[slot][n];
-            if (count < slot)
-                continue;
             // The opaque one is behind all that are drawn.
-            if (!comes_before(&pixel, fragment, block.opaque[n])) {
+            if (!is_last && block.opaque[n].depth <= fragment.depth && !comes_before(&pixel, fragment, block.opaque[n])) {
                 fragment = block.opaque[n];
-                is_followed = false;
-                if (fragment.depth == INFINITY)
-                    continue;
+                is_last = true, is_followed = false;
+            } else if (is_last) {
+                fragment.depth = INFINITY;
+            }
+            if (fragment.depth < INFINITY) {
                 depths[(size_t)slot * pixels + at] = fragment.depth;
                 vstore_half4(lit_fragment(&pixel, &view, &sample, volume, fragment), (size_t)slot * pixels + at, (__global half *)colors);
+                crossings[at] = fragment.crossing;
                 count = slot + 1;
-                // None of the further slots follows.
-                block.opaque[n].depth = -INFINITY;
-                break;
             }
-            if (fragment.depth == INFINITY)
-                continue;
-            depths[(size_t)slot * pixels + at] = fragment.depth;
-            vstore_half4(lit_fragment(&pixel, &view, &sample, volume, fragment), (size_t)slot * pixels + at, (__global half *)colors);
-            count = slot + 1;
-            crossings[at] = fragment.crossing;
         }
-        // All slots are full, and an opaque fragment is behind them.
-        is_followed |= count == SLOTS && block.opaque[n].depth < INFINITY && block.opaque[n].depth > -INFINITY;
+        // No slot is left for the opaque one.
+        is_followed |= !is_last && block.opaque[n].depth < INFINITY;
         states[at] = count | (is_followed ? FOLLOWED : 0);
     }
 }

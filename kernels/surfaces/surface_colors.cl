@@ -59,12 +59,11 @@ static inline float4 surface_color(const SurfaceData *data, uint index, const Su
         sum = is_color ? vload4(n, attributes) : (float4)(attributes[n]);
     } else {
         const float3 weights = weights_in_cell(data, cell, ray->origin + depth * ray->direction);
-        const int numbers[3] = {cell.x, cell.y, cell.z}, count = points_of_cell(cell);
+        const int count = points_of_cell(cell);
+        const int numbers[3] = {cell.x, count > 1 ? cell.y : cell.x, count > 2 ? cell.z : cell.x};
         const float shares[3] = {weights.x, weights.y, weights.z};
 #pragma unroll
         for (int i = 0; i < 3; i++) {
-            if (i >= count)
-                break;
             const uint n = numbers[i] - set->first_point;
             sum += shares[i] * (is_color ? vload4(n, attributes) : (float4)(attributes[n]));
         }
