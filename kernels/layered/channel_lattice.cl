@@ -229,6 +229,13 @@ __kernel void channel_lattice(SHADED_CHANNELS, PER_CHANNEL(__global const int4 *
     }
     float begin, end;
     tile_bounds(intervals, patches, &begin, &end);
+#ifdef CUT_RAYS
+    // Nothing reads these samples.
+    if (begin >= end) {
+        active_samples[id] = 0;
+        return;
+    }
+#endif
 #endif
 
     const int s = SAMPLES_PER_LAYER(first), enters = p.layer_step > 0 ? 0 : 1;

@@ -71,6 +71,13 @@ __kernel void color_lattice(COLOR_FIELDS, __global const int *shown_slabs, RayLa
 #ifdef CLIPPED
     float begin, end;
     tile_bounds(intervals, patches, &begin, &end);
+#ifdef CUT_RAYS
+    // Nothing reads these samples.
+    if (begin >= end) {
+        active_samples[id] = 0;
+        return;
+    }
+#endif
 #endif
 
     const int s = SAMPLES_PER_LAYER(&sample), enters = p.layer_step > 0 ? 0 : 1;

@@ -62,6 +62,13 @@ __kernel void point_lattice(SHADED_FIELD, __global const uchar *visible, __globa
 #ifdef CLIPPED
     float begin, end;
     tile_bounds(intervals, patches, &begin, &end);
+#ifdef CUT_RAYS
+    // Nothing reads these samples.
+    if (begin >= end) {
+        active_samples[id] = 0;
+        return;
+    }
+#endif
 #endif
 
     const int s = SAMPLES_PER_LAYER(&sample), enters = p.layer_step > 0 ? 0 : 1;
