@@ -1,5 +1,6 @@
 //! Surfaces of files.
 
+use super::triangles::is_closed;
 use super::{Cells, Ends, Per, Space, Spheres, Surface, SurfaceArray, SurfaceFile, Triangles, Tubes};
 use crate::error::Error;
 use crate::transfer::TransferFunction;
@@ -154,6 +155,12 @@ impl SurfaceFile {
             }
         };
         Ok((array.scalars(), transfer))
+    }
+
+    /// Whether every edge of its triangles belongs to two of them, in opposite directions; `None` without triangles.
+    pub fn is_closed(&self) -> Option<bool> {
+        let triangles = &self.triangles.points;
+        (!triangles.is_empty()).then(|| is_closed(triangles))
     }
 
     /// The lowest and the highest corner of the box around all points.

@@ -162,6 +162,8 @@ impl SurfaceFile {
             self.colors = self.colors.filter(|colors| matches!(colors, Per::Point(_)));
             self.vertices = Cells { points: all.clone(), numbers: all };
         }
+        // Headers may have anything, also what terminals take as commands.
+        self.header.retain(|letter| !letter.is_control());
         Ok(Self { path: path.into(), ..self })
     }
 }
