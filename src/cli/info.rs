@@ -6,10 +6,12 @@ use super::options::{Described, LabelOptions, TransferOptions, VolumeOptions};
 use super::orientation::{self, UpReport};
 use super::remarks::describe;
 use super::scene::open_transfer;
+use super::surface_info;
 use super::transfer::TransferReport;
 use crate::error::Error;
 use crate::framing::Orientation;
 use crate::settings::Blend;
+use crate::surface::SurfaceFile;
 use crate::transfer::TransferFunction;
 use crate::volume::{ChannelDescription, Contents, FrameSpacing, Grid, Statistics, Volume};
 use glam::DVec3;
@@ -116,6 +118,9 @@ impl ChannelReport {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
+    if SurfaceFile::is_one(&arguments.volume.volume) {
+        return surface_info::run(&arguments.volume.volume, arguments.json);
+    }
     let Described { volume, labels, channels } = arguments.volume.open_described(&arguments.labels)?;
     // Malformed descriptions keep nobody from the values.
     let channels = channels.unwrap_or_else(|error| {
@@ -248,7 +253,7 @@ fn side_of_patient(direction: DVec3) -> &'static str {
     names[axis][usize::from(direction[axis] > 0.0)]
 }
 
-fn position(point: [f64; 3]) -> String {
+pub(super) fn position(point: [f64; 3]) -> String {
     point.map(shortened).join(",")
 }
 

@@ -43,6 +43,7 @@ mod shown_steps;
 mod signals;
 mod slice;
 mod standard;
+mod surface_info;
 mod time;
 mod transfer;
 mod tune;

@@ -1,6 +1,7 @@
 //! Truncated files and flipped bits give a volume or an error, and never allocate more memory than the file could hold.
 
 use crate::files::{all, folder};
+use layersplat::surface::SurfaceOptions;
 use layersplat::volume::{ChannelDescription, LabelTable, Labels, Volume};
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::collections::BTreeSet;
@@ -83,6 +84,9 @@ fn opened(path: &Path, options: &layersplat::OpenOptions) -> Result<(), layerspl
         return LabelTable::open(path).map(|_| ());
     }
     let of = |folder: &str| path.components().any(|part| part.as_os_str() == folder);
+    if of("surfaces") {
+        return layersplat::surface::open(path, &SurfaceOptions::default()).map(|_| ());
+    }
     Volume::open(path, options)?;
     if of("labels") {
         Labels::open(path, options, None)?;
@@ -128,6 +132,10 @@ fn damaged_files_are_refused_or_read() {
     copied(&folder(), temporary.path());
     let table = damaged(&temporary.path().join("labels/atlas.txt"), &layersplat::OpenOptions::default());
     assert!(table > 0, "no damage of a table was detected");
+    for file in crate::surfaces::all() {
+        let refused = damaged(&temporary.path().join("surfaces").join(&file), &layersplat::OpenOptions::default());
+        assert!(refused > 0, "{file}: no damage was detected");
+    }
     let mut seen = BTreeSet::new();
     for expected in all() {
         if seen.insert(expected.file.clone()) {

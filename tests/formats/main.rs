@@ -16,6 +16,7 @@ mod refused;
 mod refused_archives;
 mod refused_pictures;
 mod slices;
+mod surfaces;
 #[cfg(feature = "tiff")]
 mod tiff_pages;
 mod unusual;

@@ -1,13 +1,19 @@
 //! Surfaces in the world: triangles, spheres and tubes, which are drawn in and around volumes.
 
 mod attributes;
+mod format;
+mod open;
 mod shapes;
+mod space;
 mod spheres;
 mod triangles;
 mod tubes;
 
 pub use attributes::Per;
+pub use format::{Cells, SurfaceArray, SurfaceFile};
+pub use open::{Radius, SurfaceOptions, open};
 pub use shapes::{Bounds, Shape};
+pub use space::Space;
 pub use spheres::Spheres;
 pub use triangles::Triangles;
 pub use tubes::{Ends, Tubes};

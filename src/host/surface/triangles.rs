@@ -52,12 +52,17 @@ impl Triangles {
 
     /// Whether every edge belongs to two triangles, in opposite directions.
     pub fn is_closed(&self) -> bool {
-        let mut edges: Vec<(u32, u32)> = self.indices.iter().flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)]).collect();
-        edges.sort_unstable();
-        !edges.is_empty()
-            && edges.windows(2).all(|pair| pair[0] != pair[1])
-            && edges.iter().all(|&(a, b)| edges.binary_search(&(b, a)).is_ok())
+        is_closed(&self.indices)
     }
+}
+
+/// Whether every edge of some triangles belongs to two of them, in opposite directions.
+pub(super) fn is_closed(triangles: &[[u32; 3]]) -> bool {
+    let mut edges: Vec<(u32, u32)> = triangles.iter().flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)]).collect();
+    edges.sort_unstable();
+    !edges.is_empty()
+        && edges.windows(2).all(|pair| pair[0] != pair[1])
+        && edges.iter().all(|&(a, b)| edges.binary_search(&(b, a)).is_ok())
 }
 
 fn error(problem: String) -> Error {

@@ -46,6 +46,14 @@ impl TransferFunction {
     /// [`Error::UnknownName`] if the name does not exist.
     pub fn builtin(name: &str, volume: &Volume) -> Result<Self, Error> {
         let (lo, hi) = visible_range(volume);
+        Self::builtin_over(name, lo, hi)
+    }
+
+    /// As [`TransferFunction::builtin`], over a range of values.
+    ///
+    /// # Errors
+    /// [`Error::UnknownName`] if the name does not exist, [`Error::OutOfRange`] if `lo` is not below `hi`.
+    pub fn builtin_over(name: &str, lo: f64, hi: f64) -> Result<Self, Error> {
         builtin::named(name).ok_or_else(|| builtin::unknown(name))?.stretched(lo, hi)
     }
 

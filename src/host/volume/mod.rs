@@ -40,6 +40,7 @@ pub use description::Description;
 #[doc(hidden)]
 pub use description::Stored;
 pub use format::{Level, OpenOptions, Placement};
+pub(crate) use format::{STL_BYTES, SurfaceFormat, stl_triangles, vtk};
 pub use grid::Grid;
 #[doc(hidden)]
 pub use labels::grid_over;
@@ -61,6 +62,7 @@ pub use storage::Storage;
 #[doc(hidden)]
 pub use unseen::{Layers, Unseen};
 pub use voxels::{Endian, ScalarType, Voxel, VoxelType, Voxels, Wide};
+pub(crate) use wide::Numbers;
 pub use write::convert;
 
 use crate::error::Error;

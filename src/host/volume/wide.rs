@@ -28,12 +28,19 @@ const WHOLE_FLOATS: f64 = 16_777_216.0;
 
 /// Numbers in a file or in memory.
 #[derive(Clone, Copy)]
-pub(super) struct Numbers<'a> {
+pub(crate) struct Numbers<'a> {
     pub bytes: &'a [u8],
     pub scalar: ScalarType,
     pub endian: Endian,
     /// Which of them stand for missing voxels, if there are such.
-    pub missing: Option<&'a MissingData>,
+    pub(super) missing: Option<&'a MissingData>,
+}
+
+impl<'a> Numbers<'a> {
+    /// Numbers of which none is missing.
+    pub fn new(bytes: &'a [u8], scalar: ScalarType, endian: Endian) -> Self {
+        Self { bytes, scalar, endian, missing: None }
+    }
 }
 
 impl Numbers<'_> {

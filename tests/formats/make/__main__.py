@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Writes the small files in ../files with third-party writers, and their expected contents into ../files/expected.json.
 
-    python3 -m venv /tmp/venv && /tmp/venv/bin/pip install pynrrd nibabel SimpleITK vtk numpy tifffile pillow pydicom zarr ome-zarr h5py netCDF4 xarray
+    python3 -m venv /tmp/venv && /tmp/venv/bin/pip install pynrrd nibabel SimpleITK vtk numpy tifffile pillow pydicom zarr ome-zarr h5py netCDF4 xarray trimesh plyfile
     /tmp/venv/bin/python tests/formats/make            # or only some: tests/formats/make dicom zarr
 
 Voxel i (x fastest) of a volume of 5x4x3 voxels has the value slope * i + intercept. Affine transforms are those that the readers of
@@ -14,7 +14,7 @@ from common import HERE, expected
 # The folders that each script writes.
 SCRIPTS = dict(nrrds=["nrrd"], niftis=["nifti"], metaimages=["metaimage"], vtks=["vtk"], numpys=["numpy", "bov"], tiffs=["tiff", "png"],
                dicoms=["dicom"], zarrs=["zarr"], hdf5s=["hdf5"], labels=["labels"], channels=["channels"], conventions=["conventions"],
-               mincs=["minc"], netcdfs=["netcdf"])
+               mincs=["minc"], netcdfs=["netcdf"], surfaces=["surfaces"])
 
 if __name__ == "__main__":
     wanted = {script: folders for script, folders in SCRIPTS.items() if not sys.argv[1:] or set(folders) & set(sys.argv[1:])}

@@ -7,7 +7,7 @@ use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
 /// Voxel data from the first byte of the first voxel, regardless of other file contents.
-pub(super) trait Bytes {
+pub(crate) trait Bytes {
     /// The file and the byte offset at which the data are stored uncompressed, if they are.
     fn in_place(&self) -> Option<(&File, u64)> {
         None

@@ -37,16 +37,18 @@ mod runs;
 mod slices;
 #[cfg(any(feature = "hdf5", feature = "zarr"))]
 mod strided;
+mod surfaces;
 mod text;
 #[cfg(feature = "tiff")]
 mod tiff;
-mod vtk;
+pub(crate) mod vtk;
 #[cfg(feature = "zarr")]
 mod zarr;
 
 pub(super) use load::Header;
 pub use options::{Level, OpenOptions, Placement};
 pub(super) use raw::told_by_name;
+pub(crate) use surfaces::{STL_BYTES, SurfaceFormat, stl_triangles};
 
 use super::grid::lengths;
 use super::labels::Declared;
@@ -77,6 +79,7 @@ const FORMATS: &[&dyn Format] = &[
     &nifti::Nifti,
     &metaimage::MetaImage,
     &mgh::Mgh,
+    &surfaces::Surfaces,
     #[cfg(feature = "vtk")]
     &vtk::Xml,
     &vtk::Legacy,

@@ -102,6 +102,7 @@ fn array_of(dataset: Dataset, image: &Image, cell_data: bool, active: &[Option<S
         cell_data,
         active: scalars,
         is_vector: vectors || normals,
+        are_normals: false,
         are_colors: false,
         place,
     })

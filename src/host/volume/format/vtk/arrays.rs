@@ -8,7 +8,7 @@ use glam::{DAffine3, DVec3};
 use std::path::Path;
 
 /// An array and the location of its numbers.
-pub(in crate::volume::format) struct Array<Place> {
+pub(crate) struct Array<Place> {
     pub name: String,
     /// Type name as in the file.
     pub type_name: String,
@@ -19,6 +19,8 @@ pub(in crate::volume::format) struct Array<Place> {
     pub active: bool,
     /// Whether the file declares its components as a vector.
     pub is_vector: bool,
+    /// Whether these vectors are normals of a surface.
+    pub are_normals: bool,
     /// Whether the file declares its components as colours.
     pub are_colors: bool,
     pub place: Place,
@@ -49,7 +51,7 @@ pub(in crate::volume::format) fn chosen<'a, P>(
 
 impl<P> Array<P> {
     /// Header for one component of the array, placed at points or at cell centres.
-    pub fn header(
+    pub(in crate::volume::format) fn header(
         &self,
         path: &Path,
         image: &Image,
@@ -71,13 +73,15 @@ impl<P> Array<P> {
         Ok(header.with_channels_inside(channel, self.components))
     }
 
-    /// Bytes of all numbers.
+    /// Whether it is the same array of another piece.
     #[cfg(feature = "vtk")]
-    pub fn bytes(&self, image: &Image, scalar: ScalarType) -> u64 {
-        self.numbers(image).saturating_mul(scalar.bytes() as u64)
+    pub fn is_like(&self, other: &Self) -> bool {
+        (&self.name, self.cell_data, self.components, &self.type_name)
+            == (&other.name, other.cell_data, other.components, &other.type_name)
     }
 
-    pub fn numbers(&self, image: &Image) -> u64 {
+    /// Count of all numbers.
+    pub(in crate::volume::format) fn numbers(&self, image: &Image) -> u64 {
         let along = |n: usize| if self.cell_data { (n - 1).max(1) } else { n } as u64;
         image.points.iter().fold(self.components as u64, |all, &n| all.saturating_mul(along(n)))
     }

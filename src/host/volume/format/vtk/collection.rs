@@ -1,6 +1,6 @@
 //! ParaView's collections of files in time, `.pvd` (<https://www.paraview.org/Wiki/ParaView/Data_formats#PVD_File_Format>).
 
-use super::xml::attribute;
+use super::document::attribute;
 use crate::error::Error;
 use quick_xml::events::Event;
 use std::fs::File;

@@ -1,15 +1,18 @@
-//! VTK image data: XML (`.vti`, with the feature `vtk`) and legacy structured points (`.vtk`).
+//! VTK files: XML (`.vti`, `.vtp`, with the feature `vtk`) and legacy ones (`.vtk`). Readers of surfaces use the parsers, too.
 
-pub(super) mod arrays;
+pub(crate) mod arrays;
 #[cfg(feature = "vtk")]
 mod blocks;
 #[cfg(feature = "vtk")]
 mod collection;
 #[cfg(feature = "vtk")]
+pub(crate) mod document;
+#[cfg(feature = "vtk")]
 mod encoded;
 mod legacy;
 #[cfg(feature = "vtk")]
 mod pieces;
+pub(crate) mod scanner;
 #[cfg(feature = "vtk")]
 mod xml;
 

@@ -91,6 +91,7 @@ mod tests {
             cell_data: true,
             active: false,
             is_vector: false,
+            are_normals: false,
             are_colors: false,
             place: (),
         };
