@@ -66,20 +66,22 @@ impl<'a> Marched<'a> {
     /// Renders the picture of a camera.
     pub fn render(&self, camera: &Camera, viewport: Viewport) -> Result<Frame, Error> {
         let rays = Rays::new(camera, viewport, self.volume.grid())?.with_pixel_aspect(self.settings.pixel_aspect, viewport);
-        Ok(picture(viewport, |x, y| {
-            let ray = &rays.at(x, y);
-            match self.settings.blend {
-                #[cfg(feature = "paper")]
-                Blend::Composite if matches!(self.settings.algorithm, Algorithm::Slicing { .. }) => self.slice(ray, rays.to_eye),
-                Blend::Composite => self.cast(ray, rays.to_eye),
-                Blend::Iso(iso) => {
-                    let surface = self.surface(ray, iso, rays.to_eye);
-                    let (depth, color) = surface.map_or((f64::INFINITY, [0.0; 4]), |(depth, color)| (depth, opaque(color)));
-                    over(&self.fragments(ray, rays.to_eye), depth, color)
-                }
-                _ => over(&self.fragments(ray, rays.to_eye), f64::INFINITY, self.values(ray, rays.to_eye)),
+        Ok(picture(viewport, |x, y| self.composite(&rays.at(x, y), rays.to_eye)))
+    }
+
+    /// Premultiplied RGBA of one ray; `to_eye` is the reversed direction of the central ray, in grid axes.
+    pub fn composite(&self, ray: &Ray, to_eye: DVec3) -> [f64; 4] {
+        match self.settings.blend {
+            #[cfg(feature = "paper")]
+            Blend::Composite if matches!(self.settings.algorithm, Algorithm::Slicing { .. }) => self.slice(ray, to_eye),
+            Blend::Composite => self.cast(ray, to_eye),
+            Blend::Iso(iso) => {
+                let surface = self.surface(ray, iso, to_eye);
+                let (depth, color) = surface.map_or((f64::INFINITY, [0.0; 4]), |(depth, color)| (depth, opaque(color)));
+                over(&self.fragments(ray, to_eye), depth, color)
             }
-        }))
+            _ => over(&self.fragments(ray, to_eye), f64::INFINITY, self.values(ray, to_eye)),
+        }
     }
 
     fn fragments(&self, ray: &Ray, to_eye: DVec3) -> Vec<Fragment> {

@@ -7,10 +7,10 @@
 //! - **Triangles** that a ray sees edge-on, and those without area, show nothing. Of the triangles at an edge, a ray meets exactly one, or at
 //!   a silhouette both or none: where it meets the edge, it counts as moved along x by less than any number, else along y, else along z.
 //! - **Spheres** are met at the entry and at the exit; from inside only at the exit.
-//! - **Tubes**: a piece is a truncated cone between the planes through its two points. It ends at the first and at the last point of its line,
-//!   with a disc, nothing, or the half of a sphere beyond the plane. At an inner point, a sphere fills the wedge between the planes of the
-//!   two pieces. What is inside one of the two pieces beside its own in the line is not drawn. Points at the place of the one before are left
-//!   out; a line of a single point shows nothing.
+//! - **Tubes** show the surface of solids together: a piece is a truncated cone between the planes through its two points, and a joint, at
+//!   an inner point, is the part of a ball that is beyond the planes of both pieces. Of the side and of the discs of a piece, what is inside
+//!   the piece before or behind it, or next to a joint, is not drawn; joints are outside of both. A line ends with a disc, nothing, or the
+//!   half of a sphere beyond the plane. Points at the place of the one before are left out; a line of a single point shows nothing.
 //! - **Colours** of points are interpolated over the triangle or along the piece, straight and with alpha, then values, whose colour is looked up
 //!   afterwards; a value that is not finite has the colour of the set. The opacity is that of the set times the alpha of the colour.
 //! - **Light** is that of samples with a certain normal (no fade where gradients are weak, no gradient opacity), on both sides. Shadows and
@@ -22,8 +22,6 @@
 //! the fragments, up to the first opaque one, are composited over the result.
 
 mod elements;
-#[cfg(test)]
-mod tests;
 mod tree;
 
 use super::compositing::Gathered;
@@ -183,3 +181,6 @@ pub(super) fn over(fragments: &[Fragment], depth: f64, [red, green, blue, alpha]
     let left = gathered.transmittance;
     [r + left * red, g + left * green, b + left * blue, a + left * alpha]
 }
+
+#[cfg(test)]
+mod tests;

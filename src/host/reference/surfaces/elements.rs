@@ -173,21 +173,22 @@ impl Elements {
                     let weights = [(cone.points[0], 1.0 - share), (cone.points[1], share), (cone.points[1], 0.0)];
                     add(t, cone.normal(at(t)), weights);
                 }
-                for end in (0..2).filter(|&end| is_end[end]) {
+                for end in 0..2 {
                     let (centre, radius) = ([cone.start, cone.start + cone.along * cone.length][end], cone.radii[end]);
-                    match ends {
-                        Ends::Open => {}
-                        Ends::Flat => {
-                            let t = cone.along.dot(centre - ray.origin) / cone.along.dot(ray.direction);
-                            if at(t).distance(centre) < radius {
-                                add(t, cone.along, only(cone.points[end]));
-                            }
-                        }
-                        Ends::Round => {
-                            let is_beyond = |t: f64| (cone.along.dot(at(t) - centre) < 0.0) == (end == 0);
-                            for t in ball_crossings(ray, centre, radius).into_iter().flatten().filter(|&t| is_beyond(t)) {
-                                add(t, at(t) - centre, only(cone.points[end]));
-                            }
+                    let is_beyond = |p: DVec3| (cone.along.dot(p - centre) < 0.0) == (end == 0);
+                    // The joint is on the other side of the plane of the piece beside.
+                    let is_shown = |p: DVec3| match beside[end] {
+                        Some(other) if end == 0 => other.height(p) < other.length,
+                        Some(other) => other.height(p) > 0.0,
+                        None => ends == Ends::Flat,
+                    };
+                    let t = cone.along.dot(centre - ray.origin) / cone.along.dot(ray.direction);
+                    if at(t).distance(centre) < radius && is_shown(at(t)) {
+                        add(t, cone.along, only(cone.points[end]));
+                    }
+                    if is_end[end] && ends == Ends::Round {
+                        for t in ball_crossings(ray, centre, radius).into_iter().flatten().filter(|&t| is_beyond(at(t))) {
+                            add(t, at(t) - centre, only(cone.points[end]));
                         }
                     }
                 }
