@@ -7,11 +7,13 @@ use super::known::Known;
 use super::label_colors::LabelColors;
 use super::shading::ShadingInputs;
 use super::shadow_rays::Reached;
+use super::surfaces::{Look, Surfaces};
 use crate::camera::Camera;
 use crate::error::Error;
 use crate::image::Frame;
 use crate::layers::{GradientEstimator, Kernel, Ray, Rays};
 use crate::settings::{Blend, Clipping, GradientOpacity, Shading};
+use crate::surface::Surface;
 use crate::transfer::{Extinction, TransferFunction};
 use crate::viewport::Viewport;
 use crate::volume::Volume;
@@ -52,6 +54,7 @@ pub struct Integral<'a> {
     volume: &'a Volume<'a>,
     unit_distance: f64,
     label_colors: Option<LabelColors>,
+    surfaces: Surfaces<'a>,
     /// Shading. Default: none.
     pub shading: Option<Shading>,
     /// Gradient opacity. Default: none.
@@ -72,6 +75,7 @@ impl<'a> Integral<'a> {
             volume,
             unit_distance,
             label_colors: None,
+            surfaces: Surfaces::new(&[], volume),
             shading: None,
             gradient_opacity: None,
             clipping: Clipping::default(),
@@ -101,6 +105,11 @@ impl<'a> Integral<'a> {
         Self { label_colors, ..self }
     }
 
+    /// Draws surfaces in and around the volume.
+    pub fn with_surfaces(self, surfaces: &'a [Surface]) -> Self {
+        Self { surfaces: Surfaces::new(surfaces, self.volume), ..self }
+    }
+
     /// Renders the picture of a camera.
     pub fn render(&self, camera: &Camera, viewport: Viewport) -> Result<Frame, Error> {
         let rays = Rays::new(camera, viewport, self.volume.grid())?;
@@ -111,7 +120,25 @@ impl<'a> Integral<'a> {
     pub fn composite(&self, ray: &Ray, to_eye: DVec3) -> [f64; 4] {
         let region = Region::from_clipping(self.volume, &self.clipping);
         let extent = self.integrand.extent(ray).and_then(|extent| extent.and(region.intersection(ray)?));
-        let Some(Interval { from, to }) = extent else { return [0.0; 4] };
+        let look = Look { clipping: &self.clipping, shading: self.shading, shadow_rays: None, fade: None, to_eye };
+        let mut gathered = Gathered::new();
+        // What is left of the interval behind the fragments so far.
+        let mut left = extent;
+        for fragment in self.surfaces.fragments(ray, &look) {
+            if let Some(before) = left.and_then(|left| left.and(Interval { to: fragment.t, ..left })) {
+                self.integrate(ray, before, to_eye, &mut gathered);
+            }
+            gathered.add(fragment.color, fragment.opacity);
+            left = left.and_then(|left| left.and(Interval { from: fragment.t, ..left }));
+        }
+        if let Some(left) = left {
+            self.integrate(ray, left, to_eye, &mut gathered);
+        }
+        gathered.rgba()
+    }
+
+    /// Composites an interval of a ray.
+    fn integrate(&self, ray: &Ray, Interval { from, to }: Interval, to_eye: DVec3, gathered: &mut Gathered) {
         let spacing = self.volume.grid().spacing();
         let world_per_t = (ray.direction * spacing).length();
         let step = spacing.min_element() / STEPS / world_per_t;
@@ -124,7 +151,6 @@ impl<'a> Integral<'a> {
             extinction: Extinction::Exponential,
             reached: Reached::ALL,
         };
-        let mut gathered = Gathered::new();
         for n in 0..steps as usize {
             let p = ray.origin + ray.direction * (from + (n as f64 + 0.5) * step);
             let value = self.integrand.value(p);
@@ -140,6 +166,5 @@ impl<'a> Integral<'a> {
                 break;
             }
         }
-        gathered.rgba()
     }
 }

@@ -7,11 +7,13 @@ use super::field::Field;
 use super::interval::{Interval, Part, Region};
 use super::shading::ShadingInputs;
 use super::shadow_rays::{Reached, ShadowRays};
+use super::surfaces::{Look, Surfaces, over};
 use crate::camera::Camera;
 use crate::error::Error;
 use crate::image::Frame;
 use crate::layers::{Axis, Correction, Kernel, LayerSlabs, Ray, Rays, footprint};
 use crate::settings::{Blend, Classification, Settings};
+use crate::surface::Surface;
 use crate::transfer::{Extinction, TransferFunction};
 use crate::viewport::Viewport;
 use crate::volume::Volume;
@@ -34,6 +36,7 @@ pub struct Layered<'a> {
     factor: f64,
     /// Fields that are drawn together with this one.
     others: Vec<Layered<'a>>,
+    surfaces: Surfaces<'a>,
     /// Whether pre-integrated segments are subdivided, with attenuation between the parts. The kernels approximate this for opaque transfer
     /// functions of several hues. Default: false.
     pub in_parts: bool,
@@ -73,6 +76,7 @@ impl<'a> Layered<'a> {
             shadow_rays,
             factor: 1.0,
             others: Vec::new(),
+            surfaces: Surfaces::new(&[], volume),
             in_parts: false,
         }
     }
@@ -86,6 +90,11 @@ impl<'a> Layered<'a> {
     pub fn with_field(mut self, other: Self) -> Self {
         self.others.push(other);
         self
+    }
+
+    /// Draws surfaces in and around the volume. Splatted layers do not.
+    pub fn with_surfaces(self, surfaces: &'a [Surface]) -> Self {
+        Self { surfaces: Surfaces::new(surfaces, self.volume), ..self }
     }
 
     /// All fields.
@@ -104,13 +113,21 @@ impl<'a> Layered<'a> {
         let axis = axis.unwrap_or_else(|| Axis::most_parallel(ray.direction));
         let frame = axis.frame();
         let shear = DVec2::from_array(frame.shear(ray.direction));
-        let Some(interval) = self.region.intersection(ray) else { return [0.0; 4] };
         let fade = Fade::new(self.volume, self.settings, ray, to_eye);
+        let look = Look {
+            clipping: &self.settings.clipping,
+            shading: self.settings.shading,
+            shadow_rays: self.shadow_rays.as_ref(),
+            fade,
+            to_eye,
+        };
+        let fragments = self.surfaces.fragments(ray, &look);
+        let Some(interval) = self.region.intersection(ray) else { return over(&fragments, f64::INFINITY, [0.0; 4]) };
         let crossing = Crossing { axis, origin: frame.local(ray.origin), shear, climb: ray.direction[frame.a], interval, fade };
         match self.classification {
             Classification::Post(correction) => self.composite_splats(&crossing, correction, to_eye),
             Classification::Preintegrated { samples_per_layer, .. } => {
-                self.composite_points(&crossing, samples_per_layer, to_eye)
+                self.composite_points(&crossing, samples_per_layer, &fragments, to_eye)
             }
         }
     }
@@ -261,9 +278,13 @@ impl Crossing {
         if self.climb > 0.0 { 1 } else { -1 }
     }
 
+    /// Ray parameter of a position on the layer axis.
+    pub fn parameter(&self, z: f64) -> f64 {
+        (z - self.origin.z) / self.climb
+    }
+
     /// Unclipped part of the segment between two positions on the layer axis.
     pub fn part_of(&self, front: f64, back: f64) -> Option<Part> {
-        let parameter = |z: f64| (z - self.origin.z) / self.climb;
-        self.interval.part_of(parameter(front), parameter(back))
+        self.interval.part_of(self.parameter(front), self.parameter(back))
     }
 }

@@ -11,11 +11,13 @@ use super::interval::{Part, Region};
 use super::label_colors::LabelColors;
 use super::shading::{Lighting, ShadingInputs};
 use super::shadow_rays::{Reached, ShadowRays};
+use super::surfaces::{Cuts, Fragment, Look, Surfaces, over};
 use crate::camera::Camera;
 use crate::error::Error;
 use crate::image::Frame;
 use crate::layers::{Kernel, Ray, Rays};
 use crate::settings::{Algorithm, Blend, Settings};
+use crate::surface::Surface;
 use crate::transfer::{Extinction, TransferFunction};
 use crate::viewport::Viewport;
 use crate::volume::Volume;
@@ -30,6 +32,7 @@ pub struct Marched<'a> {
     settings: &'a Settings,
     shadow_rays: Option<ShadowRays<'a>>,
     label_colors: Option<LabelColors>,
+    surfaces: Surfaces<'a>,
 }
 
 impl<'a> Marched<'a> {
@@ -45,7 +48,8 @@ impl<'a> Marched<'a> {
         };
         let field = Field::new(volume, transfer, settings.blend, kernel).with_gradient(settings.gradient_estimator());
         let shadow_rays = ShadowRays::new(volume, transfer, settings);
-        Self { field, step, volume, transfer, settings, shadow_rays, label_colors: None }
+        let surfaces = Surfaces::new(&[], volume);
+        Self { field, step, volume, transfer, settings, shadow_rays, label_colors: None, surfaces }
     }
 
     /// Mixes the colours of labels into those of the volume: voxel n has entry n, a colour and its weight.
@@ -54,19 +58,41 @@ impl<'a> Marched<'a> {
         Self { label_colors, ..self }
     }
 
+    /// Draws surfaces in and around the volume. Slicing does not.
+    pub fn with_surfaces(self, surfaces: &'a [Surface]) -> Self {
+        Self { surfaces: Surfaces::new(surfaces, self.volume), ..self }
+    }
+
     /// Renders the picture of a camera.
     pub fn render(&self, camera: &Camera, viewport: Viewport) -> Result<Frame, Error> {
         let rays = Rays::new(camera, viewport, self.volume.grid())?.with_pixel_aspect(self.settings.pixel_aspect, viewport);
-        Ok(picture(viewport, |x, y| {
-            let ray = &rays.at(x, y);
-            match self.settings.blend {
-                #[cfg(feature = "paper")]
-                Blend::Composite if matches!(self.settings.algorithm, Algorithm::Slicing { .. }) => self.slice(ray, rays.to_eye),
-                Blend::Composite => self.cast(ray, rays.to_eye),
-                Blend::Iso(iso) => self.surface(ray, iso, rays.to_eye),
-                _ => self.values(ray, rays.to_eye),
+        Ok(picture(viewport, |x, y| self.composite(&rays.at(x, y), rays.to_eye)))
+    }
+
+    /// Premultiplied RGBA of one ray; `to_eye` is the reversed direction of the central ray, in grid axes.
+    pub fn composite(&self, ray: &Ray, to_eye: DVec3) -> [f64; 4] {
+        match self.settings.blend {
+            #[cfg(feature = "paper")]
+            Blend::Composite if matches!(self.settings.algorithm, Algorithm::Slicing { .. }) => self.slice(ray, to_eye),
+            Blend::Composite => self.cast(ray, to_eye),
+            Blend::Iso(iso) => {
+                let surface = self.surface(ray, iso, to_eye);
+                let (depth, color) = surface.map_or((f64::INFINITY, [0.0; 4]), |(depth, color)| (depth, opaque(color)));
+                over(&self.fragments(ray, to_eye), depth, color)
             }
-        }))
+            _ => over(&self.fragments(ray, to_eye), f64::INFINITY, self.values(ray, to_eye)),
+        }
+    }
+
+    fn fragments(&self, ray: &Ray, to_eye: DVec3) -> Vec<Fragment> {
+        let look = Look {
+            clipping: &self.settings.clipping,
+            shading: self.settings.shading,
+            shadow_rays: self.shadow_rays.as_ref(),
+            fade: Fade::new(self.volume, self.settings, ray, to_eye),
+            to_eye,
+        };
+        self.surfaces.fragments(ray, &look)
     }
 
     /// How a sample at a point, given in voxels, looks.
@@ -91,15 +117,20 @@ impl<'a> Marched<'a> {
     /// Ray casting with classification after interpolation.
     fn cast(&self, ray: &Ray, to_eye: DVec3) -> [f64; 4] {
         let fade = Fade::new(self.volume, self.settings, ray, to_eye);
-        let mut gathered = Gathered::new();
+        let fragments = self.fragments(ray, to_eye);
+        let (mut cuts, mut gathered) = (Cuts(&fragments), Gathered::new());
         let (per_parameter, smallest) = self.lengths(ray.direction);
         let dt = self.step * smallest;
         for slab in self.slabs(ray, dt / per_parameter) {
             // At the centre of the whole step, even if the step is clipped.
             let p = ray.origin + ray.direction * ((slab.front + slab.back) / 2.0);
             let value = self.field.classified(p);
-            if self.transfer.opacity(value) > 0.0 {
-                let share = slab.part.length();
+            let is_visible = self.transfer.opacity(value) > 0.0;
+            cuts.split([slab.front, slab.back], slab.part, &mut gathered, |part, gathered| {
+                if !is_visible {
+                    return;
+                }
+                let share = part.length();
                 let opacity = match self.settings.extinction {
                     Extinction::Exponential => opacity_over(self.transfer, value, dt * share, Extinction::Exponential),
                     Extinction::Linear => opacity_over(self.transfer, value, dt, Extinction::Linear) * share,
@@ -107,8 +138,9 @@ impl<'a> Marched<'a> {
                 let (color, gradient) = (self.color(value, p), || self.field.gradient(p));
                 let (color, opacity) = self.look(p).at(self.volume, gradient, to_eye, color, opacity);
                 gathered.add(faded(fade, p, color), opacity);
-            }
+            });
         }
+        cuts.finish(&mut gathered);
         gathered.rgba()
     }
 
@@ -126,8 +158,8 @@ impl<'a> Marched<'a> {
         values.rgba(self.transfer, &self.field)
     }
 
-    /// First iso-surface between two planes.
-    fn surface(&self, ray: &Ray, iso: f64, to_eye: DVec3) -> [f64; 4] {
+    /// Ray parameter and colour of the first iso-surface between two planes.
+    fn surface(&self, ray: &Ray, iso: f64, to_eye: DVec3) -> Option<(f64, [f64; 3])> {
         for slab in self.slabs(ray, self.between_planes(ray, to_eye)) {
             let points = slab.points(ray);
             let Some(t) = crossing(points.map(|p| self.field.reconstructed(p)), iso) else { continue };
@@ -139,10 +171,11 @@ impl<'a> Marched<'a> {
                     front.mix(back, t).on(color)
                 });
                 let fade = Fade::new(self.volume, self.settings, ray, to_eye);
-                return opaque(faded(fade, points[0].lerp(points[1], t), lit));
+                let depth = slab.front + t * (slab.back - slab.front);
+                return Some((depth, faded(fade, points[0].lerp(points[1], t), lit)));
             }
         }
-        [0.0; 4]
+        None
     }
 
     /// Step of the ray parameter between planes perpendicular to the view.

@@ -28,6 +28,7 @@ mod shadow_rays;
 mod sheets;
 mod slices;
 mod smoothing;
+mod surfaces;
 mod taps;
 
 pub use channels::Sum;

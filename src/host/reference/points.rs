@@ -6,6 +6,7 @@ use super::depth_cue::{Fade, faded};
 use super::interval::Part;
 use super::layered::{Crossing, Layered};
 use super::shading::{Lighting, range_of_values};
+use super::surfaces::{Cuts, Fragment, over};
 use crate::layers::{lighting_curve, segment_ends};
 use crate::settings::Blend;
 use crate::transfer::{Extinction, TransferFunction};
@@ -18,16 +19,31 @@ const MEAN_PARTS: usize = 128;
 
 impl Layered<'_> {
     /// Premultiplied RGBA of one ray with `samples_per_layer` samples per layer.
-    pub(super) fn composite_points(&self, crossing: &Crossing, samples_per_layer: u32, to_eye: DVec3) -> [f64; 4] {
+    pub(super) fn composite_points(
+        &self,
+        crossing: &Crossing,
+        samples_per_layer: u32,
+        fragments: &[Fragment],
+        to_eye: DVec3,
+    ) -> [f64; 4] {
         let (mut gathered, mut values) = (Gathered::new(), Values::new(self.settings.blend));
+        let mut cuts = Cuts(fragments);
         let segments = self.segments(crossing, samples_per_layer);
         for segment in segments.flat_map(|segment| self.halves(segment, samples_per_layer)) {
             match self.settings.blend {
-                Blend::Composite if self.in_parts => self.composite_parts(&segment, to_eye, &mut gathered),
-                Blend::Composite => self.composite_whole(&segment, samples_per_layer, to_eye, &mut gathered),
+                Blend::Composite => {
+                    cuts.split(segment.parameters, segment.part, &mut gathered, |part, gathered| {
+                        let segment = segment.cut(part);
+                        if self.in_parts {
+                            self.composite_parts(&segment, to_eye, gathered);
+                        } else {
+                            self.composite_whole(&segment, samples_per_layer, to_eye, gathered);
+                        }
+                    });
+                }
                 Blend::Iso(iso) => {
-                    if let Some(color) = self.surface(&segment, samples_per_layer, iso, to_eye) {
-                        return opaque(color);
+                    if let Some((t, color)) = self.surface(&segment, samples_per_layer, iso, to_eye) {
+                        return over(fragments, segment.parameter(t), opaque(color));
                     }
                 }
                 // Evaluate the field at the clipped ends, since it is not linear between samples.
@@ -37,7 +53,11 @@ impl Layered<'_> {
                 }
             }
         }
-        if self.settings.blend.gathers_values() { values.rgba(self.transfer, &self.field) } else { gathered.rgba() }
+        if self.settings.blend.gathers_values() {
+            return over(fragments, f64::INFINITY, values.rgba(self.transfer, &self.field));
+        }
+        cuts.finish(&mut gathered);
+        gathered.rgba()
     }
 
     /// Unclipped segments, front to back.
@@ -58,6 +78,7 @@ impl Layered<'_> {
             let [low, high] = segment_ends(kernel, samples_per_layer, (l.min(l + step) % samples) as u32);
             Some(Segment {
                 points,
+                parameters: [z0, z1].map(|z| crossing.parameter(z)),
                 values: points.map(|p| self.field.reconstructed(p)),
                 part,
                 ends: if step > 0 { [low, high] } else { [high, low] },
@@ -87,9 +108,19 @@ impl Layered<'_> {
         let gradient = gradient_in_the_middle(gradients, back - front, step, range_of_values(self.volume));
         let middle = segment.place(0.5);
         let half = |points, values, gradients, from: f64| {
+            let parameters = [from, from + 0.5].map(|t| segment.parameter(t));
             let part = segment.part.within(from, from + 0.5)?;
             let length = segment.length / segment.part.length() / 2.0 * part.length();
-            Some(Segment { points, values, part, ends: [0.0; 2], length, gradients: Some(gradients), fade: segment.fade })
+            Some(Segment {
+                points,
+                parameters,
+                values,
+                part,
+                ends: [0.0; 2],
+                length,
+                gradients: Some(gradients),
+                fade: segment.fade,
+            })
         };
         let halves = [
             half([segment.points[0], middle], [front, value], [gradients[0], gradient], 0.0),
@@ -148,8 +179,8 @@ impl Layered<'_> {
         }
     }
 
-    /// Colour of an iso-surface, if the unclipped part of the segment crosses it.
-    fn surface(&self, segment: &Segment, samples_per_layer: u32, iso: f64, to_eye: DVec3) -> Option<[f64; 3]> {
+    /// Place in the segment and colour of an iso-surface, if the unclipped part of the segment crosses it.
+    fn surface(&self, segment: &Segment, samples_per_layer: u32, iso: f64, to_eye: DVec3) -> Option<(f64, [f64; 3])> {
         let mut t = crossing(segment.values, iso)?;
         let refined = samples_per_layer > 1;
         if refined {
@@ -165,7 +196,7 @@ impl Layered<'_> {
         } else {
             self.lighting(segment, to_eye).map(|ends| self.along_curve(ends, t, samples_per_layer))
         };
-        Some(segment.faded(t, lighting.map_or(color, |lighting| lighting.on(color))))
+        Some((t, segment.faded(t, lighting.map_or(color, |lighting| lighting.on(color)))))
     }
 
     /// Interpolates lighting between two ends. Between layers of the paper's cubic it follows the curve of the field.
@@ -176,8 +207,11 @@ impl Layered<'_> {
 }
 
 /// A segment between two samples of a ray.
+#[derive(Clone, Copy)]
 struct Segment {
     points: [DVec3; 2],
+    /// Ray parameters of both ends.
+    parameters: [f64; 2],
     /// Values at both ends.
     values: [f64; 2],
     /// Unclipped part. The value changes linearly along the segment.
@@ -194,6 +228,16 @@ struct Segment {
 impl Segment {
     fn place(&self, t: f64) -> DVec3 {
         self.points[0].lerp(self.points[1], t)
+    }
+
+    /// Ray parameter at a place.
+    fn parameter(&self, t: f64) -> f64 {
+        self.parameters[0] + t * (self.parameters[1] - self.parameters[0])
+    }
+
+    /// The segment, of which only this part is drawn.
+    fn cut(self, part: Part) -> Self {
+        Self { part, length: self.length / self.part.length() * part.length(), ..self }
     }
 
     /// A lit colour, faded by the depth of a place.

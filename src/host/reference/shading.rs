@@ -105,16 +105,24 @@ impl Lighting {
             return Self { factor: unshaded, left, ..Self::NONE };
         };
         let fade = fade(gradient.length());
-        let (mut factor, mut highlight) =
-            (shading.ambient * look.reached.ambient * DVec3::from(shading.ambient_color), DVec3::ZERO);
-        for (light, reached) in shading.lights.as_slice().iter().zip(look.reached.lights) {
-            let to_light = light.direction.map_or(to_eye, |l| grid.world_to_grid_axes() * l.normalize());
+        let Self { factor, highlight, .. } = Self::of_surface(volume, shading, look.reached, normal, to_eye);
+        Self { factor: unshaded + fade * (factor - unshaded), highlight: fade * highlight, weight, left }
+    }
+
+    /// Blinn–Phong lighting by a certain normal of any length, in grid axes. Without one, by the light that reaches the sample.
+    pub fn of_surface(volume: &Volume, shading: Shading, reached: Reached, normal: DVec3, to_eye: DVec3) -> Self {
+        let Some(normal) = normal.try_normalize() else {
+            return Self { factor: Self::unshaded(shading, reached), ..Self::NONE };
+        };
+        let (mut factor, mut highlight) = (shading.ambient * reached.ambient * DVec3::from(shading.ambient_color), DVec3::ZERO);
+        for (light, reached) in shading.lights.as_slice().iter().zip(reached.lights) {
+            let to_light = light.direction.map_or(to_eye, |l| volume.grid().world_to_grid_axes() * l.normalize());
             let half_way = (to_light + to_eye).normalize_or(to_eye);
             let light = light.strength * reached * DVec3::from(light.color);
             factor += shading.diffuse * light * normal.dot(to_light).abs();
             highlight += shading.specular * light * normal.dot(half_way).abs().powf(shading.power);
         }
-        Self { factor: unshaded + fade * (factor - unshaded), highlight: fade * highlight, weight, left }
+        Self { factor, highlight, ..Self::NONE }
     }
 
     /// Lighting for a field. With analytic gradients, interpolation weights are more even.
