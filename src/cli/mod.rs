@@ -44,6 +44,7 @@ mod signals;
 mod slice;
 mod standard;
 mod surface_info;
+mod surfaces;
 mod time;
 mod transfer;
 mod tune;

@@ -11,6 +11,7 @@ use super::orientation::describe;
 use super::processes::{Processes, TeamOptions};
 use super::remarks::{remark_on_components, remark_on_transfer, remark_on_volume};
 use super::shown_steps::ShownSteps;
+use super::surfaces::{self, SurfaceArguments, empty_volume, is_surface_file};
 use super::values::Tent;
 use crate::annotation::{Legend, LegendEntry};
 use crate::camera::Camera;
@@ -20,6 +21,7 @@ use crate::framing::{Framing, Orientation, UpReason};
 use crate::renderer::SeenVolume;
 use crate::settings::{Blend, CropBox, Settings};
 use crate::shown::{Shown, legend_of};
+use crate::surface::Surface;
 use crate::transfer::{TransferFunction, Value};
 use crate::viewport::Viewport;
 use crate::volume::{LabelTable, Labels, Sequence, Volume};
@@ -38,6 +40,8 @@ pub(super) struct SceneOptions {
     pub colors: ColorOptions,
     #[command(flatten)]
     pub labels: LabelOptions,
+    #[command(flatten)]
+    pub surfaces: SurfaceArguments,
     #[command(flatten)]
     pub transfer: TransferOptions,
     #[command(flatten)]
@@ -69,6 +73,8 @@ pub(super) struct OpenedScene {
     pub labels: Vec<LabelTable>,
     /// Name and colour of the volume and of each other field.
     pub entries: Vec<LegendEntry>,
+    /// Surfaces in and around the volume.
+    pub surfaces: Vec<Surface>,
     /// Labels in whose colours the volume is drawn.
     pub label_colors: Option<Labels>,
     /// Names and colours for the legend, instead of the transfer function's.
@@ -144,13 +150,23 @@ impl OpenedScene {
             eprintln!("volume: {}, which is built in; name a file to render your own", VolumeOptions::DEFAULT);
         }
         let opened_at = Instant::now();
+        let alone = match sequence {
+            None if is_surface_file(&options.volume.volume) => {
+                let surfaces = options.surfaces.open_alone(&options.volume.volume)?;
+                let (volume, transfer) = empty_volume(&options.volume.volume, &surfaces)?;
+                Some((volume, transfer, surfaces))
+            }
+            _ => None,
+        };
         let shown = match (sequence, in_time) {
+            _ if alone.is_some() => None,
             (None, _) => options.colors.open(options)?,
             (Some(_), in_time) => in_time.map(|steps| steps.step(0)).transpose()?,
         };
         shown.as_ref().map_or(Ok(()), |shown| reject_value_options(shown, options))?;
         let volume = match sequence {
             _ if shown.is_some() => shown.as_ref().map(|shown| shown.volume().clone()).expect("colours or labels"),
+            _ if alone.is_some() => alone.as_ref().map(|(volume, ..)| volume.clone()).expect("surfaces alone"),
             None => match options.channels.first_component() {
                 Some(first) => options.volume.open_component(&first, Some(options.camera.size))?,
                 None => processes.open(&options.volume, Some(options.camera.size), memory)?,
@@ -166,7 +182,7 @@ impl OpenedScene {
         let overview = sequence.map(Sequence::overview).transpose()?;
         let values = overview.as_ref().unwrap_or(&volume);
         let first_pass = opened_at.elapsed();
-        if processes.leads() {
+        if processes.leads() && alone.is_none() {
             remark_on_volume(&options.volume, &volume);
             if shown.is_none() && !options.channels.name_fields() && !options.volume.has_channel() {
                 remark_on_components(&volume);
@@ -180,6 +196,7 @@ impl OpenedScene {
             return Err(Error::Settings { field: "blend", problem: problem.into() });
         }
         let transfer = match surface_color {
+            _ if alone.is_some() => alone.as_ref().map(|(_, transfer, _)| transfer.clone()).expect("surfaces alone"),
             Some(color) => TransferFunction::new("surface", vec![(0.0, color)], vec![(0.0, 1.0)])?,
             None => match shown.as_ref().filter(|_| options.transfer.transfer.is_none()).and_then(Shown::opacities) {
                 Some(opacities) => adjusted(&options.transfer, values, opacities)?,
@@ -203,9 +220,22 @@ impl OpenedScene {
             Some(labels) if legend.is_none() => Some(legend_of(labels, &labels.changed_tables(&[])?)),
             _ => legend,
         };
+        let is_alone = alone.is_some();
+        let surfaces = match alone {
+            Some((.., surfaces)) => surfaces,
+            None => options.surfaces.open(&volume)?,
+        };
+        let legend = match legend {
+            None if surfaces.is_empty() => None,
+            listed => {
+                let mut listed = listed.unwrap_or_else(|| Legend { entries: if is_alone { Vec::new() } else { entries.clone() } });
+                listed.entries.extend(surfaces::entries(&surfaces));
+                Some(listed)
+            }
+        };
         let others = fields.into_others(settings.blend)?;
         // A function that options have changed is the user's own.
-        if processes.leads() && !options.transfer.changes_opacity() {
+        if processes.leads() && !is_alone && !options.transfer.changes_opacity() {
             remark_on_transfer(&transfer);
         }
         let choice = options.device.choice();
@@ -221,6 +251,7 @@ impl OpenedScene {
             shown,
             labels,
             entries,
+            surfaces,
             label_colors,
             legend,
             settings,
@@ -289,7 +320,8 @@ impl OpenedScene {
 
     /// Bounds of the visible part.
     pub fn framing(&self) -> Framing {
-        self.shown_by_steps.clone().unwrap_or_else(|| self.framing_of(&self.volume))
+        let framing = self.shown_by_steps.clone().unwrap_or_else(|| self.framing_of(&self.volume));
+        surfaces::framing(&self.surfaces).into_iter().fold(framing, Framing::joined)
     }
 
     /// Bounds of the visible part of the volume, or of another step.

@@ -86,6 +86,12 @@ impl Framing {
         Self::from_voxels(volume.grid(), corners([0; 3], volume.grid().dims().map(|n| n as i64 - 1)))
     }
 
+    /// Bounds of a box along the axes of the world, such as that around surfaces.
+    pub fn of_box(lowest: DVec3, highest: DVec3) -> Self {
+        let corner = |n: usize| DVec3::from_array(std::array::from_fn(|i| if n >> i & 1 == 0 { lowest[i] } else { highest[i] }));
+        Self { points: (0..8).map(corner).collect() }
+    }
+
     /// Bounds of both, such as two steps of a sequence.
     pub fn joined(mut self, other: Self) -> Self {
         self.points.extend(other.points);

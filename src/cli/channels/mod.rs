@@ -21,9 +21,11 @@ use crate::volume::{ChannelDescription, OpenOptions, Volume};
 use clap::Args;
 pub(super) use field::{Field, FieldLook};
 use opening::Opened;
+pub(super) use spec::{Pairs, split};
 use spec::{FieldChange, FieldSpec};
 use std::path::{Path, PathBuf};
 pub(super) use steps::{FieldSteps, PlayedField};
+pub(super) use transform::read_transform;
 
 /// Fields that are drawn together with the volume.
 #[derive(Args)]

@@ -54,7 +54,7 @@ const KEYS: &str = "transfer, range, opacity, color, factor, iso, gradient-opaci
 impl FieldSpec {
     /// Parses `FILE,KEY=VALUE,…`.
     pub fn from_text(text: &str) -> Result<Self, String> {
-        let (file, pairs) = split(text)?;
+        let (file, pairs) = split(text, KEYS)?;
         let file = Some(file).filter(|file| !file.is_empty()).ok_or("it names no file; use FILE,KEY=VALUE")?;
         let mut spec = Self { file: Some(file.into()), ..Self::default() };
         pairs.iter().try_for_each(|(key, value)| spec.set(key, value).map_err(|problem| format!("{key}: {problem}")))?;
@@ -185,10 +185,10 @@ impl FieldSpec {
 }
 
 /// Keys and values.
-type Pairs = Vec<(String, String)>;
+pub(in crate::cli) type Pairs = Vec<(String, String)>;
 
 /// Splits `FIRST,KEY=VALUE,…`. A value may have commas: what lacks a key continues it.
-fn split(text: &str) -> Result<(&str, Pairs), String> {
+pub(in crate::cli) fn split<'a>(text: &'a str, keys: &str) -> Result<(&'a str, Pairs), String> {
     let mut parts = text.split(',');
     let first = parts.next().unwrap_or_default();
     let mut pairs = Pairs::new();
@@ -196,7 +196,7 @@ fn split(text: &str) -> Result<(&str, Pairs), String> {
         match (part.split_once('='), pairs.last_mut()) {
             (Some((key, value)), _) => pairs.push((key.trim().to_lowercase().replace('_', "-"), value.into())),
             (None, Some((_, value))) => value.extend([",", part]),
-            (None, None) => return Err(format!("'{part}' is no KEY=VALUE; keys are {KEYS}")),
+            (None, None) => return Err(format!("'{part}' is no KEY=VALUE; keys are {keys}")),
         }
     }
     Ok((first, pairs))
@@ -216,7 +216,7 @@ impl FieldChange {
 
     /// Parses `N,KEY=VALUE,…` or `NAME,KEY=VALUE,…`.
     pub fn from_text(text: &str) -> Result<Self, String> {
-        let (field, pairs) = split(text)?;
+        let (field, pairs) = split(text, KEYS)?;
         let field =
             parse::component(field).map_err(|_| format!("invalid field '{field}'; use N,KEY=VALUE; 0 is the first field"))?;
         if pairs.is_empty() {

@@ -49,7 +49,7 @@ impl FieldTransform {
 const MAX_BYTES: u64 = 1 << 16;
 
 /// Reads a 4 x 4 or 3 x 4 matrix, row by row, whose numbers are separated by spaces, commas or line ends.
-fn read_transform(path: &Path) -> Result<DAffine3, Error> {
+pub(in crate::cli) fn read_transform(path: &Path) -> Result<DAffine3, Error> {
     let text = files::read_text(path, MAX_BYTES)?;
     let wrong =
         |problem: String| Error::volume(path, format!("{problem}; a transform has 4 rows of 4 numbers, the last 0 0 0 1"));
