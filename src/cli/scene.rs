@@ -150,6 +150,9 @@ impl OpenedScene {
             eprintln!("volume: {}, which is built in; name a file to render your own", VolumeOptions::DEFAULT);
         }
         let opened_at = Instant::now();
+        if options.surfaces.are_given() || is_surface_file(&options.volume.volume) {
+            settings.check_surfaces()?;
+        }
         let alone = match sequence {
             None if is_surface_file(&options.volume.volume) => {
                 let surfaces = options.surfaces.open_alone(&options.volume.volume)?;
@@ -320,8 +323,13 @@ impl OpenedScene {
 
     /// Bounds of the visible part.
     pub fn framing(&self) -> Framing {
-        let framing = self.shown_by_steps.clone().unwrap_or_else(|| self.framing_of(&self.volume));
-        surfaces::framing(&self.surfaces).into_iter().fold(framing, Framing::joined)
+        let of_volume = || self.shown_by_steps.clone().unwrap_or_else(|| self.framing_of(&self.volume));
+        match surfaces::framing(&self.surfaces) {
+            None => of_volume(),
+            // The volume around surfaces without one.
+            Some(surfaces) if self.transfer.opacities().iter().all(|point| point.1 == 0.0) => surfaces,
+            Some(surfaces) => of_volume().joined(surfaces),
+        }
     }
 
     /// Bounds of the visible part of the volume, or of another step.

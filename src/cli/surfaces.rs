@@ -124,6 +124,11 @@ impl SurfaceSpec {
 }
 
 impl SurfaceArguments {
+    /// Whether there are any.
+    pub fn are_given(&self) -> bool {
+        !self.surfaces.is_empty()
+    }
+
     /// Opens all surfaces around a volume.
     pub fn open(&self, volume: &Volume) -> Result<Vec<Surface>, Error> {
         self.open_specs(&self.surfaces, Some(volume))

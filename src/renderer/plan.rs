@@ -137,36 +137,17 @@ impl Plan {
     /// The same view, sampled at pixels, for frames with surfaces.
     ///
     /// # Errors
-    /// For splatted layers, the systems that the paper compares with, and the studio.
+    /// Those of [`Settings::check_surfaces`].
     pub(super) fn with_surfaces(self, rays: &Rays, viewport: Viewport, grid: &Grid, settings: &Settings) -> Result<Self, Error> {
-        let refused = |field, problem: &str| Err(Error::Settings { field, problem: problem.into() });
-        if settings.studio.is_some() {
-            return refused("look", "the studio draws no surfaces yet: choose plain, or no surfaces");
-        }
-        match self {
-            Self::Lattice(_, layered) | Self::Shared(_, layered) | Self::Direct(_, layered)
-                if matches!(layered.classification, Classification::Preintegrated { .. }) =>
-            {
-                let Evaluation::Lattice(density) = layered.evaluation else {
-                    return Ok(Self::cast(Density::Fine, layered, settings.blend));
-                };
-                let on_screen = Layered { evaluation: Evaluation::Lattice(Density::Screen), ..layered };
-                let axis = choose_axis(layered.layer_axis, rays);
-                let lattice = Lattice::new(rays, viewport, grid, axis, Density::Screen, sampling(layered.classification));
-                Ok(match lattice.filter(Lattice::has_pixels_samples) {
-                    Some(lattice) => Self::Lattice(lattice, on_screen),
-                    None => Self::cast(density, layered, settings.blend),
-                })
-            }
-            Self::Raycast(..) | Self::CastValues(..) | Self::CastSegments(..) => Ok(self),
-            Self::Lattice(..) | Self::Shared(..) | Self::Direct(..) => {
-                refused("classification", "splatted layers draw no surfaces: choose pre-integrated layers or ray casting, or no surfaces")
-            }
-            #[cfg(feature = "paper")]
-            Self::Paper(_) => {
-                refused("algorithm", "sheets and slicing draw no surfaces: choose layers or ray casting, or no surfaces")
-            }
-        }
+        settings.check_surfaces()?;
+        let (Self::Lattice(_, layered) | Self::Shared(_, layered) | Self::Direct(_, layered)) = self else { return Ok(self) };
+        let Evaluation::Lattice(density) = layered.evaluation else { return Ok(Self::cast(Density::Fine, layered, settings.blend)) };
+        let axis = choose_axis(layered.layer_axis, rays);
+        let lattice = Lattice::new(rays, viewport, grid, axis, Density::Screen, sampling(layered.classification));
+        Ok(match lattice.filter(Lattice::has_pixels_samples) {
+            Some(lattice) => Self::Lattice(lattice, Layered { evaluation: Evaluation::Lattice(Density::Screen), ..layered }),
+            None => Self::cast(density, layered, settings.blend),
+        })
     }
 
     fn raycast(kernel: Kernel, step: f64, blend: Blend) -> Self {

@@ -103,6 +103,27 @@ choices! {
     Labels = "labels",
 }
 
+impl Settings {
+    /// Fails for settings with which no surfaces are drawn.
+    ///
+    /// # Errors
+    /// [`Error::Settings`]: splatted layers, the systems that the paper compares with, and the studio.
+    pub fn check_surfaces(&self) -> Result<(), Error> {
+        let (field, problem) = match Method::of(self.algorithm) {
+            _ if self.studio.is_some() => ("look", "the studio draws no surfaces yet: choose plain, or no surfaces"),
+            Method::Splats | Method::SplatPixels => (
+                "classification",
+                "splatted layers draw no surfaces: choose pre-integrated layers or ray casting, or no surfaces",
+            ),
+            Method::AxisSheets | Method::ViewSheets | Method::Slicing => {
+                ("algorithm", "sheets and slicing draw no surfaces: choose layers or ray casting, or no surfaces")
+            }
+            _ => return Ok(()),
+        };
+        Err(Error::Settings { field, problem: problem.into() })
+    }
+}
+
 /// A setting, and why it does not go with what is drawn.
 type Refusal = (&'static str, &'static str);
 
