@@ -159,9 +159,10 @@ impl Plan {
                 })
             }
             Self::Raycast(..) | Self::CastValues(..) | Self::CastSegments(..) => Ok(self),
-            Self::Lattice(..) | Self::Shared(..) | Self::Direct(..) => {
-                refused("classification", "splatted layers draw no surfaces: choose pre-integrated layers or ray casting, or no surfaces")
-            }
+            Self::Lattice(..) | Self::Shared(..) | Self::Direct(..) => refused(
+                "classification",
+                "splatted layers draw no surfaces: choose pre-integrated layers or ray casting, or no surfaces",
+            ),
             #[cfg(feature = "paper")]
             Self::Paper(_) => {
                 refused("algorithm", "sheets and slicing draw no surfaces: choose layers or ray casting, or no surfaces")
