@@ -222,7 +222,12 @@ impl Buffer<u64> {
         if count > i32::MAX as u64 {
             let bytes = |entries: u64| entries.saturating_mul(size_of::<u32>() as u64);
             let device = device.info().name.clone();
-            return Err(Error::DeviceMemory { what: what.into(), device, needed: bytes(count), available: bytes(i32::MAX as u64) });
+            return Err(Error::DeviceMemory {
+                what: what.into(),
+                device,
+                needed: bytes(count),
+                available: bytes(i32::MAX as u64),
+            });
         }
         Ok(count as usize)
     }

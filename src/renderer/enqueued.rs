@@ -151,8 +151,7 @@ impl Renderer {
         if !plan.counts_splats() {
             return Ok(());
         }
-        let problem =
-            "sheets read back their number of splats, so they cannot be enqueued without waiting: use `render`, or another algorithm";
+        let problem = "sheets read back their number of splats, so they cannot be enqueued without waiting: use `render`, or another algorithm";
         Err(Error::Settings { field: "algorithm", problem: problem.into() })
     }
 }

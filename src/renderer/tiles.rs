@@ -2,8 +2,8 @@
 
 use super::frame::{Arena, Resources, Slot};
 use super::picture::FRAME;
-use crate::device::launch::{Cuts, Output};
 use crate::device::launch::structs::Float4;
+use crate::device::launch::{Cuts, Output};
 use crate::device::{Buffer, Device, LatticeSchedule, Tuning};
 use crate::error::Error;
 use crate::layers::Lattice;

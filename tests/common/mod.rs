@@ -6,6 +6,7 @@ pub mod blends;
 pub mod command;
 pub mod generated;
 pub mod reference;
+pub mod surfaces;
 
 use glam::{DMat3, DVec3};
 use layersplat::image::Comparison;

@@ -10,3 +10,4 @@ mod lit;
 mod presets;
 mod steep_opacities;
 mod studio;
+mod surfaces;

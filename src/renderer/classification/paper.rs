@@ -5,11 +5,9 @@ use super::super::store::{Key, Stored};
 use super::tables::{CELL_ENTRIES, EntryKind, Integrals, IntegralsKey, TableKey};
 use super::{Classification, PreparationKernels};
 use crate::device::launch::Launcher;
-use crate::device::launch::surfaces::{Pass, Scan, ScanArguments};
-use crate::device::launch::paper::{
-    Place, PreintegratedTable, PreintegratedTableArguments, Splats, SplatsArguments,
-};
+use crate::device::launch::paper::{Place, PreintegratedTable, PreintegratedTableArguments, Splats, SplatsArguments};
 use crate::device::launch::structs::Float4;
+use crate::device::launch::surfaces::{Pass, Scan, ScanArguments};
 use crate::device::{Buffer, Device};
 use crate::error::Error;
 use crate::layers::{Axis, GAUSSIAN_OVERSHOOT, Kernel};

@@ -78,7 +78,18 @@ impl DeclaredLight {
 impl<'a> Declaring<'a> {
     /// Of a frame of one field that needs neither gradients nor light.
     pub fn new(shape: FieldShape, tables: &'a TableSizes<'a>, tuning: &'a Tuning, viewport: Viewport) -> Self {
-        Self { shape, tables, others: &[], channel: 0, is_tiled: false, tuning, viewport, gradient: None, light: None, surface_points: None }
+        Self {
+            shape,
+            tables,
+            others: &[],
+            channel: 0,
+            is_tiled: false,
+            tuning,
+            viewport,
+            gradient: None,
+            light: None,
+            surface_points: None,
+        }
     }
 
     /// Declares the resources of each field.

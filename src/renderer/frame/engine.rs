@@ -442,8 +442,8 @@ impl Engine {
                 self.target.cuts = None;
                 drawn = result?;
             }
-            pending =
-                self.with_surfaces(view, |pass, _, scene, target| pass.composite(scene, (&drawn, lattice), target, gathers, first))?;
+            pending = self
+                .with_surfaces(view, |pass, _, scene, target| pass.composite(scene, (&drawn, lattice), target, gathers, first))?;
             first = false;
         }
         Ok(SurfacePass::picture(&self.target))

@@ -4,11 +4,9 @@ use super::super::classification::{SplatList, Splatted, Table};
 use super::super::frame::{Arena, Slot};
 use super::super::tiles::Tiles;
 use crate::device::launch::Launcher;
-use crate::device::launch::surfaces::{Pass, Scan, ScanArguments};
-use crate::device::launch::paper::{
-    SortedSplats, SortedSplatsArguments, TiledSplats, TiledSplatsArguments,
-};
+use crate::device::launch::paper::{SortedSplats, SortedSplatsArguments, TiledSplats, TiledSplatsArguments};
 use crate::device::launch::structs::{SampleParams, Splat, SplatParams};
+use crate::device::launch::surfaces::{Pass, Scan, ScanArguments};
 use crate::device::{Buffer, Device};
 use crate::error::Error;
 use crate::viewport::Viewport;

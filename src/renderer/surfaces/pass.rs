@@ -164,13 +164,7 @@ impl SurfacePass {
     }
 
     /// Finds the first fragments of all rays, or the next ones of those that wait for them.
-    pub fn find(
-        &mut self,
-        scene: &mut Scene,
-        surfaces: &UploadedSurfaces,
-        target: &Target,
-        first: bool,
-    ) -> Result<(), Error> {
+    pub fn find(&mut self, scene: &mut Scene, surfaces: &UploadedSurfaces, target: &Target, first: bool) -> Result<(), Error> {
         let (device, arena) = (scene.device, &target.arena);
         let found = self.frame.as_ref().expect("a frame begins");
         let illumination = scene.illumination()?;

@@ -267,7 +267,7 @@ fn edges_are_met_once() {
             for direction in [DVec3::Z, DVec3::X, DVec3::new(1.0, 1.0, 0.0), DVec3::new(0.25, 0.5, -0.75)] {
                 let ray = Ray { origin: (corner + other) / 2.0 - direction * 4.0, direction, start: f64::NEG_INFINITY };
                 let met = surfaces.fragments(&ray, &plain());
-                assert!(met.len() % 2 == 0, "{corner} and {other} along {direction}: {met:?}");
+                assert!(met.len().is_multiple_of(2), "{corner} and {other} along {direction}: {met:?}");
             }
         }
     }

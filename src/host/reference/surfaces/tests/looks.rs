@@ -108,7 +108,7 @@ fn spheres_and_their_triangles_are_lit_by_their_normals() {
     let across = direction.any_orthonormal_vector();
     for off in [0.0, 0.3, 0.6, 0.9] {
         let ray = ray(centre + across * (off * radius) - direction * 20.0, direction, 0.0);
-        for (n, fragment) in Surfaces::new(&[sphere.clone()], &volume).fragments(&ray, &look).iter().enumerate() {
+        for (n, fragment) in Surfaces::new(std::slice::from_ref(&sphere), &volume).fragments(&ray, &look).iter().enumerate() {
             let height = (1.0 - off * off).sqrt() * [-1.0, 1.0][n];
             let normal = across * off + direction * height;
             assert!((fragment.color[0] - expected(normal)).abs() < ROUNDING, "{off}: {fragment:?}");
