@@ -85,6 +85,7 @@ pub const SCENES: &[Row] = &[
         "--header-bytes 168",
         |s| (s.source, s.raw.dims, s.raw.header_bytes) = (super::VOLUME, Some([14, 12, 9]), Some(HEADER)),
     ),
+    row("--surface", "--surface sphere.ply,radius=4", |s| s.sphere = Some((DVec3::new(7.0, 6.0, 4.0), 4.0))),
     row("--background-value", "--background-value 120.5", |s| s.background_value = Some(120.5)),
     row("--background-value", "--background-value -60", |s| s.background_value = Some(-60.0)),
     row("--transfer", "--transfer viridis", |s| s.transfer = Transfer::Named("viridis")),

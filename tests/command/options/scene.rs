@@ -6,6 +6,7 @@ use layersplat::annotation::{AnnotatedView, Annotations};
 use layersplat::camera::{OrbitFrame, Up};
 use layersplat::framing::{Fixed, Framing};
 use layersplat::settings::{Blend, Layered};
+use layersplat::surface::{Spheres, Surface};
 use layersplat::{
     Background, Camera, Frame, OpenOptions, Orbit, Projection, Renderer, Settings, TransferFunction, Viewport, Volume,
 };
@@ -47,6 +48,8 @@ pub struct Scene {
     pub field_of_view: Option<f64>,
     pub size: Viewport,
     pub settings: Settings,
+    /// A sphere, given by its centre and radius.
+    pub sphere: Option<(DVec3, f64)>,
     pub background: Option<Background>,
     /// Rays along each side of a pixel.
     pub samples: u32,
@@ -71,6 +74,7 @@ impl Default for Scene {
             field_of_view: None,
             size: viewport(36, 28),
             settings: Settings::default(),
+            sphere: None,
             background: None,
             samples: 1,
             annotations: Annotations::default(),
@@ -108,6 +112,7 @@ impl Scene {
         let inner = if self.over { self.size } else { self.annotations.inner(self.size, &transfer, self.settings.blend) };
         let camera = Scene { size: inner, ..self.clone() }.camera(&volume, &transfer);
         let mut renderer = Renderer::new(&device(), &volume, &transfer).unwrap();
+        renderer.set_surfaces(&self.surfaces()).unwrap();
         let larger = viewport(inner.width * self.samples, inner.height * self.samples);
         let (frame, _) = renderer.render(&camera, larger, &self.settings).unwrap();
         let background = self.background.unwrap_or(Background::BLACK);
@@ -118,6 +123,11 @@ impl Scene {
             Some(background) => frame.over(background),
             None => frame,
         }
+    }
+
+    fn surfaces(&self) -> Vec<Surface> {
+        let sphere = |(centre, radius)| Surface::new("sphere", Spheres::new(vec![centre], vec![radius]).unwrap());
+        self.sphere.map(sphere).into_iter().collect()
     }
 
     /// The same view as an orbit about y.
@@ -135,6 +145,9 @@ impl Scene {
             Blend::Iso(value) => Framing::iso(volume, value),
             _ => Framing::whole(volume),
         };
+        if let Some((centre, radius)) = self.sphere {
+            framing = framing.joined(Framing::of_box(centre - radius, centre + radius));
+        }
         if let Some(crop) = self.settings.clipping.crop {
             framing = framing.cropped(volume.grid(), crop.lowest, crop.highest);
         }
