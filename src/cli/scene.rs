@@ -58,6 +58,13 @@ pub(super) struct SceneOptions {
     pub blend: BlendOptions,
 }
 
+impl SceneOptions {
+    /// Whether surfaces are drawn, with a volume or alone.
+    pub fn has_surfaces(&self) -> bool {
+        self.surfaces.are_given() || is_surface_file(&self.volume.volume)
+    }
+}
+
 /// A volume with its transfer function, settings and device.
 pub(super) struct OpenedScene {
     /// The volume, or the first step of a sequence.
@@ -150,7 +157,7 @@ impl OpenedScene {
             eprintln!("volume: {}, which is built in; name a file to render your own", VolumeOptions::DEFAULT);
         }
         let opened_at = Instant::now();
-        if options.surfaces.are_given() || is_surface_file(&options.volume.volume) {
+        if options.has_surfaces() {
             settings.check_surfaces()?;
         }
         let alone = match sequence {

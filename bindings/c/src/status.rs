@@ -57,6 +57,7 @@ impl Status {
             | Error::Unnamed { .. } => Status::File,
             Error::VoxelCount { .. }
             | Error::Grid { .. }
+            | Error::Surface { .. }
             | Error::Transfer { .. }
             | Error::OutOfRange { .. }
             | Error::Argument { .. }

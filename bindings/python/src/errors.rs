@@ -111,6 +111,7 @@ fn class(error: &Error) -> &'static str {
         Error::Cancelled { .. } => "Cancelled",
         Error::VoxelCount { .. }
         | Error::Grid { .. }
+        | Error::Surface { .. }
         | Error::Transfer { .. }
         | Error::OutOfRange { .. }
         | Error::Argument { .. }

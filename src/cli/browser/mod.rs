@@ -84,6 +84,10 @@ impl Arguments {
 
     /// Opens the volume, or the first step of a sequence.
     fn open(&self, processes: &Processes) -> Result<(OpenedScene, Option<Sequence>), Error> {
+        if self.scene.has_surfaces() {
+            let problem = "the viewer draws no surfaces yet: use render, rotate or views";
+            return Err(Error::Settings { field: "surface", problem: problem.into() });
+        }
         let sequence = self.sequence(processes)?;
         let scene = match &sequence {
             Some(sequence) => OpenedScene::open_sequence(&self.scene, processes, sequence, &[], None)?,
