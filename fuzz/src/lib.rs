@@ -1,5 +1,6 @@
 //! Shared by the fuzz targets. Readers take paths, so every input is written to a file in memory.
 
+use layersplat::surface::{SurfaceFile, SurfaceOptions};
 use layersplat::transfer::FileFormat;
 use layersplat::volume::{Endian, OpenOptions, ScalarType, Volume};
 use layersplat::{TransferFunction, glam::DVec3};
@@ -81,6 +82,19 @@ impl File {
     pub fn volume_with(&self, bytes: &[u8], options: &OpenOptions) {
         std::fs::write(&self.path, bytes).expect("a file in memory");
         opened(&self.path, options);
+    }
+
+    /// Opens it as a surface, once more with the values of its first array.
+    pub fn surface(&self, bytes: &[u8]) {
+        std::fs::write(&self.path, bytes).expect("a file in memory");
+        let Ok(file) = SurfaceFile::read(&self.path) else { return };
+        let values = file.arrays.first().map(|array| array.name.clone());
+        let bounds = file.bounds();
+        assert!(bounds[0].is_finite() && bounds[1].is_finite());
+        for options in [SurfaceOptions::default(), SurfaceOptions { values, ..SurfaceOptions::default() }] {
+            let surfaces = file.clone().into_surfaces(&options).expect("a surface");
+            assert!(!surfaces.is_empty() && surfaces.iter().all(|surface| surface.bounds().is_some()));
+        }
     }
 
     /// Reads it as a transfer function, then writes and reads that in every format.

@@ -74,6 +74,19 @@ fn info_tells_channels_times_and_resolutions() {
 }
 
 #[test]
+fn info_describes_surfaces() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/formats/files/surfaces/colors_text_51.vtk");
+    let expected = "colors_text_51.vtk\nformat    VTK PolyData, legacy, text\npoints    8\ntriangles 12, closed\nbounds    1,-2,3 to 2.5,0,7\n\
+                    normals   of points\ncolours   of points\narray     cell of cells, 0 to 5\narray     values of points, 281 to 702.5\n\
+                    array     from the corner of points, 3 components of magnitude 0 to 4.71699\nspace     RAS, of the file\n\
+                    header    3D Slicer output. SPACE=RAS\n";
+    assert_eq!(described(folder.path(), &file.display().to_string()), expected);
+    let info = json(folder.path(), &["info", &file.display().to_string()]);
+    assert_eq!((info["triangles"].as_u64(), info["arrays"][1]["range"][1].as_f64()), (Some(12), Some(702.5)));
+}
+
+#[test]
 #[cfg(all(feature = "tiff", feature = "zarr"))]
 fn info_tells_names_colours_and_windows_of_channels() {
     let folder = tempfile::tempdir().unwrap();

@@ -122,7 +122,7 @@ impl SurfaceFile {
             if let Some(normals) = self.normals {
                 triangles = triangles.with_normals(used.iter().map(|n| normals[*n as usize]).collect()).map_err(of_file)?;
             }
-            kinds.push(("triangles", finished(Surface::new("", triangles), &used, &numbers).map_err(of_file)?));
+            kinds.push(("triangles", finished(Surface::new("triangles", triangles), &used, &numbers).map_err(of_file)?));
         }
         let placed = |n: &u32| self.points[*n as usize];
         let Cells { points: lines, numbers } = self.lines;
@@ -130,12 +130,12 @@ impl SurfaceFile {
             let (used, lengths) = (lines.concat(), lines.iter().map(|line| line.len()).collect::<Vec<_>>());
             let points = used.iter().map(placed).collect();
             let tubes = Tubes::new(points, radii.of(&used), &lengths, options.ends).map_err(of_file)?;
-            kinds.push(("tubes", finished(Surface::new("", tubes), &used, &numbers).map_err(of_file)?));
+            kinds.push(("tubes", finished(Surface::new("tubes", tubes), &used, &numbers).map_err(of_file)?));
         }
         let Cells { points: used, numbers } = self.vertices;
         if !used.is_empty() {
             let spheres = Spheres::new(used.iter().map(placed).collect(), radii.of(&used)).map_err(of_file)?;
-            kinds.push(("spheres", finished(Surface::new("", spheres), &used, &numbers).map_err(of_file)?));
+            kinds.push(("spheres", finished(Surface::new("spheres", spheres), &used, &numbers).map_err(of_file)?));
         }
         let is_one = kinds.len() == 1;
         let named = |(kind, surface)| Surface { name: if is_one { name.clone() } else { format!("{name}, {kind}") }, ..surface };

@@ -1,7 +1,7 @@
 //! STL, text and binary (<https://en.wikipedia.org/wiki/STL_(file_format)>). Its normals are not read: the order of a triangle's points says
 //! which side is the front, and programs write normals of 0 or wrong ones.
 
-use super::{Space, SurfaceFile, bytes_of};
+use super::{Cells, Space, SurfaceFile, bytes_of};
 use crate::error::Error;
 use crate::volume::{STL_BYTES, stl_triangles};
 use foldhash::fast::RandomState;
@@ -37,43 +37,47 @@ pub(super) fn read(path: &Path) -> Result<SurfaceFile, Error> {
         ("STL, binary", &bytes[..80], binary(&bytes[before as usize..expected as usize]))
     };
     let header = String::from_utf8_lossy(header).trim_matches(['\0', ' ', '\r', '\t']).to_owned();
-    if corners.points.is_empty() {
+    if corners.triangles.is_empty() {
         return Err(wrong("it has no triangles".into()));
     }
     let mut file = SurfaceFile { format: format.into(), space: Space::of_header(&header), header, ..SurfaceFile::default() };
-    file.triangles.points = corners.indices.as_chunks().0.to_vec();
-    file.triangles.numbers = (0..file.triangles.points.len() as u32).collect();
-    file.points = corners.points.iter().map(|point| DVec3::from_array(point.map(f64::from))).collect();
+    let numbers = (0..corners.triangles.len() as u32).collect();
+    (file.points, file.triangles) = (corners.points, Cells { points: corners.triangles, numbers });
     Ok(file)
 }
 
 /// Corners of triangles, of which equal ones are one point.
 #[derive(Default)]
 struct Corners {
-    points: Vec<[f32; 3]>,
-    indices: Vec<u32>,
+    points: Vec<DVec3>,
+    triangles: Vec<[u32; 3]>,
     known: HashMap<[u32; 3], u32, RandomState>,
 }
 
 impl Corners {
-    fn add(&mut self, point: [f32; 3]) {
-        // −0 is 0.
-        let point = point.map(|coordinate| coordinate + 0.0);
-        let index = *self.known.entry(point.map(f32::to_bits)).or_insert_with(|| {
-            self.points.push(point);
-            self.points.len() as u32 - 1
-        });
-        self.indices.push(index);
+    fn add(&mut self, triangle: [[f32; 3]; 3]) {
+        let index = |point: [f32; 3]| {
+            // −0 is 0.
+            let point = point.map(|coordinate| coordinate + 0.0);
+            let bits = point.map(f32::to_bits);
+            if let Some(index) = self.known.get(&bits) {
+                return *index;
+            }
+            let index = self.points.len() as u32;
+            self.points.push(DVec3::from_array(point.map(f64::from)));
+            self.known.insert(bits, index);
+            index
+        };
+        self.triangles.push(triangle.map(index));
     }
 }
 
 fn binary(bytes: &[u8]) -> Corners {
     let (triangles, _) = bytes.as_chunks::<50>();
-    let mut corners = Corners { indices: Vec::with_capacity(3 * triangles.len()), ..Corners::default() };
+    let mut corners = Corners { triangles: Vec::with_capacity(triangles.len()), ..Corners::default() };
     for triangle in triangles {
-        let (numbers, _) = triangle[12..48].as_chunks::<4>();
-        let (points, _) = numbers.as_chunks::<3>();
-        points.iter().for_each(|point| corners.add(point.map(f32::from_le_bytes)));
+        let number = |n: usize| f32::from_le_bytes([0, 1, 2, 3].map(|i| triangle[12 + 4 * n + i]));
+        corners.add([0, 3, 6].map(|n| [n, n + 1, n + 2].map(number)));
     }
     corners
 }
@@ -102,7 +106,7 @@ fn text(bytes: &[u8], wrong: impl Fn(String) -> Error) -> Result<Corners, Error>
             }
             b"endfacet" => {
                 let [first, rest @ ..] = facet.as_slice() else { continue };
-                rest.windows(2).for_each(|edge| [*first, edge[0], edge[1]].into_iter().for_each(|point| corners.add(point)));
+                rest.windows(2).for_each(|edge| corners.add([*first, edge[0], edge[1]]));
                 facet.clear();
             }
             b"solid" => is_complete = false,

@@ -46,12 +46,12 @@ impl<'a> Body<'a> {
         let mut columns: Columns = scalars.map(|p| (p.name.as_str(), p.scalar, Vec::with_capacity(count as usize))).collect();
         let mut list = Vec::new();
         for n in 0..count {
-            let mut column = 0;
+            let mut values = columns.iter_mut().map(|(.., values)| values);
             let ends = |_| format!("its entry {n} of {count} is incomplete or no number: it is truncated or damaged");
             for property in &element.properties {
                 let Some(kind) = property.list else {
-                    columns[column].2.push(self.number(property.scalar).ok_or(()).map_err(ends)?);
-                    column += 1;
+                    let value = self.number(property.scalar).ok_or(()).map_err(ends)?;
+                    values.next().into_iter().for_each(|values| values.push(value));
                     continue;
                 };
                 let length = self.number(kind).ok_or(()).map_err(ends)?;

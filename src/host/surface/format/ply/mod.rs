@@ -102,7 +102,8 @@ fn colors(columns: &mut Columns) -> Option<Vec<[f32; 4]>> {
             ScalarType::Uint16 | ScalarType::Int16 => f64::from(u16::MAX),
             _ => f64::from(u8::MAX),
         };
-        values.into_iter().map(move |value| (value / largest).clamp(0.0, 1.0) as f32)
+        let share = move |value: f64| if value.is_nan() { 0.0 } else { (value / largest).clamp(0.0, 1.0) as f32 };
+        values.into_iter().map(share)
     };
     let [red, green, blue] = rgb.map(scaled);
     let mut colors: Vec<_> = red.zip(green).zip(blue).map(|((red, green), blue)| [red, green, blue, 1.0]).collect();

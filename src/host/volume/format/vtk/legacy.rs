@@ -39,7 +39,10 @@ impl Format for Legacy {
     }
 }
 
-fn image(scanner: &mut Scanner) -> Result<(Image, Vec<Array<Range<u64>>>), Error> {
+/// Arrays and the ranges of bytes that they are in.
+type Arrays = Vec<Array<Range<u64>>>;
+
+fn image(scanner: &mut Scanner) -> Result<(Image, Arrays), Error> {
     let (mut points, mut spacing, mut origin) = (None, DVec3::ONE, DVec3::ZERO);
     let arrays = scanner.arrays(|scanner, keyword, words| {
         match keyword {
