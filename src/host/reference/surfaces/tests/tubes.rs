@@ -130,19 +130,24 @@ fn tubes_are_closed() {
     }
 }
 
-/// The side of a cone: its radius changes linearly.
+/// The side of a cone: its radius changes linearly, and turns its normal from the axis.
 #[test]
 fn cones_have_the_radii_of_their_points() {
     let points = line(1, 8.0, 0.0);
     let along = (points[1] - points[0]).normalize();
-    let sets = [tube(&points, |n| [2.0, 0.5][n], Ends::Open)];
+    let sets = [changed(tube(&points, |n| [2.0, 0.5][n], Ends::Open), |set| set.shading = SurfaceShading::Smooth)];
     let mut count = 0;
     for (place, direction) in rays(&points, 500, 4.0) {
-        for t in depths(&sets, (place, direction)) {
+        let shading = Some(Shading { ambient: 0.0, specular: 0.0, diffuse: 0.5, ..Shading::default() });
+        let look = Look { shading, to_eye: grid().world_to_grid_axes() * -direction, ..plain() };
+        let ray = ray(place, direction, f64::NEG_INFINITY);
+        for Fragment { t, color, .. } in Surfaces::new(&sets, &volume()).fragments(&ray, &look) {
             let off = place + direction * t - points[0];
             let height = along.dot(off);
             let radius = (off - along * height).length();
             assert!((radius - (2.0 - 1.5 * height / 8.0)).abs() < 1e-9 && (0.0..8.0).contains(&height), "{radius} at {height}");
+            let normal = ((off - along * height) / radius + along * (1.5 / 8.0)).normalize();
+            assert!((color[0] - 0.5 * normal.dot(direction).abs()).abs() < 1e-9, "{color:?} at {height}");
             count += 1;
         }
     }
