@@ -231,7 +231,8 @@ impl OpenedScene {
         let legend = match legend {
             None if surfaces.is_empty() => None,
             listed => {
-                let mut listed = listed.unwrap_or_else(|| Legend { entries: if is_alone { Vec::new() } else { entries.clone() } });
+                let mut listed =
+                    listed.unwrap_or_else(|| Legend { entries: if is_alone { Vec::new() } else { entries.clone() } });
                 listed.entries.extend(surfaces::entries(&surfaces));
                 Some(listed)
             }

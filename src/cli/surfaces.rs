@@ -190,7 +190,8 @@ mod tests {
 
     #[test]
     fn specs_are_read() {
-        let spec = SurfaceSpec::from_text("a.stl,color=#ff8000,opacity=0.25,ends=round,space=LPS,clip=off,name=hip, left").unwrap();
+        let spec =
+            SurfaceSpec::from_text("a.stl,color=#ff8000,opacity=0.25,ends=round,space=LPS,clip=off,name=hip, left").unwrap();
         assert_eq!((spec.opacity, spec.ends, spec.space), (Some(0.25), Ends::Round, Some(Space::Lps)));
         assert!(spec.is_uncut && !spec.is_hidden && spec.name.as_deref() == Some("hip, left"));
         assert_eq!(spec.color.map(|c| (c[1] * 255.0).round()), Some(128.0));

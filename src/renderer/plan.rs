@@ -141,7 +141,9 @@ impl Plan {
     pub(super) fn with_surfaces(self, rays: &Rays, viewport: Viewport, grid: &Grid, settings: &Settings) -> Result<Self, Error> {
         settings.check_surfaces()?;
         let (Self::Lattice(_, layered) | Self::Shared(_, layered) | Self::Direct(_, layered)) = self else { return Ok(self) };
-        let Evaluation::Lattice(density) = layered.evaluation else { return Ok(Self::cast(Density::Fine, layered, settings.blend)) };
+        let Evaluation::Lattice(density) = layered.evaluation else {
+            return Ok(Self::cast(Density::Fine, layered, settings.blend));
+        };
         let axis = choose_axis(layered.layer_axis, rays);
         let lattice = Lattice::new(rays, viewport, grid, axis, Density::Screen, sampling(layered.classification));
         Ok(match lattice.filter(Lattice::has_pixels_samples) {
