@@ -46,7 +46,8 @@ fn folder() -> &'static Path {
                 {{"Name": "second", "RGBPoints": [20,{r},{g},{b}, 200,{s},{h},{c}], "Points": [60,0,0.5,0, 180,0.8,0.5,0]}}]"#
         );
         write("two.json", presets.as_bytes());
-        let header = "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\nend_header\n";
+        let header =
+            "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\nend_header\n";
         write("sphere.ply", format!("{header}7 6 4\n").as_bytes());
         folder
     });
