@@ -6,14 +6,12 @@
 
 // A triangle: its points.
 #define TRIANGLE 0
-// A sphere about a point; where it joins cones, their other points, or -1.
+// A sphere about a point; where it joins cones, their other points, or -1. It is seen beyond the ends of these.
 #define SPHERE 1
-// A cone between two points, and flags: whether there is a sphere at its first and at its second point, and a cone before and behind it.
+// A cone between two points, and flags: whether there is one before and behind it.
 #define CONE 2
-#define SPHERE_AT_FIRST 1
-#define SPHERE_AT_SECOND 2
-#define CONE_BEFORE 4
-#define CONE_BEHIND 8
+#define CONE_BEFORE 1
+#define CONE_BEHIND 2
 // A disc about a point, and the other point of its cone.
 #define DISC 3
 
@@ -223,17 +221,18 @@ static inline Crossings disc_crossings(float4 disc, float3 other, const SurfaceR
     return (float2)(along != 0.0f && is_in_sphere(ray->origin + t * ray->direction, disc) ? t : NAN, NAN);
 }
 
+// Whether a point on a joint is beside a cone that ends there, of which this is the other point.
+static inline bool is_beside_cone(__global const float4 *points, int joint, int other, float3 p) {
+    return other >= 0 && dot(p - points[joint].xyz, points[other].xyz - points[joint].xyz) > 0.0f;
+}
+
 // Whether a point on a piece of a tube is inside the pieces that touch it.
 static inline bool is_inside_tube(__global const float4 *points, int4 cell, float3 p) {
     const int kind = cell.w & 7;
     if (kind == SPHERE)
-        return (cell.y >= 0 && is_in_cone(p, points[cell.x], points[cell.y])) ||
-               (cell.z >= 0 && is_in_cone(p, points[cell.x], points[cell.z]));
-    if (kind != CONE)
-        return false;
-    return (cell.z & SPHERE_AT_FIRST && is_in_sphere(p, points[cell.x])) || (cell.z & SPHERE_AT_SECOND && is_in_sphere(p, points[cell.y])) ||
-           (cell.z & CONE_BEFORE && is_in_cone(p, points[cell.x - 1], points[cell.x])) ||
-           (cell.z & CONE_BEHIND && is_in_cone(p, points[cell.y], points[cell.y + 1]));
+        return is_beside_cone(points, cell.x, cell.y, p) || is_beside_cone(points, cell.x, cell.z, p);
+    return kind == CONE && ((cell.z & CONE_BEFORE && is_in_cone(p, points[cell.x - 1], points[cell.x])) ||
+                            (cell.z & CONE_BEHIND && is_in_cone(p, points[cell.y], points[cell.y + 1])));
 }
 
 static inline Crossings cell_crossings(const SurfaceView *view, __global const float4 *points, int4 cell, const Corner *corners, int x, int y,

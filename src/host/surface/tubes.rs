@@ -20,8 +20,9 @@ pub enum Ends {
 
 choices! { Ends, "ends"; Flat = "flat", Open = "open", Round = "round" }
 
-/// Tubes around lines of points. A piece between two points is a cone, whose radius changes linearly; at inner points, spheres of their radius
-/// join the pieces. Of pieces and spheres that touch, the part inside the others is not drawn, so a translucent tube shows its outside.
+/// Tubes around lines of points. A piece between two points is a cone, whose radius changes linearly; at inner points, what a bend opens between
+/// two pieces is filled by the ball of that point. Of each piece, the part inside its neighbours is not drawn, so a translucent tube shows its
+/// outside.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tubes {
     points: Vec<DVec3>,

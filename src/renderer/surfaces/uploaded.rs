@@ -14,10 +14,8 @@ const TRIANGLE: i32 = 0;
 const SPHERE: i32 = 1;
 const CONE: i32 = 2;
 const DISC: i32 = 3;
-const SPHERE_AT_FIRST: i32 = 1;
-const SPHERE_AT_SECOND: i32 = 2;
-const CONE_BEFORE: i32 = 4;
-const CONE_BEHIND: i32 = 8;
+const CONE_BEFORE: i32 = 1;
+const CONE_BEHIND: i32 = 2;
 /// No point.
 const NONE: i32 = -1;
 
@@ -173,11 +171,7 @@ impl Gathered {
             let last = line.len() - 1;
             let place = |i: usize| (first + line.start + i) as i32;
             for i in 0..last {
-                let flag = |is_set: bool, flag: i32| if is_set { flag } else { 0 };
-                let flags = flag(round || i > 0, SPHERE_AT_FIRST)
-                    | flag(round || i + 1 < last, SPHERE_AT_SECOND)
-                    | flag(i > 0, CONE_BEFORE)
-                    | flag(i + 1 < last, CONE_BEHIND);
+                let flags = if i > 0 { CONE_BEFORE } else { 0 } | if i + 1 < last { CONE_BEHIND } else { 0 };
                 self.cells.push([place(i), place(i + 1), flags, kind(CONE, n)]);
             }
             let joints = if round { 0..=last } else { 1..=last - 1 };
