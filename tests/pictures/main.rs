@@ -23,6 +23,7 @@ mod placement;
 mod refusals;
 mod shadows;
 mod slices;
+mod surfaces;
 mod symmetries;
 mod terraces;
 #[path = "../gl/told.rs"]

@@ -1,0 +1,208 @@
+//! Surfaces: closed forms, and what must not change a picture.
+
+use crate::common::*;
+use glam::DVec3;
+use layersplat::settings::{Blend, Shadows};
+use layersplat::surface::{Ends, Spheres, Surface, SurfaceShading, Triangles, Tubes};
+use layersplat::volume::Voxels;
+use layersplat::{Camera, Frame, Orbit, Projection, Renderer, Settings, TransferFunction, Viewport, Volume};
+
+/// Colours of fragments have half precision.
+const ROUNDED: f64 = 1e-3;
+
+/// A volume of 20³ voxels that shows nothing.
+fn clear() -> (Volume<'static>, TransferFunction) {
+    let nothing = TransferFunction::new("nothing", vec![(0.0, [1.0; 3])], vec![(0.0, 0.0)]).unwrap();
+    (volume([20; 3], DVec3::ONE, Voxels::Uint8(vec![0; 8000])), nothing)
+}
+
+/// The same volume full of matter of this opacity per voxel.
+fn fog(opacity: f64) -> (Volume<'static>, TransferFunction) {
+    let fog = TransferFunction::new("fog", vec![(0.0, [0.0, 0.0, 1.0])], vec![(0.0, opacity)]).unwrap();
+    (volume([20; 3], DVec3::ONE, Voxels::Uint8(vec![0; 8000])), fog)
+}
+
+fn drawn((volume, transfer): &(Volume, TransferFunction), surfaces: &[Surface], camera: &Camera, size: Viewport) -> Frame {
+    let settings = Settings { shading: None, early_termination: false, ..Settings::default() };
+    drawn_with((volume, transfer), surfaces, camera, size, &settings)
+}
+
+fn drawn_with(
+    (volume, transfer): (&Volume, &TransferFunction),
+    surfaces: &[Surface],
+    camera: &Camera,
+    size: Viewport,
+    settings: &Settings,
+) -> Frame {
+    let mut renderer = Renderer::new(&device(), volume, transfer).unwrap();
+    renderer.set_surfaces(surfaces).unwrap();
+    renderer.render(camera, size, settings).unwrap().0
+}
+
+/// From +z towards the middle of the volume, 8 voxels up and down.
+fn along_z(roll: f64) -> Camera {
+    Camera::orbit(DVec3::splat(9.5), 100.0, Orbit { roll, ..Orbit::default() }, Projection::Parallel { scale: 8.0 })
+}
+
+/// A square across z, of this half edge.
+fn square(z: f64, half: f64, opacity: f32) -> Surface {
+    let corner = |x: f64, y: f64| DVec3::new(9.5 + x * half, 9.5 + y * half, z);
+    let points = vec![corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
+    let mut surface = Surface::new("square", Triangles::new(points, vec![[0, 1, 2], [0, 2, 3]]).unwrap());
+    (surface.color, surface.opacity) = ([1.0, 0.0, 0.0], opacity);
+    surface
+}
+
+/// A jittered net of triangles around the middle of the volume, with edges in all directions.
+fn net(cells: usize, half: f64) -> Triangles {
+    let mut random = Random(5);
+    let mut point = |n: usize| {
+        let mut at = |i: usize| 2.0 * (i as f64 + 0.8 * (random.unit() - 0.5)) / cells as f64 - 1.0;
+        let (x, y) = (at(n % (cells + 1)), at(n / (cells + 1)));
+        DVec3::new(9.5 + half * x, 9.5 + half * y, 9.5 + 0.3 * half * (4.0 * x).sin() * (3.0 * y).cos())
+    };
+    let points = (0..(cells + 1) * (cells + 1)).map(&mut point).collect();
+    let corner = |i: usize, j: usize| (j * (cells + 1) + i) as u32;
+    let halves = |n: usize| {
+        let (i, j) = (n % cells, n / cells);
+        let [a, b, c, d] = [corner(i, j), corner(i + 1, j), corner(i + 1, j + 1), corner(i, j + 1)];
+        if n % 3 == 0 { [[a, b, c], [a, c, d]] } else { [[a, b, d], [d, b, c]] }
+    };
+    Triangles::new(points, (0..cells * cells).flat_map(halves).collect()).unwrap()
+}
+
+#[test]
+fn fog_in_front_of_an_opaque_square_absorbs_as_far_as_it() {
+    let depth = 6.0_f64;
+    for roll in [0.0, 25.0] {
+        let scene = fog(0.1);
+        // Fog begins a voxel before the outermost ones.
+        let frame = drawn(&scene, &[square(20.0 - depth, 30.0, 1.0)], &along_z(roll), viewport(24, 24));
+        let left = (0.9_f64).powf(depth);
+        for pixel in frame.pixels() {
+            let expected = [left, 0.0, 1.0 - left, 1.0];
+            let off = pixel.iter().zip(expected).map(|(&found, expected)| (f64::from(found) - expected).abs()).fold(0.0, f64::max);
+            assert!(off < 5.0 * ROUNDED, "{pixel:?}, expected {expected:?}");
+        }
+    }
+}
+
+#[test]
+fn many_translucent_squares_let_the_product_through() {
+    let (count, opacity) = (50, 0.1_f64);
+    let squares: Vec<_> = (0..count).map(|n| square(-8.0 + 0.7 * n as f64, 30.0, opacity as f32)).collect();
+    let frame = drawn(&clear(), &squares, &along_z(0.0), viewport(16, 16));
+    let expected = 1.0 - (1.0 - opacity).powi(count);
+    for pixel in frame.pixels() {
+        assert!((f64::from(pixel[3]) - expected).abs() < ROUNDED, "{pixel:?}, expected {expected}");
+    }
+}
+
+/// Each pixel within a net has exactly one fragment, whatever edges run through it: also where triangles reach behind the eye.
+#[test]
+fn shared_edges_lose_no_pixel_and_draw_none_twice() {
+    let size = viewport(200, 180);
+    let mut surface = Surface::new("net", net(90, 40.0));
+    surface.opacity = 0.5;
+    let perspective = |distance, elevation| {
+        let orbit = Orbit { azimuth: 20.0, elevation, roll: 10.0 };
+        Camera::orbit(DVec3::splat(9.5), distance, orbit, Projection::Perspective { field_of_view: 40.0 })
+    };
+    let near = Camera { position: DVec3::new(9.5, 9.5, 34.0), focal_point: DVec3::new(9.5, 9.5, 0.0), ..perspective(1.0, 0.0) };
+    for (name, camera) in [("parallel", along_z(17.0)), ("far", perspective(1e6, 5.0)), ("near", near)] {
+        let camera = if name == "far" { Camera { projection: Projection::Perspective { field_of_view: 8e-4 }, ..camera } } else { camera };
+        let frame = drawn(&clear(), std::slice::from_ref(&surface), &camera, size);
+        let other = frame.pixels().iter().filter(|pixel| pixel[3] != 0.5).count();
+        assert_eq!(other, 0, "{name}: pixels with other than one fragment");
+    }
+    // A net with a hole is noticed.
+    let whole = net(90, 40.0);
+    let holed = Triangles::new(whole.points().to_vec(), whole.indices()[..8000].to_vec()).unwrap();
+    let frame = drawn(&clear(), &[Surface { opacity: 0.5, ..Surface::new("holed", holed) }], &along_z(17.0), size);
+    assert!(frame.pixels().iter().any(|pixel| pixel[3] != 0.5));
+}
+
+/// Several sets, through each other and the volume.
+fn crossing() -> Vec<Surface> {
+    let mut random = Random(3);
+    let mut place = || DVec3::new(random.unit(), random.unit(), random.unit()) * 19.0;
+    let mut net = Surface::new("net", net(12, 9.0));
+    net.opacity = 0.4;
+    let mut spheres = Surface::new("spheres", Spheres::new((0..9).map(|_| place()).collect(), vec![4.0; 9]).unwrap());
+    (spheres.opacity, spheres.color) = (0.3, [0.2, 0.9, 0.3]);
+    let line: Vec<_> = (0..8).map(|_| place()).collect();
+    let mut tube = Surface::new("tube", Tubes::new(line, vec![0.8; 8], &[8], Ends::Flat).unwrap());
+    (tube.opacity, tube.color) = (0.6, [0.9, 0.8, 0.2]);
+    vec![net, spheres, tube]
+}
+
+#[test]
+fn the_order_of_triangles_changes_no_bit() {
+    let size = viewport(90, 80);
+    let scene = (random_volume([20; 3], DVec3::ONE, 4), smooth_transfer());
+    let camera = parallel(&scene.0, size, 30.0, 20.0);
+    let surfaces = crossing();
+    let expected = drawn(&scene, &surfaces, &camera, size);
+    let triangles = net(12, 9.0);
+    let turned = triangles.indices().iter().rev().map(|&[a, b, c]| [b, c, a]).collect();
+    let mut changed = surfaces.clone();
+    changed[0] = Surface { opacity: 0.4, ..Surface::new("net", Triangles::new(triangles.points().to_vec(), turned).unwrap()) };
+    assert!(drawn(&scene, &changed, &camera, size) == expected);
+    // And from frame to frame, after another picture.
+    let mut renderer = Renderer::new(&device(), &scene.0, &scene.1).unwrap();
+    let settings = Settings { shading: None, early_termination: false, ..Settings::default() };
+    let alone = renderer.render(&camera, size, &settings).unwrap().0;
+    renderer.set_surfaces(&surfaces).unwrap();
+    renderer.render(&along_z(0.0), size, &settings).unwrap();
+    assert!(renderer.render(&camera, size, &settings).unwrap().0 == expected);
+    renderer.set_surfaces(&[]).unwrap();
+    assert!(renderer.render(&camera, size, &settings).unwrap().0 == alone);
+    assert!(alone != expected);
+}
+
+#[test]
+fn invisible_sets_change_no_bit() {
+    let size = viewport(60, 50);
+    let scene = (random_volume([20; 3], DVec3::ONE, 4), smooth_transfer());
+    let camera = parallel(&scene.0, size, 30.0, 20.0);
+    let shown = vec![square(9.0, 4.0, 0.5)];
+    let expected = drawn(&scene, &shown, &camera, size);
+    let mut more = crossing();
+    more[0].opacity = 0.0;
+    more[1].is_visible = false;
+    more[2].opacity = 0.0;
+    more.extend(shown);
+    assert!(drawn(&scene, &more, &camera, size) == expected);
+}
+
+/// A lit sphere alone: the volume's voxels cast no shadow on it where nothing is visible.
+#[test]
+fn shadows_of_nothing_change_nothing() {
+    let size = viewport(60, 60);
+    let sphere = Surface::new("sphere", Spheres::new(vec![DVec3::splat(9.5)], vec![6.0]).unwrap());
+    let (volume, transfer) = clear();
+    let camera = along_z(0.0);
+    let plain = drawn_with((&volume, &transfer), std::slice::from_ref(&sphere), &camera, size, &Settings::default());
+    let shadows = Settings { shadows: Some(Shadows::default()), ..Settings::default() };
+    let shadowed = drawn_with((&volume, &transfer), &[sphere], &camera, size, &shadows);
+    assert_close("shadows of nothing", &plain, &shadowed, 2.0 / 255.0);
+    let middle = plain.pixel(30, 30);
+    assert!(middle[0] > 0.7 && middle[3] == 1.0, "{middle:?}");
+}
+
+#[test]
+fn iso_surfaces_and_maxima_have_surfaces_before_and_over_them() {
+    let size = viewport(40, 40);
+    let bytes = (0..8000).map(|n| if n / 400 >= 10 { 200 } else { 0 }).collect();
+    let step = volume([20; 3], DVec3::ONE, Voxels::Uint8(bytes));
+    let grey = TransferFunction::new("grey", vec![(0.0, [0.0; 3]), (255.0, [1.0; 3])], vec![(0.0, 0.0), (255.0, 1.0)]).unwrap();
+    let settings = |blend| Settings { blend, shading: None, ..Settings::default() };
+    let picture = |blend, z| {
+        let square = Surface { shading: SurfaceShading::Off, ..square(z, 3.0, 1.0) };
+        drawn_with((&step, &grey), &[square], &along_z(0.0), size, &settings(blend)).pixel(20, 20)
+    };
+    // The iso-surface lies between layers 19 and 20, towards the eye.
+    assert_eq!(picture(Blend::Iso(100.0), 30.0)[..3], [1.0, 0.0, 0.0]);
+    assert!(picture(Blend::Iso(100.0), 5.0)[1] > 0.3, "{:?}", picture(Blend::Iso(100.0), 5.0));
+    assert_eq!(picture(Blend::Maximum, 5.0)[..3], [1.0, 0.0, 0.0]);
+}
