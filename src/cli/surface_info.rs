@@ -92,7 +92,7 @@ fn text(path: &Path, info: &Info) -> String {
     lines.extend(info.colors.map(|of| format!("colours   of {of}")));
     lines.extend(info.arrays.iter().map(ArrayReport::line));
     lines.push(match info.space {
-        Some("LPS") => "space     LPS, of the file: becomes RAS beside volumes that state a patient".into(),
+        Some("LPS") => "space     LPS, of the file: becomes RAS, alone or beside volumes that state a patient".into(),
         Some(space) => format!("space     {space}, of the file"),
         None => "space     not stated: coordinates are those of the world, unless space=LPS is given".into(),
     });

@@ -31,7 +31,7 @@ const TEXT: &[Case] = &[
     ("metaimage/plain.mhd", b"plain.raw", b"missing.raw", "missing.raw"),
     ("metaimage/listed.mhd", b"slice_10.raw\n", b"", "names 2"),
     ("metaimage/int16.mha", b"CompressedData = True", b"CompressedData = False", "truncated"),
-    ("vtk/legacy_30.vtk", b"STRUCTURED_POINTS", b"POLYDATA", "POLYDATA"),
+    ("vtk/legacy_30.vtk", b"STRUCTURED_POINTS", b"POLYDATA", "holds a surface"),
     ("vtk/legacy_30.vtk", b"DIMENSIONS 5 4 3", b"DIMENSIONS 5 4 0", "DIMENSIONS"),
     ("vtk/legacy_30.vtk", b"unsigned_char", b"bit", "bit"),
     ("vtk/legacy_30.vtk", b"POINT_DATA 60", b"POINT_DATA 70", "lacks"),

@@ -269,7 +269,7 @@ fn wrong_files_are_refused() {
         ("text.vtp", "NumberOfPoints=\"8\"", "NumberOfPoints=\"1000000000\"", "numbers are declared"),
         ("text.vtp", "NumberOfPolys=\"6\"", "NumberOfPolys=\"-6\"", "is not 1 numbers"),
         ("text.vtp", "NumberOfPoints=\"8\"", "NumberOfPoints=\"0\"", "no points"),
-        ("text.vtp", "\"offsets\"", "\"offset\"", "lack the array offsets"),
+        ("text.vtp", "NumberOfVerts=\"0\"", "NumberOfVerts=\"2\"", "ends after 0 of 2"),
         ("inline.vtp", "NumberOfPolys=\"6\"", "NumberOfPolys=\"1000000000\"", "it is damaged"),
         ("appended.vtp", "NumberOfPoints=\"8\"", "NumberOfPoints=\"1000000000\"", "it is damaged"),
         ("appended_lz4.vtp", "NumberOfPoints=\"8\"", "NumberOfPoints=\"1000000000\"", "truncated or damaged"),
