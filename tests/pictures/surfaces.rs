@@ -53,13 +53,13 @@ fn square(z: f64, half: f64, opacity: f32) -> Surface {
     surface
 }
 
-/// A jittered net of triangles around the middle of the volume, with edges in all directions.
-fn net(cells: usize, half: f64) -> Triangles {
+/// A jittered net of triangles around the middle of the volume, with edges in all directions, and waves of this height.
+fn net(cells: usize, half: f64, height: f64) -> Triangles {
     let mut random = Random(5);
     let mut point = |n: usize| {
-        let mut at = |i: usize| 2.0 * (i as f64 + 0.8 * (random.unit() - 0.5)) / cells as f64 - 1.0;
+        let mut at = |i: usize| 2.0 * (i as f64 + 0.4 * (random.unit() - 0.5)) / cells as f64 - 1.0;
         let (x, y) = (at(n % (cells + 1)), at(n / (cells + 1)));
-        DVec3::new(9.5 + half * x, 9.5 + half * y, 9.5 + 0.3 * half * (4.0 * x).sin() * (3.0 * y).cos())
+        DVec3::new(9.5 + half * x, 9.5 + half * y, 9.5 + height * (4.0 * x).sin() * (3.0 * y).cos())
     };
     let points = (0..(cells + 1) * (cells + 1)).map(&mut point).collect();
     let corner = |i: usize, j: usize| (j * (cells + 1) + i) as u32;
@@ -102,23 +102,29 @@ fn many_translucent_squares_let_the_product_through() {
 #[test]
 fn shared_edges_lose_no_pixel_and_draw_none_twice() {
     let size = viewport(200, 180);
-    let mut surface = Surface::new("net", net(90, 40.0));
-    surface.opacity = 0.5;
+    let surface = |height| {
+        let mut surface = Surface::new("net", net(90, 40.0, height));
+        surface.opacity = 0.5;
+        surface
+    };
     let perspective = |distance, elevation| {
         let orbit = Orbit { azimuth: 20.0, elevation, roll: 10.0 };
         Camera::orbit(DVec3::splat(9.5), distance, orbit, Projection::Perspective { field_of_view: 40.0 })
     };
-    let near = Camera { position: DVec3::new(9.5, 9.5, 34.0), focal_point: DVec3::new(9.5, 9.5, 0.0), ..perspective(1.0, 0.0) };
-    for (name, camera) in [("parallel", along_z(17.0)), ("far", perspective(1e6, 5.0)), ("near", near)] {
-        let camera = if name == "far" { Camera { projection: Projection::Perspective { field_of_view: 8e-4 }, ..camera } } else { camera };
-        let frame = drawn(&clear(), std::slice::from_ref(&surface), &camera, size);
+    // Close to a flat net, half of which is behind the eye.
+    let near = Camera { position: DVec3::new(9.5, 9.5, 12.5), focal_point: DVec3::new(12.5, 9.5, 9.5), ..perspective(1.0, 0.0) };
+    let far = Camera { projection: Projection::Perspective { field_of_view: 8e-4 }, ..perspective(1e6, 5.0) };
+    for (name, camera, height) in [("parallel", along_z(17.0), 12.0), ("far", far, 12.0), ("near", near, 0.0)] {
+        let frame = drawn(&clear(), &[surface(height)], &camera, size);
         let other = frame.pixels().iter().filter(|pixel| pixel[3] != 0.5).count();
         assert_eq!(other, 0, "{name}: pixels with other than one fragment");
     }
     // A net with a hole is noticed.
-    let whole = net(90, 40.0);
+    let whole = net(90, 40.0, 12.0);
     let holed = Triangles::new(whole.points().to_vec(), whole.indices()[..8000].to_vec()).unwrap();
-    let frame = drawn(&clear(), &[Surface { opacity: 0.5, ..Surface::new("holed", holed) }], &along_z(17.0), size);
+    let mut holed = Surface::new("holed", holed);
+    holed.opacity = 0.5;
+    let frame = drawn(&clear(), &[holed], &along_z(17.0), size);
     assert!(frame.pixels().iter().any(|pixel| pixel[3] != 0.5));
 }
 
@@ -126,7 +132,7 @@ fn shared_edges_lose_no_pixel_and_draw_none_twice() {
 fn crossing() -> Vec<Surface> {
     let mut random = Random(3);
     let mut place = || DVec3::new(random.unit(), random.unit(), random.unit()) * 19.0;
-    let mut net = Surface::new("net", net(12, 9.0));
+    let mut net = Surface::new("net", net(12, 9.0, 2.7));
     net.opacity = 0.4;
     let mut spheres = Surface::new("spheres", Spheres::new((0..9).map(|_| place()).collect(), vec![4.0; 9]).unwrap());
     (spheres.opacity, spheres.color) = (0.3, [0.2, 0.9, 0.3]);
@@ -143,10 +149,11 @@ fn the_order_of_triangles_changes_no_bit() {
     let camera = parallel(&scene.0, size, 30.0, 20.0);
     let surfaces = crossing();
     let expected = drawn(&scene, &surfaces, &camera, size);
-    let triangles = net(12, 9.0);
-    let turned = triangles.indices().iter().rev().map(|&[a, b, c]| [b, c, a]).collect();
+    let triangles = net(12, 9.0, 2.7);
+    let turned = triangles.indices().iter().rev().copied().collect();
     let mut changed = surfaces.clone();
-    changed[0] = Surface { opacity: 0.4, ..Surface::new("net", Triangles::new(triangles.points().to_vec(), turned).unwrap()) };
+    changed[0] = Surface::new("net", Triangles::new(triangles.points().to_vec(), turned).unwrap());
+    changed[0].opacity = 0.4;
     assert!(drawn(&scene, &changed, &camera, size) == expected);
     // And from frame to frame, after another picture.
     let mut renderer = Renderer::new(&device(), &scene.0, &scene.1).unwrap();
@@ -198,7 +205,8 @@ fn iso_surfaces_and_maxima_have_surfaces_before_and_over_them() {
     let grey = TransferFunction::new("grey", vec![(0.0, [0.0; 3]), (255.0, [1.0; 3])], vec![(0.0, 0.0), (255.0, 1.0)]).unwrap();
     let settings = |blend| Settings { blend, shading: None, ..Settings::default() };
     let picture = |blend, z| {
-        let square = Surface { shading: SurfaceShading::Off, ..square(z, 3.0, 1.0) };
+        let mut square = square(z, 3.0, 1.0);
+        square.shading = SurfaceShading::Off;
         drawn_with((&step, &grey), &[square], &along_z(0.0), size, &settings(blend)).pixel(20, 20)
     };
     // The iso-surface lies between layers 19 and 20, towards the eye.
