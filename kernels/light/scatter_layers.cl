@@ -85,7 +85,8 @@ static inline void sweep_row(const ScatterLayersParams *p, int step, int y, int 
 #ifdef LAST
         // Upward sweeps are the first.
         __global int *out = words + 4 * (size_t)x;
-        const int count = min(VW, grid->x - x);
+        // A constant where it is one, so that GPUs keep the words in registers.
+        const int count = VW == 1 ? 1 : min(VW, grid->x - x);
         intv of_cells[4];
         if (!p->upwards) {
             load_words(out, count, of_cells);
