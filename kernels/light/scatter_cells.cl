@@ -1,8 +1,8 @@
 // Cubic cells from blocks of voxels.
 //
 // One work-item per row of cells. `blocks`: planes of sums (scatter_medium.cl), of blocks_x * blocks_y * blocks_z blocks without space around
-// them. A cell covers blocks_per_cell blocks along each axis, some of them in part; what lies outside all blocks is clear. REFINED: of the
-// medium, the optical depth alone is stored, and the light that cells scatter with the mean radiance of a coarser grid, interpolated.
+// them. A cell covers blocks_per_cell blocks along each axis, some of them in part; what lies outside all blocks is clear. If `refined`, of
+// the medium the optical depth alone is stored, and the light that cells scatter with the mean radiance of a coarser grid, interpolated.
 
 #include "light/scatter_grid.cl"
 
@@ -46,7 +46,6 @@ static inline void add_row(__global const float *row, size_t plane, int count, f
     }
 }
 
-#ifdef REFINED
 // Interpolates linearly between cells of the coarser grid.
 static inline realv between_cells(__global const float *plane, const ScatterGrid *grid, realv x, float y, float z) {
     const int j = min((int)y, grid->y - 1), k = min((int)z, grid->z - 1);
@@ -63,7 +62,6 @@ static inline realv between_cells(__global const float *plane, const ScatterGrid
     const realv front = rows[0] + t * (rows[1] - rows[0]), back = rows[2] + t * (rows[3] - rows[2]);
     return front + u * (back - front);
 }
-#endif
 
 __kernel void scatter_cells(__global const float *blocks, __global float *medium, __global const float *coarser, __global float *source,
                             ScatterCellsParams p, ulong first_item) {
@@ -96,7 +94,11 @@ __kernel void scatter_cells(__global const float *blocks, __global float *medium
         const size_t at = cell_at(grid, x, y, z);
         const realv per_depth = sums[DEPTH] > 0.0f ? 1.0f / sums[DEPTH] : (realv)(0.0f);
         STORE_CELLS(sums[DEPTH] * per_volume, medium + at);
-#ifdef REFINED
+        if (!p.refined) {
+            for (int n = 1; n < MEDIUM_PLANES; n++)
+                STORE_CELLS(sums[n] * per_depth, medium + n * plane + at);
+            continue;
+        }
         const realv column = MAX((CONVERT_REALV(x + LANES) + 0.5f) * p.per_coarse - 0.5f, (realv)(0.0f));
         const float row = max((y + 0.5f) * p.per_coarse - 0.5f, 0.0f), layer = max((z + 0.5f) * p.per_coarse - 0.5f, 0.0f);
         for (int c = 0; c < 3; c++) {
@@ -104,9 +106,5 @@ __kernel void scatter_cells(__global const float *blocks, __global float *medium
             const realv albedo = p.scattering * (sums[ALBEDO + c] * per_depth), direct = sums[DIRECT + c] * per_depth;
             STORE_CELLS(albedo * (own + direct), source + c * plane + at);
         }
-#else
-        for (int n = 1; n < MEDIUM_PLANES; n++)
-            STORE_CELLS(sums[n] * per_depth, medium + n * plane + at);
-#endif
     }
 }

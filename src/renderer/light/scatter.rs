@@ -140,10 +140,11 @@ impl Scattering<'_> {
             coarser: self.grids.coarse.params(),
             per_coarse: (grid.edge / self.grids.coarse.edge) as f32,
             scattering: self.scattering as f32,
+            refined: i32::from(coarser.is_some()),
         };
         let radiance = coarser.unwrap_or(&source);
         let arguments = ScatterCellsArguments { blocks, medium: &medium, coarser: radiance, source: &source, p };
-        self.kernels.cells.launch(self.device, coarser.is_some(), &arguments)?;
+        self.kernels.cells.launch(self.device, (), &arguments)?;
         Ok(Cells { grid, medium, source, mean, rays })
     }
 
@@ -181,12 +182,13 @@ impl Scattering<'_> {
             grid: cells.grid.params(),
             scattering: self.scattering as f32,
             sky: sky.as_vec3().to_array(),
+            starts: i32::from(starts),
             relaxation: relaxation as f32,
             gain: gain as f32,
         };
         let Cells { medium, source, mean, .. } = cells;
         let arguments = ScatterSourceArguments { medium, radiance, older, mean, source, p };
-        self.kernels.source.launch(self.device, starts, &arguments)
+        self.kernels.source.launch(self.device, (), &arguments)
     }
 
     /// The mean radiance along all ordinates.
@@ -225,8 +227,9 @@ impl Scattering<'_> {
         for (step, along_x) in [([0, 1, 0], false), ([1, 0, 0], true)] {
             let [(weight, forward), (_, backward)] = [step, step.map(|n| -n)].map(|step| self.ordinate(step));
             let items = ScatterSweep::work(grid, layers, along_x, self.device.tuning());
-            let p = ScatterSweepParams { grid, items, first, layers, weight, entering: [forward, backward] };
-            self.kernels.sweep.launch(self.device, (along_x, with_flux), &ScatterSweepArguments { medium, source, mean, p })?;
+            let (flags, entering) = ([along_x, with_flux].map(i32::from), [forward, backward]);
+            let p = ScatterSweepParams { grid, items, first, layers, weight, along_x: flags[0], flux: flags[1], entering };
+            self.kernels.sweep.launch(self.device, (), &ScatterSweepArguments { medium, source, mean, p })?;
         }
         Ok(())
     }
@@ -241,7 +244,8 @@ impl Scattering<'_> {
 
     fn across(&mut self, cells: &Cells, is_last: bool, p: ScatterLayersParams, packed: &Buffer<u8>) -> Result<(), Error> {
         let Cells { medium, source, mean, rays, .. } = cells;
-        self.kernels.layers.launch(self.device, is_last, &ScatterLayersArguments { medium, source, mean, rays, packed, p })
+        let p = ScatterLayersParams { is_last: i32::from(is_last), ..p };
+        self.kernels.layers.launch(self.device, (), &ScatterLayersArguments { medium, source, mean, rays, packed, p })
     }
 
     /// The weight of the ordinate with these steps, and the radiance that enters along it.
