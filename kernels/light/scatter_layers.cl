@@ -1,6 +1,6 @@
 // Radiance along the ordinates that cross layers of cubic cells upwards, or downwards: an axis and four diagonals. Its mean in each cell, times
-// the weight of the ordinate, is added to the mean radiance of the cell. The last ones (`is_last`): the light field of an upward sweep is packed, and a downward one
-// adds its own and what `mean` has of sweeps along x and y (scatter_sweep.cl).
+// the weight of the ordinate, is added to the mean radiance of the cell. Of the last sweeps (`is_last`), the upward one packs the light field,
+// and the downward one adds its own and what `mean` has of sweeps along x and y (scatter_sweep.cl).
 //
 // A launch takes a few layers, and a work-item a block of rows in them; in one lane, a cell of each layer. Diagonals come from the rows beside,
 // so a block becomes smaller by a row on either side from layer to layer. The rows between two blocks are those of a second launch (`between`).
