@@ -16,7 +16,7 @@ static inline bool voxel_sums(const BlockSource *source, const realv *values, in
         const SampleParams *sample = &absorber->field.sample;
         intv absorbs, index;
         realv scale;
-        if (!find_absorbing(absorber, &source->ends, values[m], held, i, j, k, &absorbs, &index, &scale))
+        if (!find_absorbing(absorber, source->ends, values[m], held, i, j, k, &absorbs, &index, &scale))
             continue;
         realv share = 1.0f - GATHER(absorber->entries, index);
 #ifdef THINNED

@@ -1,6 +1,6 @@
 // Radiance along the ordinates that cross layers of cubic cells upwards, or downwards: an axis and four diagonals. Its mean in each cell, times
-// the weight of the ordinate, is added to the mean radiance of the cell. LAST: the light field of an upward sweep is packed, and a downward one
-// adds its own and what `mean` has of sweeps along x and y (scatter_sweep.cl).
+// the weight of the ordinate, is added to the mean radiance of the cell. Of the last sweeps (`is_last`), the upward one packs the light field,
+// and the downward one adds its own and what `mean` has of sweeps along x and y (scatter_sweep.cl).
 //
 // A launch takes a few layers, and a work-item a block of rows in them; in one lane, a cell of each layer. Diagonals come from the rows beside,
 // so a block becomes smaller by a row on either side from layer to layer. The rows between two blocks are those of a second launch (`between`).
@@ -17,17 +17,15 @@
 #define STEP_X(n) ((n) == 0 ? 0 : (n) & 1 ? 1 : -1)
 #define STEP_Y(n) ((n) == 0 ? 0 : (n) < 3 ? 1 : -1)
 
-// Sweeps cells from `x` to `end` of a row.
-static inline void sweep_row(const ScatterLayersParams *p, int step, int y, int first_x, int end_x, __global const float *medium,
+// Sweeps cells from `first_x` to `end_x` of a row. `is_last`: a constant.
+ALWAYS_INLINE void sweep_row(const ScatterLayersParams *p, bool is_last, int step, int y, int first_x, int end_x, __global const float *medium,
                              __global const float *source, __global float *mean, __global float *rays, __global uchar *packed) {
     const ScatterGrid *grid = &p->grid;
     const size_t plane = plane_cells(grid);
     const int pitch = cell_pitch(grid), columns = pitch + grid->z, of_color = p->ring * columns;
     const int z = p->upwards ? step : grid->z - 1 - step;
     const size_t row = cell_at(grid, 0, y, z), in_mean = cell_at(grid, 0, y, z - p->held_from), held = plane / grid->z * p->held;
-#ifdef LAST
     __global int *words = (__global int *)packed + 4 * (size_t)grid->x * (grid->y * z + y);
-#endif
     // Of cell 0 in each ordinate's row of rays.
     int ray_at[ORDINATES];
     bool enters[ORDINATES];
@@ -43,9 +41,7 @@ static inline void sweep_row(const ScatterLayersParams *p, int step, int y, int 
         const realv absorbs = absorbed(depth), share = mean_transmittance(depth, absorbs);
         const realv slanted_absorbs = absorbed(slanted), slanted_share = mean_transmittance(slanted, slanted_absorbs);
         const intv from_below = LANES + x <= 0, from_above = LANES + x >= grid->x - 1;
-#ifdef LAST
         realv light[LIGHT_PLANES];
-#endif
 #pragma unroll
         for (int c = 0; c < 3; c++) {
             const realv emitted = LOAD_CELLS(source + c * plane + at);
@@ -66,7 +62,11 @@ static inline void sweep_row(const ScatterLayersParams *p, int step, int y, int 
             }
             const realv along_y = in_cell[1] + in_cell[2], against_y = in_cell[3] + in_cell[4];
             const realv axis = p->axis * in_cell[0], diagonals = p->diagonal * (along_y + against_y);
-#ifdef LAST
+            if (!is_last) {
+                __global float *cells = mean + c * held + in_mean + x;
+                STORE_CELLS(LOAD_CELLS(cells) + (axis + diagonals), cells);
+                continue;
+            }
             const float slope = 0.57735027f * p->diagonal;
             light[c] = axis + diagonals;
             light[3 + c] = slope * ((in_cell[2] + in_cell[4]) - (in_cell[1] + in_cell[3]));
@@ -77,15 +77,13 @@ static inline void sweep_row(const ScatterLayersParams *p, int step, int y, int 
                 light[3 + c] += LOAD_CELLS(mean + (6 + c) * held + in_mean + x);
                 light[6 + c] += LOAD_CELLS(mean + (3 + c) * held + in_mean + x);
             }
-#else
-            __global float *cells = mean + c * held + in_mean + x;
-            STORE_CELLS(LOAD_CELLS(cells) + (axis + diagonals), cells);
-#endif
         }
-#ifdef LAST
+        if (!is_last)
+            continue;
         // Upward sweeps are the first.
         __global int *out = words + 4 * (size_t)x;
-        const int count = min(VW, grid->x - x);
+        // A constant where it is one, so that GPUs keep the words in registers.
+        const int count = VW == 1 ? 1 : min(VW, grid->x - x);
         intv of_cells[4];
         if (!p->upwards) {
             load_words(out, count, of_cells);
@@ -93,7 +91,6 @@ static inline void sweep_row(const ScatterLayersParams *p, int step, int y, int 
         }
         pack_light(light, of_cells);
         store_words(of_cells, count, out);
-#endif
     }
 }
 
@@ -113,6 +110,9 @@ __kernel void scatter_layers(__global const float *medium, __global const float 
         const int from = p.between ? end - n : block ? block * p.rows + n : 0;
         const int to = p.between ? min(end + n, grid->y) : end >= grid->y ? grid->y : end - n;
         for (int y = from; y < to; y++)
-            sweep_row(&p, p.first + n, y, first_x, end_x, medium, source, mean, rays, packed);
+            if (p.is_last)
+                sweep_row(&p, true, p.first + n, y, first_x, end_x, medium, source, mean, rays, packed);
+            else
+                sweep_row(&p, false, p.first + n, y, first_x, end_x, medium, source, mean, rays, packed);
     }
 }

@@ -9,8 +9,8 @@
 // A field may have colours of its voxels. Those of a field whose voxels are not these lie at `to_own` of its placement.
 
 #define ABSORBER_ENTRY float4
-#define BLOCK_INPUTS          \
-    ScatterMediumParams p;    \
+#define BLOCK_INPUTS              \
+    const ScatterMediumParams *p; \
     __global const uchar *light;
 #define SUMS 7
 #include "light/voxel_blocks.cl"
@@ -39,7 +39,7 @@ static inline void color_entry(const Absorber *absorber, int i, int j, int k, re
 
 // The code of the light that arrives at voxels, or `to_value` values beyond them.
 static inline realv arriving(const BlockSource *source, int number, int to_value, intv held, int i, int j, int k) {
-    const ScatterMediumParams *p = &source->p;
+    const ScatterMediumParams *p = source->p;
     const int shift = p->light_shift;
     __global const uchar *row = source->light + (size_t)number * p->light_bytes + ((j >> shift) + 1) * p->light_row +
                                 (size_t)((k >> shift) + 1 - p->light_first) * p->light_layer;
@@ -79,9 +79,9 @@ static inline bool find_surface(const Absorber *absorber, const RayEnds *ends, r
 #if BLEND != ISO
 // The code of the light that arrives in the next layer of values across which its rays run: towards the light (1), or against it (-1).
 static inline realv arriving_along(const BlockSource *source, int number, int sign, intv held, int i, int j, int k) {
-    const int next = sign * source->p.towards[3 * number];
-    const int to_one = sign * source->p.towards[3 * number + 1], to_other = sign * source->p.towards[3 * number + 2];
-    const float one = source->p.shears[2 * number], other = source->p.shears[2 * number + 1];
+    const int next = sign * source->p->towards[3 * number];
+    const int to_one = sign * source->p->towards[3 * number + 1], to_other = sign * source->p->towards[3 * number + 2];
+    const float one = source->p->shears[2 * number], other = source->p->shears[2 * number + 1];
     realv code = arriving(source, number, next, held, i, j, k);
     if (one > 0.0f)
         code += one * (arriving(source, number, next + to_one, held, i, j, k) - code);
@@ -114,7 +114,7 @@ static inline realv absorbed_light(const BlockSource *source, int number, realv 
     return depth > 0.0f ? light_of_code(most) : (realv)(0.0f);
 #else
     const realv middle = arriving(source, number, 0, held, i, j, k);
-    const float crossing = source->p.crossings[number];
+    const float crossing = source->p->crossings[number];
     const realv half_way = 0.5f * crossing * depth;
     const realv lost = taken(arriving_along(source, number, 1, held, i, j, k), middle, half_way) +
                        taken(middle, arriving_along(source, number, -1, held, i, j, k), half_way);
@@ -124,7 +124,7 @@ static inline realv absorbed_light(const BlockSource *source, int number, realv 
 }
 
 static inline bool voxel_sums(const BlockSource *source, const realv *values, intv held, int i, int j, int k, realv *sums) {
-    const ScatterMediumParams *p = &source->p;
+    const ScatterMediumParams *p = source->p;
     realv own[4] = {(realv)(0.0f), (realv)(0.0f), (realv)(0.0f), (realv)(0.0f)};
     bool any = false;
     for (int m = 0; m < source->count; m++) {
@@ -132,10 +132,10 @@ static inline bool voxel_sums(const BlockSource *source, const realv *values, in
         intv absorbs, index = 0;
         realv scale, entry[4];
 #if BLEND == ISO
-        if (!find_surface(absorber, &source->ends, values[m], held, i, j, k, &absorbs, entry))
+        if (!find_surface(absorber, source->ends, values[m], held, i, j, k, &absorbs, entry))
             continue;
 #else
-        if (!find_absorbing(absorber, &source->ends, values[m], held, i, j, k, &absorbs, &index, &scale))
+        if (!find_absorbing(absorber, source->ends, values[m], held, i, j, k, &absorbs, &index, &scale))
             continue;
         table_entries(absorber->entries, index, entry, entry + 1, entry + 2, entry + 3);
 #endif
@@ -155,7 +155,13 @@ static inline bool voxel_sums(const BlockSource *source, const realv *values, in
     sums[0] += own[3];
     for (int c = 0; c < 3; c++)
         sums[1 + c] += own[c];
-    for (int l = 0; l < p->lights; l++) {
+    // Unrolled: GPUs would keep lights indexed by a variable in memory.
+#if VW == 1
+#pragma unroll
+#endif
+    for (int l = 0; l < (int)(sizeof p->crossings / sizeof(float)); l++) {
+        if (l >= p->lights)
+            break;
         const realv light = absorbed_light(source, l, own[3], held, i, j, k);
         for (int c = 0; c < 3; c++)
             sums[4 + c] += p->irradiance[3 * l + c] * light;
@@ -171,7 +177,7 @@ __kernel void scatter_medium(CHANNEL_FIELDS, PER_CHANNEL(__global const float4 *
     BlockSource source;
     SET_BLOCK_SOURCE(source);
     SET_COLORS(source.absorbers, source.count);
-    source.p = p, source.light = light;
+    source.p = &p, source.light = light;
     const float per_voxel = 1.0f / (PER_BLOCK_U * PER_BLOCK_V * PER_BLOCK_A);
     const size_t plane = (size_t)p.dims_x * p.dims_y * p.dims_z;
 #if VW == 1

@@ -14,7 +14,10 @@
 // A field that absorbs light, with what a program has of its table entries.
 typedef struct {
     ChannelField field;
+#ifdef TINTED
+    // The colours alone: with pointers to the field, GPUs would keep it in memory.
     ShadingSource shading;
+#endif
     __global const ABSORBER_ENTRY *entries;
 } Absorber;
 
@@ -22,7 +25,7 @@ typedef struct {
 typedef struct {
     Absorber absorbers[CHANNELS];
     int count;
-    RayEnds ends;
+    const RayEnds *ends;
     BLOCK_INPUTS
 } BlockSource;
 
@@ -63,7 +66,8 @@ static inline bool find_absorbing(const Absorber *absorber, const RayEnds *ends,
 #ifdef THINNED
     *scale = 1.0f;
     if (sample->light.thinned) {
-        const Gradient gradient = gradient_at(&absorber->shading, &sample->field, u, v, a, *absorbs);
+        const ShadingSource shading = shading_of(&absorber->field);
+        const Gradient gradient = gradient_at(&shading, &sample->field, u, v, a, *absorbs);
         *scale = gradient_extinction_scale(sample, gradient_length(sample, gradient));
     }
 #endif
@@ -74,10 +78,9 @@ static inline bool find_absorbing(const Absorber *absorber, const RayEnds *ends,
     __global const VOXEL *const all_voxels[MAX_CHANNELS] = EACH(voxels);                                                       \
     __global const GRADIENT_VOXEL *const all_gradient_voxels[MAX_CHANNELS] = EACH(gradient_voxels);                            \
     __global const ABSORBER_ENTRY *const all_entries[MAX_CHANNELS] = EACH(entries);                                            \
-    (source).count = FIELDS(count), (source).ends = ray_ends;                                                                  \
+    (source).count = FIELDS(count), (source).ends = &ray_ends;                                                                 \
     for (int m = 0; m < (source).count; m++) {                                                                                 \
         set_field(channel_params + m, all_voxels[m], all_gradient_voxels[m], 0, 0, &(source).absorbers[m].field);              \
-        (source).absorbers[m].shading = shading_of(&(source).absorbers[m].field);                                              \
         (source).absorbers[m].entries = all_entries[m];                                                                        \
     }
 

@@ -131,7 +131,7 @@ static inline bool is_empty_under(__global const float4 *lattice, __global const
 
 // Stores a pixel in the float frame or, `displayed`, directly in the 8-bit picture. The latter saves a pass over the frame: 0.5 ms of 2
 // at 512 x 512. One kernel serves both, since only the lattice kernels take longer to compile.
-static inline void store_pixel(const WarpParams *p, float4 color, float4 background, float4 curve, __global uchar *picture, size_t at) {
+ALWAYS_INLINE void store_pixel(const WarpParams *p, float4 color, float4 background, float4 curve, __global uchar *picture, size_t at) {
     if (p->displayed) {
         ((__global uchar4 *)picture)[at] = displayed(color, background, curve);
     } else {

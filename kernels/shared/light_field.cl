@@ -28,7 +28,12 @@ static inline ScatteredLight scattered_light(const SampleParams *p, LightVolume 
         of_grid[c] = (v->sky_axes & 3) == c ? normal[0] : ((v->sky_axes >> 2) & 3) == c ? normal[1] : normal[2];
         light.radiance[c] = 0.0f, light.along[c] = 0.0f;
     }
+    // Unrolled on CPUs, programs would take twice as long to compile.
+#if VW == 1
 #pragma unroll
+#else
+#pragma unroll 1
+#endif
     for (int n = 0; n < 8; n++) {
         const int to_corner = (n & 1 ? v->sky_stride_u : 0) + (n & 2 ? v->sky_stride_v : 0) + (n & 4 ? v->sky_stride_a : 0);
         const realv weight = (n & 1 ? s : 1.0f - s) * (n & 2 ? t : 1.0f - t) * (n & 4 ? r : 1.0f - r);

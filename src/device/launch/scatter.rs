@@ -63,9 +63,8 @@ kernel! {
 
 kernel! {
     /// Makes cubic cells of blocks of voxels.
-    ScatterCells = "light/scatter_cells.cl", scatter_cells, "light", Items::Tiles;
-    // The flag: a coarser grid has a radiance.
-    defines |tuning, refined: bool| Defines::new(lanes(tuning)).with_if(refined, "REFINED");
+    ScatterCells = "light/scatter.cl", scatter_cells, "light", Items::Tiles;
+    defines |tuning, (): ()| Defines::new(lanes(tuning));
     items |a, _| a.p.grid.rows();
     arguments ScatterCellsArguments<'a> {
         blocks: &'a Buffer<f32>,
@@ -79,9 +78,8 @@ kernel! {
 
 kernel! {
     /// Computes the light that cells scatter.
-    ScatterSource = "light/scatter_source.cl", scatter_source, "light", Items::Tiles;
-    // The flag: the mean radiance is a start value.
-    defines |tuning, start: bool| Defines::new(lanes(tuning)).with_if(start, "START");
+    ScatterSource = "light/scatter.cl", scatter_source, "light", Items::Tiles;
+    defines |tuning, (): ()| Defines::new(lanes(tuning));
     items |a, _| a.p.grid.rows();
     arguments ScatterSourceArguments<'a> {
         medium: &'a Buffer<f32>,
@@ -98,11 +96,8 @@ kernel! {
 
 kernel! {
     /// Sweeps radiance along an axis x or y and back.
-    ScatterSweep = "light/scatter_sweep.cl", scatter_sweep, "light", Items::Tiles;
-    // The flags: the axis is x; the flux is found, too.
-    defines |tuning, (along_x, flux): (bool, bool)| {
-        Defines::new(lanes(tuning)).with_if(along_x, "ALONG_X").with_if(flux, "FLUX")
-    };
+    ScatterSweep = "light/scatter.cl", scatter_sweep, "light", Items::Tiles;
+    defines |tuning, (): ()| Defines::new(lanes(tuning));
     items |a, _| a.p.items as usize;
     arguments ScatterSweepArguments<'a> {
         medium: &'a Buffer<f32>,
@@ -121,9 +116,8 @@ impl ScatterSweep {
 
 kernel! {
     /// Sweeps radiance upwards or downwards through layers.
-    ScatterLayers = "light/scatter_layers.cl", scatter_layers, "light", Items::Tiles;
-    // The flag: the sweep is the last one.
-    defines |tuning, last: bool| Defines::new(lanes(tuning)).with_if(last, "LAST");
+    ScatterLayers = "light/scatter.cl", scatter_layers, "light", Items::Tiles;
+    defines |tuning, (): ()| Defines::new(lanes(tuning));
     items |a, _| a.p.items as usize;
     arguments ScatterLayersArguments<'a> {
         medium: &'a Buffer<f32>,
@@ -154,6 +148,7 @@ impl ScatterLayers {
             ring: grid.y + LAYERS,
             between: i32::from(between),
             upwards: 0,
+            is_last: 0,
             held_from: 0,
             held: grid.z,
             axis: 0.0,

@@ -237,6 +237,8 @@ kernel_struct! {
         per_coarse: f32,
         /// Factor of the albedo.
         scattering: f32,
+        /// 1: that grid has a radiance.
+        refined: i32,
     }
 }
 
@@ -248,6 +250,8 @@ kernel_struct! {
         scattering: f32,
         /// Mean radiance of the sky.
         sky: [f32; 3],
+        /// 1: the mean radiance is a start value.
+        starts: i32,
         /// Chebyshev's iteration: relaxation (gain (swept - last) + last - before) + before.
         relaxation: f32,
         gain: f32,
@@ -265,6 +269,9 @@ kernel_struct! {
         layers: i32,
         /// Weight of each of both directions.
         weight: f32,
+        /// 1: the axis is x; the flux is found, too.
+        along_x: i32,
+        flux: i32,
         /// Radiance that enters along the axis, and against it.
         entering: [[f32; 3]; 2],
     }
@@ -286,6 +293,8 @@ kernel_struct! {
         between: i32,
         /// 1: from the first layer to the last.
         upwards: i32,
+        /// 1: the last sweep, which finds the flux.
+        is_last: i32,
         /// The first layer of which the mean radiance is held, and their number.
         held_from: i32,
         held: i32,

@@ -140,10 +140,11 @@ impl Scattering<'_> {
             coarser: self.grids.coarse.params(),
             per_coarse: (grid.edge / self.grids.coarse.edge) as f32,
             scattering: self.scattering as f32,
+            refined: i32::from(coarser.is_some()),
         };
         let radiance = coarser.unwrap_or(&source);
         let arguments = ScatterCellsArguments { blocks, medium: &medium, coarser: radiance, source: &source, p };
-        self.kernels.cells.launch(self.device, coarser.is_some(), &arguments)?;
+        self.kernels.cells.launch(self.device, (), &arguments)?;
         Ok(Cells { grid, medium, source, mean, rays })
     }
 
@@ -181,12 +182,13 @@ impl Scattering<'_> {
             grid: cells.grid.params(),
             scattering: self.scattering as f32,
             sky: sky.as_vec3().to_array(),
+            starts: i32::from(starts),
             relaxation: relaxation as f32,
             gain: gain as f32,
         };
         let Cells { medium, source, mean, .. } = cells;
         let arguments = ScatterSourceArguments { medium, radiance, older, mean, source, p };
-        self.kernels.source.launch(self.device, starts, &arguments)
+        self.kernels.source.launch(self.device, (), &arguments)
     }
 
     /// The mean radiance along all ordinates.
@@ -225,8 +227,9 @@ impl Scattering<'_> {
         for (step, along_x) in [([0, 1, 0], false), ([1, 0, 0], true)] {
             let [(weight, forward), (_, backward)] = [step, step.map(|n| -n)].map(|step| self.ordinate(step));
             let items = ScatterSweep::work(grid, layers, along_x, self.device.tuning());
-            let p = ScatterSweepParams { grid, items, first, layers, weight, entering: [forward, backward] };
-            self.kernels.sweep.launch(self.device, (along_x, with_flux), &ScatterSweepArguments { medium, source, mean, p })?;
+            let (flags, entering) = ([along_x, with_flux].map(i32::from), [forward, backward]);
+            let p = ScatterSweepParams { grid, items, first, layers, weight, along_x: flags[0], flux: flags[1], entering };
+            self.kernels.sweep.launch(self.device, (), &ScatterSweepArguments { medium, source, mean, p })?;
         }
         Ok(())
     }
@@ -241,7 +244,8 @@ impl Scattering<'_> {
 
     fn across(&mut self, cells: &Cells, is_last: bool, p: ScatterLayersParams, packed: &Buffer<u8>) -> Result<(), Error> {
         let Cells { medium, source, mean, rays, .. } = cells;
-        self.kernels.layers.launch(self.device, is_last, &ScatterLayersArguments { medium, source, mean, rays, packed, p })
+        let p = ScatterLayersParams { is_last: i32::from(is_last), ..p };
+        self.kernels.layers.launch(self.device, (), &ScatterLayersArguments { medium, source, mean, rays, packed, p })
     }
 
     /// The weight of the ordinate with these steps, and the radiance that enters along it.
@@ -257,157 +261,4 @@ impl Scattering<'_> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::device::LatticeSchedule;
-    use crate::volume::Grid;
-
-    /// Blocks of 2³ voxels with this optical depth along an edge, albedo, and direct light.
-    fn blocks(grids: &ScatterGrids, medium: impl Fn([usize; 3]) -> (f64, f64, f64)) -> Vec<f32> {
-        let [x, y, z] = grids.blocks;
-        let count = x * y * z;
-        let mut all = vec![0.0; MEDIUM_PLANES * count];
-        for n in 0..count {
-            let (depth, albedo, direct) = medium([n % x, n / x % y, n / x / y]);
-            all[n] = depth as f32;
-            for c in 0..3 {
-                all[(1 + c) * count + n] = (depth * albedo) as f32;
-                all[(4 + c) * count + n] = (depth * direct) as f32;
-            }
-        }
-        all
-    }
-
-    /// Mean radiance of red in each cell, and the shares of its flux, of the light field.
-    fn field(packed: &[u8], cells: usize) -> Vec<(f64, DVec3)> {
-        let word = |n: usize| u32::from_le_bytes(packed[4 * n..4 * n + 4].try_into().unwrap());
-        let of_cell = |n: usize| {
-            let radiance = word(4 * n);
-            let red = f64::from(radiance & 511) * 2f64.powi((radiance >> 27) as i32 - 15 - 9);
-            (red, DVec3::from_array([1, 2, 3].map(|axis| (f64::from(word(4 * n + axis) & 1023) - 511.0) / 511.0)))
-        };
-        (0..cells).map(of_cell).collect()
-    }
-
-    /// Levels of the light of some grids.
-    type Levels = fn(&ScatterGrids) -> Vec<(CellGrid, usize)>;
-    const BOTH: Levels = |grids| levels(grids, LightGrid::Full);
-    const COARSE: Levels = |grids| levels(grids, LightGrid::Quarter);
-    const CONVERGED: Levels = |grids| vec![(grids.fine, 60)];
-
-    fn solve(
-        dims: [usize; 3],
-        sky: impl Fn(DVec3) -> f64,
-        levels: Levels,
-        medium: impl Fn([usize; 3]) -> (f64, f64, f64),
-    ) -> (CellGrid, Vec<(f64, DVec3)>) {
-        solve_on(&Device::shared(), dims, sky, levels, medium)
-    }
-
-    fn solve_on(
-        device: &Device,
-        dims: [usize; 3],
-        sky: impl Fn(DVec3) -> f64,
-        levels: Levels,
-        medium: impl Fn([usize; 3]) -> (f64, f64, f64),
-    ) -> (CellGrid, Vec<(f64, DVec3)>) {
-        let grids = ScatterGrids::new(&Grid::new(dims, DVec3::ONE).unwrap(), LightGrid::Full);
-        let blocks = Buffer::from_slice(device, &blocks(&grids, medium), CELLS).unwrap();
-        let levels = levels(&grids);
-        let grid = levels.last().unwrap().0;
-        let packed = Buffer::new(device, packed_bytes(grid), CELLS).unwrap();
-        let pairs = OrdinatePair::all().into_iter();
-        let entering = pairs.map(|pair| [-pair.direction(), pair.direction()].map(|from| DVec3::splat(sky(from)))).collect();
-        let mut kernels = ScatterKernels::default();
-        let mut scattering = Scattering { device, kernels: &mut kernels, grids, entering, scattering: 1.0 };
-        scattering.solve(&blocks, &levels, &packed).unwrap();
-        let mut bytes = vec![0; packed.len()];
-        packed.read(device, &mut bytes).unwrap();
-        (grid, field(&bytes, grid.cells()))
-    }
-
-    /// Nine bits of the radiance, and the quadrature's rounding.
-    const ROUNDED: f64 = 1.5e-3;
-
-    #[test]
-    fn in_a_furnace_light_is_everywhere_the_same() {
-        let ball = |dims: [usize; 3]| {
-            move |at: [usize; 3]| {
-                let p = DVec3::from_array(at.map(|n| n as f64)) - DVec3::from_array(dims.map(|n| n as f64)) / 4.0;
-                (if p.length() < 12.0 { 3.0 } else { 0.01 }, 1.0, 0.0)
-            }
-        };
-        for dims in [[65, 63, 64], [7, 50, 31], [1, 1, 40], [90, 1, 1]] {
-            for levels in [BOTH, COARSE] {
-                let (_, light) = solve(dims, |_| 1.0, levels, ball(dims));
-                for (radiance, share) in light {
-                    assert!((radiance - 1.0).abs() < ROUNDED && share.length() < 5e-3, "{dims:?}: {radiance}, {share}");
-                }
-            }
-        }
-    }
-
-    /// A half-space under a sky of 1, of cells of this optical depth along z: the radiance that leaves it at a cosine.
-    fn seen(albedo: f64, depth: f64, levels: Levels, cosines: [f64; 2]) -> [f64; 2] {
-        let (grid, light) = solve([128; 3], |_| 1.0, levels, |_| (depth, albedo, 0.0));
-        let [x, y, z] = grid.dims;
-        let depth = depth * grid.edge / 2.0;
-        let absorbed = |cosine: f64| 1.0 - (-depth / cosine).exp();
-        cosines.map(|cosine| {
-            let of_layer =
-                |k: usize| (-depth / cosine * k as f64).exp() * absorbed(cosine) * albedo * light[(k * y + y / 2) * x + x / 2].0;
-            (0..z).map(of_layer).sum()
-        })
-    }
-
-    /// I = 1 - √(1 - ω) H(μ) (Chandrasekhar), with the mean of each cell for what is in it. 14 ordinates allow 0.015 at 1/√3.
-    #[test]
-    fn half_spaces_reflect_what_they_should() {
-        // The deeper light comes from, the wider the volume must be: its sides are open.
-        for (albedo, depth, expected) in [(0.5, 0.2, [0.1152, 0.1509]), (0.9, 0.25, [0.4149, 0.4907])] {
-            for (levels, allowed) in [(CONVERGED, [0.01, 0.015]), (BOTH, [0.03, 0.03])] {
-                let found = seen(albedo, depth, levels, [1.0, 3f64.sqrt().recip()]);
-                println!("{albedo}: {found:?} {expected:?}");
-                for n in 0..2 {
-                    assert!((found[n] - expected[n]).abs() < allowed[n], "{albedo}: {found:?}, not {expected:?}");
-                }
-            }
-        }
-    }
-
-    /// Radiance falls exponentially in a medium that absorbs, and comes from the side of the sky; whatever the schedule, and however many blocks
-    /// of rows and groups of layers there are.
-    #[test]
-    fn absorbing_slabs_dim_the_light_of_each_ordinate() {
-        const DEPTH: f64 = 0.05;
-        let own = Device::shared();
-        let samples = Tuning { lattice_schedule: LatticeSchedule::Samples, ..*own.tuning() };
-        let devices = [own.clone(), own.with_tuning(samples).unwrap()];
-        for step in OrdinatePair::all().into_iter().flat_map(|pair| [pair.step, pair.step.map(|n| -n)]) {
-            let to_light = -DVec3::from_array(step.map(f64::from)).normalize();
-            let weight = if step.iter().filter(|&&n| n != 0).count() == 1 { 1.0 / 15.0 } else { 3.0 / 40.0 };
-            let length = DVec3::from_array(step.map(f64::from)).length() * DEPTH;
-            for device in &devices {
-                let sky = |from: DVec3| if from.dot(to_light) > 0.99 { 1.0 } else { 0.0 };
-                let (grid, light) = solve_on(device, [40, 76, 24], sky, BOTH, |_| (DEPTH, 0.0, 0.0));
-                let [x, y, _] = grid.dims;
-                for (n, (radiance, share)) in light.into_iter().enumerate() {
-                    let cell = [n % x, n / x % y, n / (x * y)];
-                    // Cells that the light has crossed.
-                    let of_axis = |i: usize| match step[i] {
-                        0 => usize::MAX,
-                        1 => cell[i],
-                        _ => grid.dims[i] - 1 - cell[i],
-                    };
-                    let crossed = (0..3).map(of_axis).min().unwrap() as f64;
-                    let expected = weight * (-length * crossed).exp() * (1.0 - (-length).exp()) / length;
-                    let apart = (share - to_light).length();
-                    assert!(
-                        (radiance / expected - 1.0).abs() < 0.003 && apart < 0.01,
-                        "{step:?} at {cell:?}: {radiance}, not {expected}; {share}"
-                    );
-                }
-            }
-        }
-    }
-}
+mod tests;
