@@ -98,7 +98,11 @@ fn rays_are_those_of_the_reference() {
         wrong.iter_mut().for_each(|surface| surface.opacity *= 0.9);
         let (wrong, _) = compared(&drawn(&scene, &wrong, size, &settings), &expected);
         println!("{}: {wrong:.4} differ if opacities are wrong", scene.name);
-        assert!(wrong > differing + NOTICED, "{}: {differing} of the pixels differ, and {wrong} with wrong opacities", scene.name);
+        assert!(
+            wrong > differing + NOTICED,
+            "{}: {differing} of the pixels differ, and {wrong} with wrong opacities",
+            scene.name
+        );
     }
 }
 

@@ -81,7 +81,8 @@ fn fog_in_front_of_an_opaque_square_absorbs_as_far_as_it() {
         let left = (0.9_f64).powf(depth);
         for pixel in frame.pixels() {
             let expected = [left, 0.0, 1.0 - left, 1.0];
-            let off = pixel.iter().zip(expected).map(|(&found, expected)| (f64::from(found) - expected).abs()).fold(0.0, f64::max);
+            let off =
+                pixel.iter().zip(expected).map(|(&found, expected)| (f64::from(found) - expected).abs()).fold(0.0, f64::max);
             assert!(off < 5.0 * ROUNDED, "{pixel:?}, expected {expected:?}");
         }
     }
