@@ -66,7 +66,7 @@ fn net(cells: usize, half: f64, height: f64) -> Triangles {
     let halves = |n: usize| {
         let (i, j) = (n % cells, n / cells);
         let [a, b, c, d] = [corner(i, j), corner(i + 1, j), corner(i + 1, j + 1), corner(i, j + 1)];
-        if n % 3 == 0 { [[a, b, c], [a, c, d]] } else { [[a, b, d], [d, b, c]] }
+        if n.is_multiple_of(3) { [[a, b, c], [a, c, d]] } else { [[a, b, d], [d, b, c]] }
     };
     Triangles::new(points, (0..cells * cells).flat_map(halves).collect()).unwrap()
 }
