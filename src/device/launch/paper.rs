@@ -27,7 +27,7 @@ kernel! {
         table_per_value: f32,
         table_last: i32,
         visible_before: &'a Buffer<u32>,
-        /// See [`Pass`].
+        /// See [`Pass`](super::surfaces::Pass).
         fill: i32,
         /// One per voxel row.
         counts: &'a Buffer<u32>,
