@@ -215,3 +215,16 @@ fn iso_surfaces_and_maxima_have_surfaces_before_and_over_them() {
     assert!(picture(Blend::Iso(100.0), 5.0)[1] > 0.3, "{:?}", picture(Blend::Iso(100.0), 5.0));
     assert_eq!(picture(Blend::Maximum, 5.0)[..3], [1.0, 0.0, 0.0]);
 }
+
+#[test]
+fn depths_are_those_of_fragments() {
+    let (volume, transfer) = clear();
+    let mut renderer = Renderer::new(&device(), &volume, &transfer).unwrap();
+    renderer.set_surfaces(&[square(14.0, 30.0, 0.5), square(5.0, 30.0, 1.0)]).unwrap();
+    let settings = Settings { early_termination: false, ..Settings::default() };
+    let depths = renderer.depths(&along_z(0.0), viewport(12, 12), &settings).unwrap();
+    // The eye is 100 from the middle, at 9.5.
+    for (first, mean) in depths.first().iter().zip(depths.mean()) {
+        assert!((first - 95.5).abs() < 1e-3 && (mean - 100.0).abs() < 1e-2, "{first}, {mean}");
+    }
+}
