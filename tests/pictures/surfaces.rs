@@ -3,7 +3,7 @@
 use crate::common::*;
 use glam::DVec3;
 use layersplat::settings::{Blend, Shadows};
-use layersplat::surface::{Ends, Spheres, Surface, SurfaceShading, Triangles, Tubes};
+use layersplat::surface::{Ends, Per, Spheres, Surface, SurfaceShading, Triangles, Tubes};
 use layersplat::volume::Voxels;
 use layersplat::{Camera, Frame, Orbit, Projection, Renderer, Settings, TransferFunction, Viewport, Volume};
 
@@ -214,6 +214,26 @@ fn iso_surfaces_and_maxima_have_surfaces_before_and_over_them() {
     assert_eq!(picture(Blend::Iso(100.0), 30.0)[..3], [1.0, 0.0, 0.0]);
     assert!(picture(Blend::Iso(100.0), 5.0)[1] > 0.3, "{:?}", picture(Blend::Iso(100.0), 5.0));
     assert_eq!(picture(Blend::Maximum, 5.0)[..3], [1.0, 0.0, 0.0]);
+}
+
+#[test]
+fn repeated_points_of_lines_change_no_bit() {
+    let (size, scene) = (viewport(50, 40), clear());
+    let camera = parallel(&scene.0, size, 30.0, 20.0);
+    let line = [DVec3::new(2.0, 3.0, 4.0), DVec3::new(12.0, 9.0, 9.0), DVec3::new(16.0, 4.0, 12.0)];
+    let picture = |numbers: &[usize]| {
+        let points: Vec<_> = numbers.iter().map(|&n| line[n]).collect();
+        let values = numbers.iter().map(|&n| n as f32).collect();
+        let colors =
+            TransferFunction::new("values", vec![(0.0, [1.0, 0.0, 0.0]), (2.0, [0.0, 0.0, 1.0])], vec![(0.0, 1.0)]).unwrap();
+        let tubes = Tubes::new(points, vec![1.5; numbers.len()], &[numbers.len()], Ends::Round).unwrap();
+        let mut tubes = Surface::new("tube", tubes).with_values(Per::Point(values), colors).unwrap();
+        tubes.opacity = 0.5;
+        drawn(&scene, &[tubes], &camera, size)
+    };
+    let expected = picture(&[0, 1, 2]);
+    assert!(picture(&[0, 0, 1, 1, 1, 2, 2]) == expected && largest_opacity(&expected) > 0.7);
+    assert!(picture(&[0, 1]) != expected);
 }
 
 #[test]

@@ -134,8 +134,11 @@ impl Gathered {
                 self.cells.extend((0..spheres.centres().len()).map(cell));
             }
             Shape::Tubes(tubes) => {
-                add(&mut self.points, tubes.points(), &|n| tubes.radii()[n]);
-                self.add_tubes(tubes, first_point, n);
+                let lines = distinct_points(tubes);
+                let (all, radii): (Vec<_>, Vec<_>) =
+                    lines.concat().into_iter().map(|n| (tubes.points()[n], tubes.radii()[n])).unzip();
+                add(&mut self.points, &all, &|n| radii[n]);
+                self.add_tubes(&lines, tubes.ends(), first_point, n);
             }
         }
         let (attribute, first_attribute) = self.add_attributes(surface);
@@ -165,11 +168,17 @@ impl Gathered {
         self.cells.extend(triangles.indices().iter().map(|&[a, b, c]| [place(a), place(b), place(c), kind(TRIANGLE, n)]));
     }
 
-    fn add_tubes(&mut self, tubes: &Tubes, first: usize, n: usize) {
-        let round = tubes.ends() == Ends::Round;
-        for line in tubes.lines().filter(|line| line.len() > 1) {
-            let last = line.len() - 1;
-            let place = |i: usize| (first + line.start + i) as i32;
+    /// Adds tubes around lines of points, the first of which is number `first`.
+    fn add_tubes(&mut self, lines: &[Vec<usize>], ends: Ends, first: usize, n: usize) {
+        let round = ends == Ends::Round;
+        let mut start = first;
+        for line in lines {
+            let (begin, last) = (start, line.len().saturating_sub(1));
+            start += line.len();
+            if last == 0 {
+                continue;
+            }
+            let place = |i: usize| (begin + i) as i32;
             for i in 0..last {
                 let flags = if i > 0 { CONE_BEFORE } else { 0 } | if i + 1 < last { CONE_BEHIND } else { 0 };
                 self.cells.push([place(i), place(i + 1), flags, kind(CONE, n)]);
@@ -180,7 +189,7 @@ impl Gathered {
                 let behind = if i < last { place(i + 1) } else { NONE };
                 self.cells.push([place(i), before, behind, kind(SPHERE, n)]);
             }
-            if tubes.ends() == Ends::Flat {
+            if ends == Ends::Flat {
                 self.cells.push([place(0), place(1), 0, kind(DISC, n)]);
                 self.cells.push([place(last), place(last - 1), 0, kind(DISC, n)]);
             }
@@ -202,9 +211,14 @@ impl Gathered {
     /// Adds attributes. Those of lines become those of their points.
     fn extend<T>(&mut self, shape: &Shape, entries: &Per<T>, floats: impl Fn(&T) -> Vec<f32>) {
         match (shape, entries) {
-            (Shape::Tubes(tubes), Per::Cell(entries)) => {
-                for (line, entry) in tubes.lines().zip(entries) {
-                    line.for_each(|_| self.attributes.extend(floats(entry)));
+            (Shape::Tubes(tubes), entries) => {
+                for (number, line) in distinct_points(tubes).into_iter().enumerate() {
+                    for point in line {
+                        self.attributes.extend(floats(match entries {
+                            Per::Point(entries) => &entries[point],
+                            Per::Cell(entries) => &entries[number],
+                        }));
+                    }
                 }
             }
             (_, entries) => entries.entries().iter().for_each(|entry| self.attributes.extend(floats(entry))),
@@ -225,6 +239,12 @@ impl Gathered {
         self.tables.extend((0..SURFACE_COLORS).map(entry));
         (first, from as f32, if step > 0.0 { (1.0 / step) as f32 } else { 0.0 })
     }
+}
+
+/// The points of each line, without those that repeat the one before: there is no piece between equal points.
+fn distinct_points(tubes: &Tubes) -> Vec<Vec<usize>> {
+    let points = tubes.points();
+    tubes.lines().map(|line| line.clone().filter(|&n| n == line.start || points[n] != points[n - 1]).collect()).collect()
 }
 
 /// Last number of a cell of set `n`.
