@@ -11,6 +11,7 @@ use crate::settings::{
     Algorithm, Blend, Classification, Evaluation, LayerAxis, Layered, Light, Lights, Settings, Shading, Shadows,
 };
 use crate::slice::{Slice, SliceAxis, SliceColors};
+use crate::surface::{Spheres, Surface};
 use crate::transfer::TransferFunction;
 use crate::viewport::Viewport;
 use crate::volume::{OpenOptions, Volume};
@@ -111,7 +112,24 @@ pub fn displayed(scene: &Scene) -> Vec<Case<'_>> {
         }),
     };
     let slicing = Algorithm::Slicing { step: 0.8 }.into();
-    vec![case("points", 20.0, Settings::default()), case("two axes", 45.3, Settings::default()), case("slicing", 20.0, slicing)]
+    let surfaces = Case {
+        name: "8 bits of surfaces".into(),
+        make: Box::new(move |device| {
+            let mut renderer = Renderer::new(device, &scene.volume, &scene.transfer)?;
+            let grid = scene.volume.grid();
+            let mut spheres = Surface::new("spheres", Spheres::new(vec![grid.centre(); 2], vec![0.1 * grid.diagonal(); 2])?);
+            spheres.opacity = 0.5;
+            renderer.set_surfaces(&[spheres])?;
+            let camera = scene.camera(20.0, None);
+            Ok(Box::new(move || Ok(renderer.render_rgba8(&camera, SIZE, &Settings::default(), Background::BLACK)?.0)))
+        }),
+    };
+    vec![
+        case("points", 20.0, Settings::default()),
+        case("two axes", 45.3, Settings::default()),
+        case("slicing", 20.0, slicing),
+        surfaces,
+    ]
 }
 
 /// Frames enqueued into the embedding application's memory.
