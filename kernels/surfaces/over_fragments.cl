@@ -1,8 +1,8 @@
 // Composites what rays have gathered before their next fragments, and these fragments, and cuts the rays at the next ones.
 //
-// One work-item per row of pixels. sample_cuts: the same for the samples of a lattice that are pixels. A ray's volume is drawn interval by interval: `drawn` is the picture of the last one, and
-// `picture` that of all in front of it. cuts: the next interval of each ray, empty for those that wait or are finished. pending[row]: DRAW where an interval of the row is
-// to be drawn, FIND where further fragments are wanted.
+// One work-item per row of pixels. The volume along a ray is drawn interval by interval: `drawn` is the picture of the last one, and `picture`
+// that of all in front of it. cuts: the next interval of each ray, empty for rays that wait or are finished. sample_cuts: the same for the
+// samples of a lattice that are pixels. pending[row]: DRAW where an interval of the row is to be drawn, FIND where further fragments are wanted.
 
 #include "shared/elementary.cl"
 #include "shared/clipping.cl"

@@ -161,7 +161,9 @@ fn the_order_of_triangles_changes_no_bit() {
     let settings = Settings { shading: None, early_termination: false, ..Settings::default() };
     let alone = renderer.render(&camera, size, &settings).unwrap().0;
     renderer.set_surfaces(&surfaces).unwrap();
-    renderer.render(&along_z(0.0), size, &settings).unwrap();
+    renderer.measure(true);
+    let (_, report) = renderer.render(&along_z(0.0), size, &settings).unwrap();
+    assert!(report.measured.unwrap().active_samples > 0, "samples of all intervals are counted");
     assert!(renderer.render(&camera, size, &settings).unwrap().0 == expected);
     renderer.set_surfaces(&[]).unwrap();
     assert!(renderer.render(&camera, size, &settings).unwrap().0 == alone);

@@ -356,7 +356,9 @@ impl Engine {
                 self.count(device, done)?;
                 done.finished = Finished::Floats(self.target.drawn().samples);
             }
-            Step::Surfaces(plan, gathers, _) => done.finished = Finished::Floats(self.draw_surfaces(view, plan, gathers)?),
+            Step::Surfaces(plan, gathers, _) => {
+                done.finished = Finished::Floats(self.draw_surfaces(view, plan, gathers, done)?);
+            }
             Step::Slice(plan) => {
                 let Self { fields, kernels, light, passes, target, .. } = self;
                 fields.with_scene(view, kernels, light, |scene| passes.slices.draw(scene, plan, target))?;
@@ -425,7 +427,13 @@ impl Engine {
     }
 
     /// Draws surfaces, and the volume between them.
-    fn draw_surfaces(&mut self, view: View, plan: &Plan, gathers: RayOutput) -> Result<Arc<Buffer<Float4>>, Error> {
+    fn draw_surfaces(
+        &mut self,
+        view: View,
+        plan: &Plan,
+        gathers: RayOutput,
+        done: &mut Done,
+    ) -> Result<Arc<Buffer<Float4>>, Error> {
         let view = View { is_cut: true, ..view };
         let lattice = if let Plan::Lattice(lattice, _) = plan { Some(lattice) } else { None };
         let mut drawn = self.target.drawn().samples;
@@ -441,6 +449,7 @@ impl Engine {
                 let result = self.draw_pixels(view, plan, gathers);
                 self.target.cuts = None;
                 drawn = result?;
+                self.count(view.device, done)?;
             }
             pending = self
                 .with_surfaces(view, |pass, _, scene, target| pass.composite(scene, (&drawn, lattice), target, gathers, first))?;
