@@ -113,10 +113,8 @@ impl SurfaceSpec {
 
     /// A built-in transfer function over the values, or that of a file.
     fn transfer(&self, file: &SurfaceFile, source: &str, volume: Option<&Volume>) -> Result<TransferFunction, Error> {
-        let array = file.array(self.values.as_deref().unwrap_or_default())?;
-        let [lo, hi] = array.range().unwrap_or([0.0, 1.0]).map(f64::from);
-        let hi = if lo < hi { hi } else { lo + 1.0 };
-        match (TransferFunction::builtin_over(source, lo, hi), volume) {
+        let scalars = file.array(self.values.as_deref().unwrap_or_default())?.scalars();
+        match (scalars.colored_by(source), volume) {
             (Err(_), Some(volume)) if Path::new(source).exists() => TransferFunction::open(source, volume),
             (transfer, _) => transfer,
         }

@@ -24,6 +24,7 @@ mod sequence;
 mod settings;
 mod slice;
 mod stream_plan;
+mod surface;
 mod transfer;
 mod uploads;
 mod volume;
@@ -57,6 +58,8 @@ mod _layersplat {
     use super::settings::Settings;
     #[pymodule_export]
     use super::slice::Slice;
+    #[pymodule_export]
+    use super::surface::Surface;
     #[pymodule_export]
     use super::transfer::TransferFunction;
     #[pymodule_export]

@@ -15,6 +15,7 @@ use crate::names::{Over, Size, orbit, picture_format};
 use crate::settings::Settings;
 use crate::slice::{Slice, colors};
 use crate::stream_plan::stream_plan;
+use crate::surface::Surface;
 use crate::transfer::TransferFunction;
 use crate::volume::Volume;
 use layersplat::renderer::{PictureMemory, volume_renderer};
@@ -306,6 +307,16 @@ impl Renderer {
             let colors = labels.map(|labels| labels.over_scan(renderer.device())).transpose()?;
             renderer.set_label_colors(colors.as_ref())
         })
+    }
+
+    /// Draws surfaces in and around the volume, from the next frame on, in place of those before: a list of Mesh, Spheres and Tubes.
+    ///
+    /// Slices show none. Enqueued frames, splatted layers, sheets, slicing and the look studio raise InvalidValue while there are visible ones,
+    /// and so do renderers that stream.
+    fn set_surfaces(&self, py: Python, surfaces: Argument<Vec<Bound<Surface>>>) -> Result<()> {
+        extract!(surfaces);
+        let surfaces: Vec<_> = surfaces.iter().map(|surface| surface.get().ours().clone()).collect();
+        self.shared.interruptible(py, move |renderer| renderer.require_whole("Renderer.set_surfaces")?.set_surfaces(&surfaces))
     }
 
     /// Builds the kernels, tables and layouts that pictures with these settings need, for every view direction, and waits for them.

@@ -11,7 +11,7 @@ import pytest
 import layersplat
 
 ROOT = pathlib.Path(__file__).parents[3]
-PAGES = ["README.md", "docs/guide/python.md"]
+PAGES = ["README.md", "docs/guide/python.md", "docs/guide/surfaces.md"]
 BLOCKS = [(page, block) for page in PAGES for block in re.findall(r"```python\n(.*?)```", (ROOT / page).read_text(), re.S)]
 # dB; other processors and OpenCL implementations change last bits.
 LEAST_PSNR = 45

@@ -1,5 +1,11 @@
 //! What points and cells of shapes have.
 
+use crate::error::Error;
+use crate::transfer::TransferFunction;
+
+/// The colour map of values by default.
+pub const DEFAULT_COLORS: &str = "viridis";
+
 /// An entry per point, or per cell: a triangle, a sphere or a line.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Per<T> {
@@ -15,5 +21,24 @@ impl<T> Per<T> {
         match self {
             Per::Point(entries) | Per::Cell(entries) => entries,
         }
+    }
+}
+
+impl Per<f32> {
+    /// The smallest and the largest finite value, if there are any.
+    pub fn range(&self) -> Option<[f32; 2]> {
+        let finite = self.entries().iter().copied().filter(|value| value.is_finite());
+        finite.map(|value| [value; 2]).reduce(|[lo, hi], [value, _]| [lo.min(value), hi.max(value)])
+    }
+
+    /// A built-in colour map over the range of the values.
+    ///
+    /// # Errors
+    /// If there is no map of this name.
+    pub fn colored_by(&self, name: &str) -> Result<TransferFunction, Error> {
+        let [lo, hi] = self.range().unwrap_or_default().map(f64::from);
+        // A single value, or none, has the colour in the middle.
+        let [lo, hi] = if lo < hi { [lo, hi] } else { [lo - 1.0, lo + 1.0] };
+        TransferFunction::builtin_over(name, lo, hi)
     }
 }

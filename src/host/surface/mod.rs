@@ -9,9 +9,9 @@ mod spheres;
 mod triangles;
 mod tubes;
 
-pub use attributes::Per;
+pub use attributes::{DEFAULT_COLORS, Per};
 pub use format::{Cells, SurfaceArray, SurfaceFile};
-pub use open::{Radius, SurfaceOptions, open};
+pub use open::{Radius, SurfaceOptions, default_radius, open};
 pub use shapes::{Bounds, Shape};
 pub use space::Space;
 pub use spheres::Spheres;
@@ -22,6 +22,7 @@ use crate::choice::choices;
 use crate::error::Error;
 use crate::transfer::TransferFunction;
 use glam::DMat4;
+use std::sync::Arc;
 
 /// How the lights shade a surface. Both of its sides are lit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -35,14 +36,14 @@ pub enum SurfaceShading {
     Off,
 }
 
-choices! { SurfaceShading, "surface_shading"; Smooth = "smooth", Flat = "flat", Off = "off" }
+choices! { SurfaceShading, "shading"; Smooth = "smooth", Flat = "flat", Off = "off" }
 
-/// A set of triangles, spheres or tubes, and how it looks.
+/// A set of triangles, spheres or tubes, and how it looks. Clones share its points, cells and attributes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Surface {
-    shape: Shape,
-    colors: Option<Per<[f32; 4]>>,
-    values: Option<(Per<f32>, TransferFunction)>,
+    shape: Arc<Shape>,
+    colors: Option<Arc<Per<[f32; 4]>>>,
+    values: Option<(Arc<Per<f32>>, TransferFunction)>,
     matrix: DMat4,
     /// Its name in legends and messages.
     pub name: String,
@@ -62,7 +63,7 @@ impl Surface {
     /// An opaque, light grey set.
     pub fn new(name: impl Into<String>, shape: impl Into<Shape>) -> Self {
         Self {
-            shape: shape.into(),
+            shape: Arc::new(shape.into()),
             colors: None,
             values: None,
             matrix: DMat4::IDENTITY,
@@ -84,7 +85,7 @@ impl Surface {
         if let Some(color) = colors.entries().iter().find(|color| !color.iter().all(|c| (0.0..=1.0).contains(c))) {
             return Err(self.error(format!("a colour is {color:?}: red, green, blue and alpha are between 0 and 1")));
         }
-        Ok(Self { colors: Some(colors), ..self })
+        Ok(Self { colors: Some(Arc::new(colors)), ..self })
     }
 
     /// A value of each point or cell, whose colour is that of a transfer function. Opacities of the transfer function are not used.
@@ -94,7 +95,7 @@ impl Surface {
     /// If their number differs from that of the points or cells.
     pub fn with_values(self, values: Per<f32>, transfer: TransferFunction) -> Result<Self, Error> {
         self.check_count("values", &values)?;
-        Ok(Self { values: Some((values, transfer)), ..self })
+        Ok(Self { values: Some((Arc::new(values), transfer)), ..self })
     }
 
     /// Places the set in the world by a matrix: an affine one with an inverse. Spheres and tubes stay round, so for these it may only move,
@@ -106,7 +107,7 @@ impl Surface {
         if !matrix.is_finite() || matrix.row(3) != glam::DVec4::W || matrix.determinant() == 0.0 {
             return Err(self.error("its matrix is not affine, or has no inverse: give 12 numbers, row by row".into()));
         }
-        if !matches!(self.shape, Shape::Triangles(_)) && uniform_scale(matrix).is_none() {
+        if !matches!(*self.shape, Shape::Triangles(_)) && uniform_scale(matrix).is_none() {
             return Err(self.error("its matrix deforms spheres or tubes: scale alike along all axes".into()));
         }
         Ok(Self { matrix, ..self })
@@ -119,12 +120,12 @@ impl Surface {
 
     /// Colours of points or cells.
     pub fn colors(&self) -> Option<&Per<[f32; 4]>> {
-        self.colors.as_ref()
+        self.colors.as_deref()
     }
 
     /// Values of points or cells, and their colours.
     pub fn values(&self) -> Option<(&Per<f32>, &TransferFunction)> {
-        self.values.as_ref().map(|(values, transfer)| (values, transfer))
+        self.values.as_ref().map(|(values, transfer)| (&**values, transfer))
     }
 
     /// From the coordinates of the shape to the world.

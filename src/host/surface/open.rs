@@ -1,7 +1,7 @@
 //! Surfaces of files.
 
 use super::triangles::is_closed;
-use super::{Cells, Ends, Per, Space, Spheres, Surface, SurfaceArray, SurfaceFile, Triangles, Tubes};
+use super::{Cells, DEFAULT_COLORS, Ends, Per, Space, Spheres, Surface, SurfaceArray, SurfaceFile, Triangles, Tubes};
 use crate::error::Error;
 use crate::transfer::TransferFunction;
 use glam::{DVec3, Vec3};
@@ -16,11 +16,21 @@ pub enum Radius {
     Array(String),
 }
 
-/// The part of the diagonal of a file's bounds that a radius is by default.
+/// The part of the diagonal of the points' bounds that a radius is by default.
 const DEFAULT_RADIUS: f64 = 1.0 / 200.0;
 
-/// The colours of values by default.
-const DEFAULT_COLORS: &str = "viridis";
+/// The radius of spheres and tubes at these points where none is given.
+pub fn default_radius(points: &[DVec3]) -> f64 {
+    let [lowest, highest] = corners(points);
+    let diagonal = (highest - lowest).length();
+    // A single point has no extent.
+    if diagonal > 0.0 && diagonal.is_finite() { diagonal * DEFAULT_RADIUS } else { 1.0 }
+}
+
+fn corners(points: &[DVec3]) -> [DVec3; 2] {
+    let [lowest, highest] = [DVec3::INFINITY, DVec3::NEG_INFINITY];
+    points.iter().fold([lowest, highest], |[lowest, highest], point| [lowest.min(*point), highest.max(*point)])
+}
 
 impl From<&str> for Radius {
     /// A number, or the name of an array.
@@ -145,16 +155,9 @@ impl SurfaceFile {
     /// Values of an array, and their colours.
     fn values(&self, name: &str, transfer: Option<&TransferFunction>) -> Result<(Per<f32>, TransferFunction), Error> {
         let array = self.array(name)?;
-        let transfer = match (transfer, array.range().map(|range| range.map(f64::from))) {
-            (Some(transfer), _) => transfer.clone(),
-            (None, Some([lo, hi])) if lo < hi => TransferFunction::builtin_over(DEFAULT_COLORS, lo, hi)?,
-            // A single value, or none.
-            (None, range) => {
-                let [lo, _] = range.unwrap_or_default();
-                TransferFunction::builtin_over(DEFAULT_COLORS, lo - 1.0, lo + 1.0)?
-            }
-        };
-        Ok((array.scalars(), transfer))
+        let scalars = array.scalars();
+        let transfer = transfer.map_or_else(|| scalars.colored_by(DEFAULT_COLORS), |transfer| Ok(transfer.clone()))?;
+        Ok((scalars, transfer))
     }
 
     /// Whether every edge of its triangles belongs to two of them, in opposite directions; `None` without triangles.
@@ -165,8 +168,7 @@ impl SurfaceFile {
 
     /// The lowest and the highest corner of the box around all points.
     pub fn bounds(&self) -> [DVec3; 2] {
-        let [lowest, highest] = [DVec3::INFINITY, DVec3::NEG_INFINITY];
-        self.points.iter().fold([lowest, highest], |[lowest, highest], point| [lowest.min(*point), highest.max(*point)])
+        corners(&self.points)
     }
 
     fn wrong(&self, problem: String) -> Error {
@@ -188,12 +190,7 @@ impl Radii {
                 Per::Point(radii) => Self::Each(radii),
                 Per::Cell(_) => return Err(file.wrong(format!("its array '{name}' is one of cells: radii are those of points"))),
             },
-            None => {
-                let [lowest, highest] = file.bounds();
-                let diagonal = (highest - lowest).length();
-                // A single point has no extent.
-                Self::All(if diagonal > 0.0 && diagonal.is_finite() { diagonal * DEFAULT_RADIUS } else { 1.0 })
-            }
+            None => Self::All(default_radius(&file.points)),
         })
     }
 

@@ -37,6 +37,7 @@ from ._layersplat import (
     Renderer,
     Settings,
     Slice,
+    Surface,
     TransferFunction,
     Volume,
     VolumeSequence,
@@ -44,6 +45,7 @@ from ._layersplat import (
     wait_for_interrupted_calls,
 )
 from ._show import View, render, volshow
+from ._surfaces import Mesh, Spheres, Tubes
 from ._transfer import transfer_function
 
 atexit.register(wait_for_interrupted_calls)
@@ -67,13 +69,17 @@ __all__ = [
     "InvalidType",
     "InvalidValue",
     "Labels",
+    "Mesh",
     "OutOfMemory",
     "PermissionDenied",
     "Renderer",
     "Settings",
     "Slice",
+    "Spheres",
+    "Surface",
     "TimedOut",
     "TransferFunction",
+    "Tubes",
     "View",
     "Volume",
     "VolumeSequence",

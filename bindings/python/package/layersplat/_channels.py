@@ -8,7 +8,8 @@ import numpy as np
 from . import _images, _options
 from ._checks import accepting
 from ._errors import InvalidType, InvalidValue
-from ._layersplat import Channel, Colors, Labels, Renderer, TransferFunction, Volume, channel_colors
+from ._layersplat import Channel, Colors, Labels, Renderer, Surface, TransferFunction, Volume, channel_colors
+from ._surfaces import framed
 from ._transfer import _color, transfer_function
 from ._types import Blend, Shading
 
@@ -150,8 +151,14 @@ def labels_of(given: Any, table: Any = None) -> Labels:
     return Labels.open(given, table) if isinstance(given, (str, os.PathLike)) else Labels(given, table)
 
 
-def picture(fields: Fields, blend: Optional[Blend] = None, shade: Optional[Union[bool, Shading]] = None, **view: Any) -> np.ndarray:
-    """The picture of channels, colours or labels, with the options of View."""
+def picture(
+    fields: Fields,
+    surfaces: Sequence[Surface] = (),
+    blend: Optional[Blend] = None,
+    shade: Optional[Union[bool, Shading]] = None,
+    **view: Any,
+) -> np.ndarray:
+    """The picture of channels, colours or labels with surfaces, with the options of View."""
     options = _options.ViewOptions(**view)
     settings = _options.settings(options.settings, options.quality, blend, shade)
     if not isinstance(fields, (Colors, Labels)):
@@ -164,4 +171,6 @@ def picture(fields: Fields, blend: Optional[Blend] = None, shade: Optional[Union
     else:
         framing = fields.framing()
     renderer = Renderer(fields, device=_options.device(options.device))
-    return renderer.render(options.camera_for(framing), options.size, settings, background=options.background)
+    if surfaces:
+        renderer.set_surfaces(surfaces)
+    return renderer.render(options.camera_for(framed(framing, surfaces)), options.size, settings, background=options.background)

@@ -4,6 +4,7 @@ from typing import Any, Callable, Dict, List, Literal, Optional, Sequence, Tuple
 
 import numpy as np
 from numpy.typing import NDArray
+from typing_extensions import Self, disjoint_base
 
 from ._types import AmbientOcclusion, Background, Blend, Handle, Path, Point, Quality, Shading, Shadows, Size, Sky, Vector
 
@@ -23,6 +24,7 @@ __all__ = [
     "Renderer",
     "Settings",
     "Slice",
+    "Surface",
     "TransferFunction",
     "Volume",
     "VolumeSequence",
@@ -718,6 +720,82 @@ def channel_colors(names: Sequence[Optional[str]]) -> List[Point]:
     others get well separated ones, also for the colour-blind: green, magenta, cyan, yellow, red, blue. A single channel is white.
     """
 
+@disjoint_base
+class Surface:
+    """A Mesh, Spheres or Tubes: surfaces that Renderer.set_surfaces and render draw in and around a volume. World coordinates are (x, y,
+    z).
+
+    These keywords of Mesh, Spheres, Tubes and replaced say how it looks. color: `#rrggbb` or (red, green, blue), 0 … 1, possibly with
+    alpha; by default light grey. opacity: 0 … 1, multiplies the alpha of colors. matrix: an array of 4 x 4 numbers that places it in the
+    world; spheres and tubes are not deformed. shading: smooth, which needs normals, flat or off. clip: whether the crop box and clip
+    planes cut it. visible: whether it is drawn. name: shown in messages.
+    """
+
+    def __new__(cls, surface: Surface) -> Self: ...
+    @staticmethod
+    def _triangles(vertices: NDArray[np.float64], faces: NDArray[np.uint32], normals: Optional[NDArray[np.float32]]) -> Surface: ...
+    @staticmethod
+    def _spheres(centres: NDArray[np.float64], radius: Optional[NDArray[np.float64]]) -> Surface: ...
+    @staticmethod
+    def _tubes(vertices: NDArray[np.float64], lengths: List[int], radius: Optional[NDArray[np.float64]], ends: str) -> Surface: ...
+    def _colored(self, colors: NDArray[np.float32], of_cells: bool) -> Surface: ...
+    def _valued(self, values: NDArray[np.float32], of_cells: bool, transfer: Optional[Union[TransferFunction, str]]) -> Surface: ...
+    @staticmethod
+    def open(
+        path: Path,
+        *,
+        values: Optional[str] = None,
+        transfer: Optional[Union[TransferFunction, str]] = None,
+        radius: Optional[Union[float, str]] = None,
+        ends: Literal["flat", "open", "round"] = "flat",
+        space: Optional[Literal["LPS", "RAS"]] = None,
+        volume: Optional[Volume] = None,
+    ) -> List[Surface]:
+        """Opens a file: STL, PLY or VTK PolyData, as a list: triangles as a Mesh, lines as Tubes, single points as Spheres, each if the
+        file has them.
+
+        values: name of an array whose values are shown as colours. transfer: a TransferFunction or the name of a colour map, by default
+        viridis over all values. radius: of tubes and spheres, a number or the name of an array of points; by default 1/200 of the
+        diagonal of the bounds. ends: flat, open or round, of tubes. space: LPS or RAS, the axes of a patient, if the file states none.
+        volume: a Volume; where it is a patient's, as those of NIfTI and DICOM files, coordinates that are known to be LPS are turned
+        into its world.
+        """
+    def replaced(
+        self,
+        *,
+        color: Any = None,
+        opacity: Optional[float] = None,
+        matrix: Any = None,
+        shading: Optional[Literal["smooth", "flat", "off"]] = None,
+        clip: Optional[bool] = None,
+        visible: Optional[bool] = None,
+        name: Optional[str] = None,
+    ) -> Self:
+        """A copy that looks otherwise; what is None stays. It shares the points. Keywords: see Surface."""
+    def framing(self) -> Optional[Framing]:
+        """The framing of its bounds, see Framing.joined; None if it has no points."""
+    @property
+    def bounds(self) -> Optional[Tuple[Point, Point]]:
+        """The lowest and the highest corner, (x, y, z) each, of its bounds in the world; None if it has no points."""
+    @property
+    def points(self) -> int:
+        """Number of points: vertices, centres, or points of lines."""
+    @property
+    def cells(self) -> int:
+        """Number of cells: triangles, spheres or lines."""
+    @property
+    def color(self) -> Point:
+        """Colour (red, green, blue), 0 … 1, where it has no colors and values."""
+    @property
+    def opacity(self) -> float:
+        """Opacity, 0 … 1."""
+    @property
+    def visible(self) -> bool:
+        """Whether it is drawn."""
+    @property
+    def name(self) -> str:
+        """The name shown in messages."""
+
 @final
 class Renderer:
     """A renderer of one volume on one device. Threads may share it.
@@ -828,6 +906,12 @@ class Renderer:
 
         Point-sampled layers and ray casting have them, with the blend modes composite and iso; other frames, slices, and frames of
         channels, Colors or Labels raise InvalidValue. So do labels that lie outside the volume, and renderers that stream.
+        """
+    def set_surfaces(self, surfaces: Sequence[Surface]) -> None:
+        """Draws surfaces in and around the volume, from the next frame on, in place of those before: a list of Mesh, Spheres and Tubes.
+
+        Slices show none. Enqueued frames, splatted layers, sheets, slicing and the look studio raise InvalidValue while there are
+        visible ones, and so do renderers that stream.
         """
     def stream_plan(self, camera: Camera, size: Size, settings: Optional[Settings] = None) -> Optional[Dict[str, Any]]:
         """The streaming plan of a view, a dict; None if the renderer holds all voxels.

@@ -10,10 +10,11 @@ from . import _options
 from ._channels import fields_of, labels_of, picture
 from ._checks import accepting, cannot_write
 from ._errors import InvalidValue
-from ._layersplat import Camera, Device, Framing, Labels, LiveScene, Settings, TransferFunction, Volume
+from ._layersplat import Camera, Device, Framing, Labels, LiveScene, Settings, Surface, TransferFunction, Volume
 from ._observed import Attribute, Change, Observed
 from ._options import DEFAULT
 from ._png import png
+from ._surfaces import framed
 from ._transfer import transfer_function
 from ._types import Background, Blend, Path, Quality, Shading, Size
 
@@ -148,6 +149,13 @@ class View(Observed):
             self._framed = (shown, Framing.of(self.volume, *shown))
         return self._framed[1]
 
+    def _with_surfaces(self, surfaces: Sequence[Surface]) -> "View":
+        """This view with surfaces in its pictures."""
+        if surfaces:
+            self._renderer.set_surfaces(surfaces)
+            self._framed = ((self.transfer, self.settings), framed(self._framing(), surfaces))
+        return self
+
     def _viewport(self) -> Tuple[int, int]:
         """Width and height in pixels."""
         if isinstance(self.size, int):
@@ -237,6 +245,8 @@ def volshow(
     :func:`transfer_function`. blend: ``composite``, ``maximum``, ``minimum``, ``average`` or ``('iso', value)``. shade: True, False, or
     coefficients, see Settings. Further arguments are those of View.
     """
+    if "surfaces" in view:
+        raise InvalidValue("surfaces: live views draw none, use render or Renderer.set_surfaces")
     return View(data, spacing, clim, cmap, opacity, blend, shade, **view)
 
 
@@ -257,6 +267,7 @@ def render(
     colors: Optional[str] = None,
     labels: Any = None,
     label_colors: Any = None,
+    surfaces: Sequence[Surface] = (),
     **view: Any,
 ) -> np.ndarray:
     """The picture of :func:`volshow`: (height, width, 4), uint8, straight alpha, row 0 on top.
@@ -264,14 +275,16 @@ def render(
     Several volumes are drawn together: a list of them, or of Channels, with Colors and Labels among them; an array of four axes with
     channel_axis; or an xarray with a dimension ``c`` or ``channel``. cmap, clim, opacity, color, factor, visible and names are lists then, see :func:`channels`. colors: ``direct`` for an array (z, y, x, 3) or
     (z, y, x, 4) of colours, ``direction`` for (z, y, x, 3) of vectors, see Colors. labels: True for an array of ids, or their table, see Labels. data may also be a Colors or a Labels.
-    label_colors: draws the volume in the colours of labels: Labels, an array of ids, or a file; labels is their table then.
+    label_colors: draws the volume in the colours of labels: Labels, an array of ids, or a file; labels is their table then. surfaces: a list of
+    Mesh, Spheres and Tubes in and around the volume, which the view is fitted to, too.
     """
     options = {"clim": clim, "cmap": cmap, "opacity": opacity, "color": color, "factor": factor, "visible": visible, "names": names}
     if label_colors is not None:
         label_colors, labels = labels_of(label_colors, None if labels is True else labels), None
     fields = fields_of(data, spacing, options, channel_axis, colors, labels, blend)
     if fields is None:
-        return View(data, spacing, clim, cmap, opacity, blend, shade, label_colors=label_colors, **view).render()
+        shown = View(data, spacing, clim, cmap, opacity, blend, shade, label_colors=label_colors, **view)
+        return shown._with_surfaces(surfaces).render()
     if label_colors is not None:
         raise InvalidValue("label_colors: leave it out, they are for a single volume of values")
-    return picture(fields, blend, shade, **view)
+    return picture(fields, surfaces, blend, shade, **view)

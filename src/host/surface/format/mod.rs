@@ -58,9 +58,7 @@ impl SurfaceArray {
 
     /// The smallest and the largest finite of [`scalars`](Self::scalars), if there are any.
     pub fn range(&self) -> Option<[f32; 2]> {
-        let scalars = self.scalars();
-        let finite = scalars.entries().iter().copied().filter(|value| value.is_finite());
-        finite.map(|value| [value; 2]).reduce(|[lo, hi], [value, _]| [lo.min(value), hi.max(value)])
+        self.scalars().range()
     }
 }
 
