@@ -98,6 +98,9 @@ def test_lines_and_points_of_objects(drawn):
     radii = np.array([1.0, 2.0, 3.0, 0.5])
     spheres = Spheres(CORNERS, radii)
     assert np.array_equal(drawn(Spheres(polydata(point_data=Fields(r=radii)), "r")), drawn(spheres))
+    turned = polydata(lines=padded([[2, 1, 0]]), point_data=Fields(r=radii))
+    order = [2, 1, 0]
+    assert np.array_equal(drawn(Tubes(turned, radius="r")), drawn(Tubes(CORNERS[order], radius=radii[order])))
     lowest, highest = spheres.bounds
     assert np.allclose(lowest, (CORNERS - radii[:, None]).min(0)) and np.allclose(highest, (CORNERS + radii[:, None]).max(0))
     # 1/200 of the diagonal.
