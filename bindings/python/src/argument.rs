@@ -1,7 +1,6 @@
 //! Python arguments. Error messages name the argument, its value and the accepted values.
 
 use crate::errors::{Failure, Refusal, Result};
-use crate::surface::Surface;
 use pyo3::conversion::FromPyObjectOwned;
 use pyo3::exceptions::{PyOverflowError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
@@ -148,7 +147,6 @@ accepted! {
     Vec<(f64, f64)>: "a list of pairs of numbers";
     Vec<(f64, [f64; 3])>: "a list of (value, (red, green, blue))";
     Vec<Bound<'py, PyAny>>: "a list";
-    Vec<Bound<'py, Surface>>: "a list of layersplat.Mesh, Spheres and Tubes";
 }
 
 impl<'py, T: PyClass> Accepted<'py> for Bound<'py, T> {

@@ -1,6 +1,6 @@
 //! Surfaces in and around volumes. `layersplat/_surfaces.py` makes arrays of what people have.
 
-use crate::argument::{Argument, extract};
+use crate::argument::{Argument, accepted, either, extract};
 use crate::calls::abandonable;
 use crate::camera::Framing;
 use crate::errors::{Result, out_of_range};
@@ -47,15 +47,17 @@ enum Colors<'py> {
     Named(String),
 }
 
-crate::argument::accepted! {
+accepted! {
+    Vec<Bound<'py, Surface>>: "a list of layersplat.Mesh, Spheres and Tubes";
     Colors<'py>: "a layersplat.TransferFunction, or the name of a colour map";
+    Size: "a number, or the name of an array";
 }
 
 impl<'a, 'py> FromPyObject<'a, 'py> for Colors<'py> {
     type Error = PyErr;
 
     fn extract(object: Borrowed<'a, 'py, PyAny>) -> PyResult<Self> {
-        crate::argument::either(object, Colors::Given, Colors::Named)
+        either(object, Colors::Given, Colors::Named)
     }
 }
 
@@ -340,15 +342,11 @@ impl Surface {
 /// A radius in the words of the library.
 struct Size(Radius);
 
-crate::argument::accepted! {
-    Size: "a number, or the name of an array";
-}
-
 impl<'a, 'py> FromPyObject<'a, 'py> for Size {
     type Error = PyErr;
 
     fn extract(object: Borrowed<'a, 'py, PyAny>) -> PyResult<Self> {
-        let own = crate::argument::either(object, Radius::All, Radius::Array)?;
+        let own = either(object, Radius::All, Radius::Array)?;
         Ok(Self(own))
     }
 }
