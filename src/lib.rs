@@ -55,7 +55,7 @@ use layersplat_host::{choice, error, memory, progress, viewport};
 #[doc(hidden)]
 pub use layersplat_host::{layers, reference};
 #[cfg(feature = "cli")]
-use layersplat_host::{numbers, panics};
+use layersplat_host::{numbers, panics, url};
 
 pub use camera::{Basis, Camera, Orbit, Projection};
 pub use choice::Choice;

@@ -1,8 +1,10 @@
 //! The command line as it is parsed: what short help shows, and tips for options that other programs have.
 
 use super::Cli;
+use crate::url;
 use clap::error::{ContextKind, ContextValue, Error, ErrorKind};
 use clap::{Command, CommandFactory, FromArgMatches};
+use std::ffi::OsString;
 
 /// Options that `-h` shows of commands with many options, by name. `--help` shows all.
 const ESSENTIAL: [&str; 34] = [
@@ -71,9 +73,14 @@ const ELSEWHERE: [(&str, &str); 19] = [
 impl Cli {
     /// Parses the arguments of this process. On errors, prints a message and exits with 2.
     pub fn from_arguments() -> Self {
-        let parse = || Self::from_arg_matches(&command().try_get_matches()?);
+        let parse = || Self::from_arg_matches(&command().try_get_matches_from(words())?);
         parse().unwrap_or_else(|error| with_tip(error).exit())
     }
+}
+
+/// The arguments of this process. Addresses in them have lost their secrets, which nothing but their servers gets.
+pub(super) fn words() -> Vec<OsString> {
+    std::env::args_os().map(url::public_argument).collect()
 }
 
 /// The command, with a short help for subcommands with many options.

@@ -9,6 +9,7 @@ Volumes:
   NRRD, NIfTI, MetaImage, VTK image data, NumPy, BOV, TIFF, DICOM, HDF5 and NetCDF files.
   Raw files (.raw, .raw.gz); dimensions and type come from a name NAME_XxYxZ_TYPE.raw, or from --dims and --type.
   Folders of Zarr, of DICOM images or of numbered slices; NAME%d.EXT for slices.
+  URLs of Zarr and OME-Zarr: https://, http://, or s3://BUCKET/KEY of a public bucket (region: AWS_REGION).
   Steps in time: frames of a file, the files of ParaView's .pvd, or NAME%d.EXT of files that hold volumes; --frame N chooses one.
   Built-in volumes: marschner-lobb, hydrogen, shepp-logan, gyroid, torus-knot and cube, sized as in builtin:hydrogen@64 or builtin:cube@3x4x5."
     };

@@ -1,5 +1,6 @@
 //! `layersplat info`.
 
+use super::address_info;
 use super::labels::{self, LabelReport};
 use super::numbers::{hex_color, shortened};
 use super::options::{Described, LabelOptions, TransferOptions, VolumeOptions};
@@ -13,6 +14,7 @@ use crate::framing::Orientation;
 use crate::settings::Blend;
 use crate::surface::SurfaceFile;
 use crate::transfer::TransferFunction;
+use crate::url;
 use crate::volume::{ChannelDescription, Contents, FrameSpacing, Grid, Statistics, Volume};
 use glam::DVec3;
 use serde::Serialize;
@@ -85,7 +87,7 @@ struct Info {
 
 /// A component of the file.
 #[derive(Serialize)]
-struct ChannelReport {
+pub(super) struct ChannelReport {
     channel: usize,
     name: Option<String>,
     /// Of its brightest value, in pictures of several: declared by the file, of a fluorophore's name, or another that is free.
@@ -98,7 +100,7 @@ struct ChannelReport {
 }
 
 impl ChannelReport {
-    fn all(channels: &[ChannelDescription]) -> Vec<Self> {
+    pub fn all(channels: &[ChannelDescription]) -> Vec<Self> {
         let report = |(channel, (found, color)): (usize, (&ChannelDescription, [f64; 3]))| Self {
             channel,
             name: found.name.clone(),
@@ -110,7 +112,7 @@ impl ChannelReport {
         channels.iter().zip(ChannelDescription::colors(channels)).enumerate().map(report).collect()
     }
 
-    fn line(&self) -> String {
+    pub fn line(&self) -> String {
         let window = self.window.map_or(String::new(), |[from, to]| format!(", window {} to {}", shortened(from), shortened(to)));
         let hidden = if self.active { "" } else { ", hidden at first" };
         format!("  {:>7} {} {}{window}{hidden}", self.channel, hex_color(self.color), self.name.as_deref().unwrap_or("-"))
@@ -120,6 +122,9 @@ impl ChannelReport {
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     if SurfaceFile::is_one(&arguments.volume.volume) {
         return surface_info::run(&arguments.volume.volume, arguments.json);
+    }
+    if url::is_url(&arguments.volume.volume) {
+        return address_info::run(&arguments.volume, arguments.json);
     }
     let Described { volume, labels, channels } = arguments.volume.open_described(&arguments.labels)?;
     // Malformed descriptions keep nobody from the values.
@@ -208,7 +213,7 @@ fn text(info: &Info, transfer: &TransferFunction, statistics: &Statistics, volum
 const LISTED_TIMES: usize = 8;
 
 /// Lines about channels, frames and resolutions, where the file has several, with the options that choose others.
-fn several(contents: &Contents) -> Vec<String> {
+pub(super) fn several(contents: &Contents) -> Vec<String> {
     let Contents { channels, channel, magnitude, frames, frame, levels, level, .. } = contents;
     let mut lines = Vec::new();
     if *channels > 1 {
@@ -237,7 +242,7 @@ fn several(contents: &Contents) -> Vec<String> {
 }
 
 /// Lowest and highest world coordinates of the corners.
-fn bounds(grid: &Grid) -> [[f64; 3]; 2] {
+pub(super) fn bounds(grid: &Grid) -> [[f64; 3]; 2] {
     let last = DVec3::from_array(grid.dims().map(|n| n as f64 - 1.0));
     let corner = |n: u32| last * DVec3::new(f64::from(n & 1), f64::from(n >> 1 & 1), f64::from(n >> 2 & 1));
     let corners = (0..8).map(|n| grid.index_to_world().transform_point3(corner(n)));

@@ -1,5 +1,6 @@
 //! The command line: a thin layer over the library.
 
+mod address_info;
 mod algorithm;
 mod bench;
 mod blending;

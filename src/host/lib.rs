@@ -32,6 +32,8 @@ pub mod slice;
 pub mod surface;
 pub mod transfer;
 #[doc(hidden)]
+pub mod url;
+#[doc(hidden)]
 pub mod viewport;
 pub mod volume;
 

@@ -10,6 +10,7 @@ mod opening;
 mod python;
 
 use super::cameras::Cameras;
+use super::command_line;
 use super::options::Fit;
 use super::orientation::OBLIQUE;
 use super::processes::Processes;
@@ -106,7 +107,7 @@ pub(super) fn run(arguments: Arguments, processes: &Processes) -> Result<ExitCod
     arguments.address.check()?;
     let listener = arguments.address.bind()?;
     let admission = arguments.address.admission(&listener)?;
-    let words = std::env::args_os().collect();
+    let words = command_line::words();
     let (arguments, words) =
         if processes.counts().is_some() { (arguments, words) } else { opening::with_all_channels(arguments, words, false)? };
     let given = GivenOptions::of(words);

@@ -9,6 +9,7 @@ use crate::renderer::ColorOpacity;
 use crate::settings::{Blend, GradientOpacity};
 use crate::shown::Shown;
 use crate::transfer::{TransferFunction, Value};
+use crate::url;
 use crate::volume::{ChannelDescription, LabelChange, Volume};
 use clap::ValueEnum;
 use glam::DVec3;
@@ -145,7 +146,9 @@ impl FieldSpec {
         if let Some(transfer) = self.transfer.as_mut().filter(|transfer| folder.join(transfer).exists()) {
             *transfer = folder.join(&*transfer);
         }
-        self.mask = self.mask.map(|mask| folder.join(mask).to_string_lossy().into_owned());
+        self.mask = self.mask.map(|mask| {
+            if url::is_url(Path::new(&mask)) { mask.into() } else { folder.join(mask) }.to_string_lossy().into_owned()
+        });
         self
     }
 

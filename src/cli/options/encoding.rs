@@ -1,6 +1,6 @@
 //! Options for the encoding of picture files.
 
-use crate::cli::parse;
+use crate::cli::{command_line, parse};
 use crate::image::{BitDepth, Encoding};
 use clap::Args;
 use std::num::NonZeroU16;
@@ -37,7 +37,8 @@ impl EncodingOptions {
 
 /// The command line of this process, as a shell reads it. Arguments that are not Unicode are shown with replacement characters.
 fn command_text() -> String {
-    let arguments = std::env::args_os().skip(1).map(|argument| quoted(&argument.to_string_lossy()));
+    let words = command_line::words();
+    let arguments = words.iter().skip(1).map(|argument| quoted(&argument.to_string_lossy()));
     std::iter::once("layersplat".to_owned()).chain(arguments).collect::<Vec<_>>().join(" ")
 }
 

@@ -2,8 +2,14 @@
 
 use crate::Error;
 use crate::cli::parse;
+use crate::url;
 use crate::volume::{LabelChange, Labels, OpenOptions, Placement, Sequence, Volume};
 use std::path::{Path, PathBuf};
+
+/// Whether what stands before a colon is the name of a file. That of an address stands after its last slash.
+fn is_name(file: &str, ids: &str) -> bool {
+    Path::new(file).exists() || url::is_url(Path::new(file)) && !ids.contains('/')
+}
 
 /// Labels within which a volume shows.
 #[derive(Clone)]
@@ -17,7 +23,7 @@ impl Mask {
     /// Parses `FILE` or `FILE:IDS`. Names of files may have colons.
     pub fn from_text(text: &str) -> Result<Self, String> {
         let whole = || Ok(Self { file: text.into(), only: None });
-        match text.rsplit_once(':').filter(|(file, _)| Path::new(file).exists() && !Path::new(text).exists()) {
+        match text.rsplit_once(':').filter(|(file, ids)| is_name(file, ids) && !Path::new(text).exists()) {
             Some((file, ids)) => Ok(Self { file: file.into(), only: Some(parse::label(&format!("{ids}:only"))?) }),
             None => whole(),
         }

@@ -3,6 +3,7 @@
 use super::LabelOptions;
 use crate::cli::values::{ChannelChoice, Component, LevelChoice};
 use crate::cli::{parse, standard};
+use crate::url;
 use crate::viewport::Viewport;
 use crate::volume::{ChannelDescription, Contents, Endian, Labels, Level, OpenOptions, Placement, ScalarType, Sequence, Volume};
 use clap::{Args, ValueEnum};
@@ -13,7 +14,7 @@ use tracing::subscriber::{NoSubscriber, with_default};
 /// Selection of the volume.
 #[derive(Args, Clone)]
 pub(in crate::cli) struct VolumeOptions {
-    /// Volume: a file, a folder or NAME%d.EXT of slices, builtin:NAME, or - for standard input; see below
+    /// Volume: a file, a folder or NAME%d.EXT of slices, the URL of a Zarr, builtin:NAME, or - for standard input; see below
     #[arg(default_value = Self::DEFAULT)]
     pub volume: PathBuf,
     #[command(flatten)]
@@ -59,9 +60,15 @@ pub(in crate::cli) struct FileOptions {
     /// DICOM series in a folder with several: its number, description or UID
     #[arg(long, value_name = "NAME", help_heading = "Volume")]
     series: Option<String>,
-    /// Resolution level from 0 (finest), or auto: the coarsest with a voxel per pixel [default: the finest that fits into memory]
+    /// Resolution level from 0 (finest), or auto: the coarsest with a voxel per pixel [default: the finest that fits into memory; of a URL: auto]
     #[arg(long, value_parser = parse::level, value_name = "N|auto", help_heading = "Volume")]
     level: Option<LevelChoice>,
+    /// Most bytes of voxels, unpacked, that a URL may have, e.g. 800MB [default: 2GB]
+    #[arg(long, value_parser = parse::bytes, value_name = "BYTES", allow_hyphen_values = true, help_heading = "Volume")]
+    download: Option<u64>,
+    /// Chunks of a URL that the server refuses (403): an error, or fill: not stored, as object stores that do not list mean it [default: refuse]
+    #[arg(long, value_name = "refuse|fill", help_heading = "Volume", hide_possible_values = true)]
+    missing: Option<MissingChunks>,
 }
 
 /// A volume with what its file states about it.
@@ -71,6 +78,12 @@ pub(in crate::cli) struct Described {
     pub labels: Option<Labels>,
     /// Its components, if there are several.
     pub channels: Result<Vec<ChannelDescription>, crate::Error>,
+}
+
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+enum MissingChunks {
+    Refuse,
+    Fill,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -169,7 +182,11 @@ impl VolumeOptions {
 
     /// The library's options for opening the file. `size` is the picture size, if pictures are rendered.
     pub fn opening(&self, size: Option<Viewport>) -> Result<OpenOptions, crate::Error> {
-        Ok(OpenOptions { confined: self.confined, ..self.file.raw(size)? })
+        let mut options = OpenOptions { confined: self.confined, ..self.file.raw(size)? };
+        if let Some(size) = size.filter(|_| url::is_url(&self.volume) && options.level.is_none()) {
+            options.level = Some(auto(size));
+        }
+        Ok(options)
     }
 
     /// Opens another component of the volume's file.
@@ -234,6 +251,11 @@ impl VolumeOptions {
     }
 }
 
+/// The level that a picture of a size shows.
+fn auto(size: Viewport) -> Level {
+    Level::Pixels(size.width.max(size.height) as usize)
+}
+
 impl FileOptions {
     /// The library's options for opening the file. `size` is the picture size, if pictures are rendered.
     ///
@@ -244,12 +266,12 @@ impl FileOptions {
             EndianName::Little => Endian::Little,
             EndianName::Big => Endian::Big,
         });
-        let Self { dims, voxel_type, spacing, origin, header_bytes, frame, .. } = *self;
+        let Self { dims, voxel_type, spacing, origin, header_bytes, frame, download, missing, .. } = *self;
         let (array, series) = (self.array.clone(), self.series.clone());
         let level = match (self.level, size) {
             (None, _) => None,
             (Some(LevelChoice::Number(n)), _) => Some(Level::Number(n)),
-            (Some(LevelChoice::Auto), Some(size)) => Some(Level::Pixels(size.width.max(size.height) as usize)),
+            (Some(LevelChoice::Auto), Some(size)) => Some(auto(size)),
             (Some(LevelChoice::Auto), None) => {
                 let problem = "auto needs a picture size, which this command does not have: use a number".into();
                 return Err(crate::Error::Settings { field: "level", problem });
@@ -270,7 +292,9 @@ impl FileOptions {
             array,
             series,
             level,
+            download,
             memory: None,
+            fills_refused: missing == Some(MissingChunks::Fill),
             confined: false,
         };
         Ok(match &self.channel {

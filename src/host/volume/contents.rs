@@ -39,6 +39,8 @@ pub struct Contents {
     pub levels: Vec<[usize; 3]>,
     /// The resolution that was read, from 0.
     pub level: usize,
+    /// Voxels along x, y and z of the chunks of each resolution, if they are stored in chunks that can be read by themselves.
+    pub chunks: Vec<[usize; 3]>,
     /// Red, green and blue, 0 to 1, of each value, if voxels are indices of a palette. Empty otherwise.
     pub palette: Vec<[f64; 3]>,
 }
@@ -69,6 +71,7 @@ impl Default for Contents {
             are_colors: false,
             levels: Vec::new(),
             level: 0,
+            chunks: Vec::new(),
             palette: Vec::new(),
         }
     }

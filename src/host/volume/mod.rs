@@ -46,6 +46,8 @@ pub use grid::Grid;
 pub use labels::grid_over;
 pub use labels::{Label, LabelChange, LabelLayer, LabelSurfaces, LabelTable, LabelVisibility, Labels};
 #[doc(hidden)]
+pub use open::Stated;
+#[doc(hidden)]
 pub use part::Held;
 pub use part::VolumePart;
 pub use rescale::Rescale;

@@ -1,13 +1,13 @@
 //! Opening files and built-in volumes.
 
-use super::{Contents, OpenOptions, Volume, builtin_volume, format};
+use super::{Contents, Grid, OpenOptions, ScalarType, Volume, builtin_volume, format};
 #[cfg(feature = "mpi")]
 use super::{Layers, Unseen, builtin};
 use crate::error::Error;
 use std::path::Path;
 
 impl Volume<'static> {
-    /// Opens `builtin:NAME[@SIZE]`, a file, or one file per slice: a folder of numbered `.png` or `.tif` files, or a name with `%d` in
+    /// Opens `builtin:NAME[@SIZE]`, a file, OME-Zarr or Zarr on a web server (`https://`, `http://`, `s3://` of a public bucket; feature `http`), or one file per slice: a folder of numbered `.png` or `.tif` files, or a name with `%d` in
     /// place of the number. Where the numbered files hold volumes, or where a `.pvd` names them, [`OpenOptions::frame`] counts the frames of
     /// all files, as in a [`Sequence`](super::Sequence).
     ///
@@ -29,6 +29,23 @@ impl Volume<'static> {
             Some(builtin) => builtin_volume(builtin, options),
             None => format::read(source, options),
         }
+    }
+}
+
+/// What a file states of a volume, without its voxels.
+#[doc(hidden)]
+pub struct Stated {
+    pub grid: Grid,
+    pub scalar: ScalarType,
+    pub contents: Contents,
+}
+
+impl Stated {
+    /// # Errors
+    /// As [`Contents::of_file`].
+    pub fn of_file(path: &Path, options: &OpenOptions) -> Result<Self, Error> {
+        let format::Header { grid, scalar, contents, .. } = format::header(path, options)?;
+        Ok(Self { grid, scalar, contents })
     }
 }
 

@@ -5,6 +5,7 @@ use super::choice::chosen;
 use super::load::Opened;
 use super::{OpenOptions, numbered, open_one, slices};
 use crate::error::Error;
+use crate::url;
 use serde::Deserialize;
 use std::fs::File;
 use std::io::Read;
@@ -25,7 +26,7 @@ pub(super) fn files(path: &Path, options: &OpenOptions) -> Result<Option<Vec<Pat
 fn listed(path: &Path, options: &OpenOptions) -> Result<Option<Vec<(f64, PathBuf)>>, Error> {
     let ends = |ending: &str| path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case(ending));
     let is_pvd = cfg!(feature = "vtk") && ends("pvd");
-    if !is_pvd && !ends("series") {
+    if url::is_url(path) || !is_pvd && !ends("series") {
         return Ok(None);
     }
     #[cfg(feature = "vtk")]

@@ -57,6 +57,7 @@ use super::{ChannelDescription, Contents, Rescale, ScalarType, Volume};
 use super::{Layers, Unseen};
 use crate::error::Error;
 use crate::panics::caught;
+use crate::url;
 use flate2::read::MultiGzDecoder;
 use glam::DAffine3;
 use load::Opened;
@@ -154,6 +155,9 @@ struct Found<'a> {
 impl<'a> Found<'a> {
     fn look(path: &'a Path) -> Result<Self, Error> {
         let failed = |e| Error::read(path, e);
+        if url::is_url(path) {
+            return Ok(Self { path, folder: false, start: Vec::new(), unpacked: None });
+        }
         let metadata = std::fs::metadata(path).map_err(failed)?;
         if metadata.is_dir() {
             return Ok(Self { path, folder: true, start: Vec::new(), unpacked: None });
@@ -187,6 +191,7 @@ impl<'a> Found<'a> {
 
 /// Opens a file of any format. Voxels on sheared axes are resampled.
 pub(super) fn read(path: &Path, options: &OpenOptions) -> Result<Volume<'static>, Error> {
+    let path = &*url::public(path);
     caught(path, || match open(path, options) {
         Err(Error::Sheared { index_to_world, has_anatomy, .. }) => {
             let mut index_to_world = *index_to_world;
@@ -218,11 +223,13 @@ pub(super) fn layers(
     options: &OpenOptions,
     choose: &dyn Fn([usize; 3]) -> Layers,
 ) -> Result<Unseen<'static>, Error> {
+    let path = &*url::public(path);
     caught(path, || load::layers(path, open(path, options)?, choose))
 }
 
 /// The header of a file of any format that is large enough for its voxels.
 pub(super) fn header(path: &Path, options: &OpenOptions) -> Result<load::Header, Error> {
+    let path = &*url::public(path);
     caught(path, || match open_one(path, options) {
         Err(Error::Sheared { index_to_world, .. }) => load::header(path, open_one(path, &unsheared(options, *index_to_world)?)?),
         opened => load::header(path, opened?),
@@ -231,22 +238,25 @@ pub(super) fn header(path: &Path, options: &OpenOptions) -> Result<load::Header,
 
 /// The files of a collection of steps, in order; any other source itself.
 pub(super) fn collected(path: &Path, options: &OpenOptions) -> Result<Vec<PathBuf>, Error> {
+    let path = &*url::public(path);
     caught(path, || Ok(collection::files(path, options)?.unwrap_or_else(|| vec![path.into()])))
 }
 
 /// All numbers of a file of any format as stored, and its header. See [`OpenOptions::memory`].
 pub(super) fn numbers(path: &Path, options: &OpenOptions) -> Result<load::Numbers, Error> {
+    let path = &*url::public(path);
     caught(path, || load::numbers(path, open(path, options)?, options.memory))
 }
 
 /// What a file states about the ids of its voxels; `None` if it does not state that they are ids of labels.
 pub(super) fn labels(path: &Path, options: &OpenOptions) -> Result<Option<Declared>, Error> {
+    let path = &*url::public(path);
     caught(path, || {
         if slices::files(path)?.is_some() {
             return Ok(None);
         }
         let file = Found::look(path)?;
-        let format = FORMATS.iter().find(|format| format.recognises(&file, options));
+        let format = format(&file, options)?;
         format.map_or(Ok(None), |format| format.labels(&file, options))
     })
 }
@@ -313,10 +323,29 @@ fn with_number(path: &Path, options: &OpenOptions, name: &str) -> Result<OpenOpt
     Ok(OpenOptions { channel: Some(number), channel_name: None, ..options.clone() })
 }
 
+/// The format of a file or folder.
+fn format(file: &Found, options: &OpenOptions) -> Result<Option<&'static dyn Format>, Error> {
+    if url::is_url(file.path) {
+        return of_address(file.path, options).map(Some);
+    }
+    Ok(FORMATS.iter().copied().find(|format| format.recognises(file, options)))
+}
+
+/// The format of all addresses.
+fn of_address(path: &Path, options: &OpenOptions) -> Result<&'static dyn Format, Error> {
+    if options.confined {
+        return Err(Error::volume(path, "addresses are not followed here: name it in the command"));
+    }
+    #[cfg(feature = "http")]
+    return Ok(&zarr::Zarr);
+    #[cfg(not(feature = "http"))]
+    Err(Error::volume(path, "this build reads no addresses: build it with the feature http, or download it"))
+}
+
 /// Opens a file or a folder of one format.
 fn open_file(path: &Path, options: &OpenOptions) -> Result<Opened, Error> {
     let file = Found::look(path)?;
-    let Some(format) = FORMATS.iter().find(|format| format.recognises(&file, options)) else {
+    let Some(format) = format(&file, options)? else {
         return Err(Error::volume(path, if file.folder { slices::UNKNOWN } else { UNKNOWN }));
     };
     let given = [
@@ -337,14 +366,14 @@ fn open_file(path: &Path, options: &OpenOptions) -> Result<Opened, Error> {
 
 /// What a file states about the channels that it contains, as far as it does.
 pub(super) fn channels(path: &Path, options: &OpenOptions, contents: &Contents) -> Result<Vec<ChannelDescription>, Error> {
-    let count = contents.channels;
+    let (count, path) = (contents.channels, &*url::public(path));
     let found = caught(path, || {
         let files = slices::files(path)?.unwrap_or_default();
         if let Some(found) = slices::channels(path, &files, count)? {
             return Ok(found);
         }
         let file = Found::look(files.first().map_or(path, PathBuf::as_path))?;
-        let format = FORMATS.iter().find(|format| format.recognises(&file, options));
+        let format = format(&file, options)?;
         format.map_or(Ok(Vec::new()), |format| format.channels(&file, options, count))
     })?;
     // Formats say only what differs from this.

@@ -3,6 +3,7 @@
 use super::OpenOptions;
 use super::bytes::{Bytes, Joined};
 use crate::error::Error;
+use crate::url;
 use std::path::{Component, Path, PathBuf};
 
 /// Limit of files that a pattern may name.
@@ -42,6 +43,13 @@ pub(super) fn leads_below(name: &str) -> bool {
 /// # Errors
 /// If the header is [confined](OpenOptions::confined) to its folder, and the file is not there.
 pub(super) fn beside(header: &Path, name: &str, options: &OpenOptions) -> Result<PathBuf, Error> {
+    // In a folder without a name, it would be opened as one.
+    if url::is_url(Path::new(name)) {
+        return Err(Error::volume(
+            header,
+            format!("its header names {}, which is no file: download it", url::public(Path::new(name)).display()),
+        ));
+    }
     let file = header.parent().unwrap_or(Path::new("")).join(name);
     if options.confined {
         if !leads_below(name) {

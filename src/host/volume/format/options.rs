@@ -49,13 +49,20 @@ pub struct OpenOptions {
     pub array: Option<String>,
     /// DICOM series in a folder: its number, description or identifier. Required if there are several.
     pub series: Option<String>,
-    /// Resolution level, in multiresolution formats. By default the finest that fits into half of the available memory.
+    /// Resolution level, in multiresolution formats. By default the finest that fits into half of the available memory, and into
+    /// [`download`](Self::download).
     pub level: Option<Level>,
+    /// Most bytes of voxels, unpacked, to read from a server for one volume; 2 GB by default. More are an error, unless a coarser level has
+    /// fewer and none is chosen by its number.
+    pub download: Option<u64>,
     /// Memory limit in bytes for voxels of files that cannot be mapped. Larger volumes are decompressed to a temporary file (in
     /// `TMPDIR` or the system's default folder), which is mapped. Unlimited by default.
     pub memory: Option<u64>,
+    /// Takes chunks of Zarr that a server refuses (403) as not stored, and warns of their number: object stores answer so for missing files where
+    /// they have no permission to list. By default they are an error.
+    pub fills_refused: bool,
     /// Refuses a header that names files outside its own folder. For files of unknown origin, which could otherwise show any file of this
-    /// machine.
+    /// machine. Refuses addresses, too.
     pub confined: bool,
 }
 
@@ -106,7 +113,7 @@ pub enum Level {
     /// Level number; 0 is the finest.
     Number(usize),
     /// The coarsest level with at least one voxel per pixel along every axis, if the longest side of the volume spans this many pixels.
-    /// The finest level if none qualifies.
+    /// The finest level if none qualifies. Also accepted by formats with one resolution.
     Pixels(usize),
     /// The finest level with at most this many bytes of voxels, else the coarsest. Also accepted by formats with one resolution.
     Bytes(u64),
@@ -115,7 +122,7 @@ pub enum Level {
 impl Level {
     /// Whether formats with a single resolution reject this selection.
     pub(super) fn is_demanded(self) -> bool {
-        !matches!(self, Self::Bytes(_))
+        matches!(self, Self::Number(_))
     }
 }
 

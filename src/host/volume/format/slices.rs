@@ -5,6 +5,7 @@ use super::load::{self, Header, Opened};
 use super::names::Numbered;
 use super::{OpenOptions, listed, open_one};
 use crate::error::Error;
+use crate::url;
 use crate::volume::ChannelDescription;
 use std::path::{Path, PathBuf};
 
@@ -36,7 +37,7 @@ pub(super) fn files(path: &Path) -> Result<Option<Vec<PathBuf>>, Error> {
 /// Files that match a pattern with one `%d` or `%03d`, sorted by number. `None` if the path is none.
 pub(super) fn matching(path: &Path) -> Result<Option<Vec<PathBuf>>, Error> {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
-    let Some((before, after)) = name.split_once('%').filter(|_| !path.exists()) else { return Ok(None) };
+    let Some((before, after)) = name.split_once('%').filter(|_| !path.exists() && !url::is_url(path)) else { return Ok(None) };
     let Some((width, after)) = after.split_once('d').filter(|(width, _)| width.bytes().all(|c| c.is_ascii_digit())) else {
         return Ok(None);
     };

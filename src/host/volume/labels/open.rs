@@ -6,6 +6,7 @@ use super::ids::Ids;
 use super::table;
 use super::{Label, LabelChange, LabelSurfaces, LabelTable};
 use crate::error::Error;
+use crate::url;
 use crate::volume::missing_data::MissingData;
 use crate::volume::wide::Numbers;
 use crate::volume::{Contents, Endian, Grid, OpenOptions, Rescale, ScalarType, Volume, format};
@@ -80,7 +81,7 @@ impl Labels {
     /// As [`Volume::open`] and [`LabelTable::open`]; [`Error::Volume`] for built-in volumes, for voxels that are not whole numbers from 0 to
     /// 4294967295, and for more than 65535 different ids.
     pub fn open(source: impl AsRef<Path>, options: &OpenOptions, table: Option<&Path>) -> Result<Self, Error> {
-        let path = source.as_ref();
+        let path = &*url::public(source.as_ref());
         if path.to_str().is_some_and(|name| name.starts_with("builtin:")) {
             return Err(Error::volume(path, "built-in volumes have values, not labels: name a file"));
         }

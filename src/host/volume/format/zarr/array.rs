@@ -1,6 +1,7 @@
 //! Array metadata of Zarr version 2 (`.zarray`) and 3 (`zarr.json`).
 
 use super::codec::{Codec, sizes};
+use super::store::Store;
 use crate::error::Error;
 use crate::volume::format::COMPLEX;
 use crate::volume::format::conventions::{self, Attributes, Packed};
@@ -8,12 +9,14 @@ use crate::volume::{Endian, ScalarType};
 use base64::Engine;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// Limit of axes.
 const MOST_AXES: usize = 8;
 
 /// An array and the encoding of its chunks.
 pub(super) struct Array {
+    pub store: Arc<dyn Store>,
     folder: PathBuf,
     pub shape: Vec<usize>,
     /// Shape of a chunk.
@@ -33,7 +36,7 @@ pub(super) struct Array {
 }
 
 impl Array {
-    pub fn new(folder: &Path, metadata: &Value, attributes: &Value) -> Result<Self, String> {
+    pub fn new(store: Arc<dyn Store>, folder: &Path, metadata: &Value, attributes: &Value) -> Result<Self, String> {
         let shape = sizes(&metadata["shape"], "shape")?;
         let second = metadata["zarr_format"] == 2;
         let (key, encoding) = (&metadata["chunk_key_encoding"], &metadata["chunk_key_encoding"]["configuration"]);
@@ -77,7 +80,7 @@ impl Array {
         // xarray stores `_FillValue` as the fill value of arrays of version 2, and names their axes.
         let missing = if second && !names.is_empty() { float(&metadata["fill_value"]) } else { None };
         let (folder, attributes) = (folder.into(), attributes.clone());
-        Ok(Self { folder, shape, chunks, scalar, endian, codec, fill, prefix, separator, names, attributes, missing })
+        Ok(Self { store, folder, shape, chunks, scalar, endian, codec, fill, prefix, separator, names, attributes, missing })
     }
 
     /// What its numbers mean by the CF conventions, as xarray writes them.

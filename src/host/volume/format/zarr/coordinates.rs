@@ -27,7 +27,7 @@ fn read(folder: &Path, name: &str) -> Option<(Vec<f64>, String)> {
         return None;
     }
     let folder = folder.parent()?.join(name);
-    let Node::Array(array) = node::node(&folder).ok().filter(|_| node::is_node(&folder))? else { return None };
+    let Node::Array(array) = node::found(&folder).ok()?? else { return None };
     let &[count @ 1..=MOST] = &array.shape[..] else { return None };
     let (unit, endian, chunk) = (array.unit(), array.endian, array.chunks[0]);
     let Packed { scalar, rescale, .. } = array.packed().ok()?;

@@ -1,13 +1,17 @@
-//! Zarr versions 2 and 3, and OME-Zarr (<https://zarr.dev>, <https://ngff.openmicroscopy.org>): folders of compressed chunks.
+//! Zarr versions 2 and 3, and OME-Zarr (<https://zarr.dev>, <https://ngff.openmicroscopy.org>): compressed chunks in folders, of this
+//! machine or of web servers.
 
 mod array;
 mod blosc;
 mod codec;
 mod coordinates;
+#[cfg(feature = "http")]
+mod http;
 mod multiscales;
 mod node;
 mod omero;
 mod pieces;
+mod store;
 
 use super::axes::{Axis, Roles};
 use super::conventions::Packed;
@@ -16,6 +20,8 @@ use super::parts::Kept;
 use super::{Format, Found, OpenOptions, choice, numbered};
 use crate::error::Error;
 use crate::memory;
+use crate::panics::caught;
+use crate::url;
 use crate::volume::labels::{self, Declared};
 use crate::volume::{ChannelDescription, Contents, Level};
 use array::Array;
@@ -28,12 +34,14 @@ pub(super) struct Zarr;
 
 /// A default level may take 1/`SHARE` of the available memory, because rendering needs as much again.
 const SHARE: u64 = 2;
+/// Most bytes of voxels that are read from a server, unless others are chosen.
+const DOWNLOAD: u64 = 2_000_000_000;
 /// Without names, the last of four or more axes holds channels if its size is at most this.
 const MOST_CHANNELS: usize = 4;
 
 impl Format for Zarr {
     fn recognises(&self, file: &Found, _options: &OpenOptions) -> bool {
-        file.folder && node::is_node(file.path)
+        url::is_url(file.path) || file.folder && node::is_node(file.path)
     }
 
     fn chooses(&self) -> &'static [&'static str] {
@@ -66,6 +74,7 @@ impl Format for Zarr {
             }
             Node::Array(array) => {
                 let axes = named(&path, &array);
+                contents.chunks = vec![Roles::new(&axes, array.shape.len()).dims(&array.chunks)];
                 (*array, axes)
             }
             Node::Group => return Err(Error::volume(&path, "it is a group of arrays: select one of them")),
@@ -73,10 +82,16 @@ impl Format for Zarr {
         let roles = Roles::new(&axes, array.shape.len());
         let at = roles.choose(&path, options, &array.shape, &mut contents)?;
         let place = roles.place(&path, &axes, &array.shape, &mut contents);
+        if let Some(most) = most_downloaded(&path, options).filter(|&most| bytes(&roles, &array) > most) {
+            let (bytes, level) = (bytes(&roles, &array), contents.level);
+            let which = if contents.levels.is_empty() { String::new() } else { format!(" of level {level}") };
+            let problem = format!("is {most} bytes, but the voxels{which} of {} are {bytes}: raise it", path.display());
+            return Err(Error::Settings { field: "download", problem });
+        }
         let grid = load::grid(&path, roles.dims(&array.shape), place, options)?;
         let Packed { scalar, rescale, missing } = array.packed().map_err(|e| Error::volume(&path, e.to_string()))?;
         let header = Header { endian: array.endian, rescale, missing, contents, ..Header::new(grid, scalar) };
-        let bytes = pieces::Pieces::new(array, roles.space, at);
+        let bytes = pieces::Pieces::new(array, roles.space, at).filling_refused(options.fills_refused);
         Ok(Opened { header, bytes: Box::new(Kept::new(bytes)), exact: false })
     }
 }
@@ -97,6 +112,13 @@ fn chosen(path: &Path, options: &OpenOptions) -> Result<(PathBuf, Node), Error> 
     if !matches!(node, Node::Group) && wanted.is_none() {
         return Ok((path.into(), node));
     }
+    if let Some(wanted) = wanted.filter(|wanted| url::is_url(path) && numbered::leads_below(wanted)) {
+        // Without lists, it is looked for.
+        let below = path.join(wanted);
+        if let Some(node) = node::found(&below)? {
+            return Ok((below, node));
+        }
+    }
     let names = node::below(path)?;
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
     let first = names.first().ok_or_else(|| Error::volume(path, "it is a Zarr group without arrays"))?;
@@ -109,9 +131,9 @@ fn chosen(path: &Path, options: &OpenOptions) -> Result<(PathBuf, Node), Error> 
 /// The array of the selected resolution, and its axes. Adds the resolutions to `contents`.
 fn level(path: &Path, image: Multiscales, options: &OpenOptions, contents: &mut Contents) -> Result<(Array, Vec<Axis>), Error> {
     let mut arrays = Vec::new();
-    for level in &image.levels {
+    for (level, node) in image.levels.iter().zip(nodes_of(path, &image)) {
         let folder = path.join(&level.path);
-        match numbered::leads_below(&level.path).then(|| node::node(&folder)).transpose()? {
+        match node? {
             Some(Node::Array(array)) if array.shape.len() == level.axes.len() => arrays.push(*array),
             Some(Node::Array(array)) => {
                 let problem =
@@ -124,8 +146,10 @@ fn level(path: &Path, image: Multiscales, options: &OpenOptions, contents: &mut 
     let finest = &image.levels[0].axes;
     let roles = Roles::new(finest, finest.len());
     let sizes = |array: &Array| roles.dims(&array.shape);
+    let download = most_downloaded(path, options).unwrap_or(u64::MAX);
     let coarsest = |fits: &dyn Fn(&Array) -> bool| arrays.iter().rposition(fits).unwrap_or(0);
     let count = arrays.len();
+    let finest_within = |most: u64| arrays.iter().position(|array| bytes(&roles, array) <= most).unwrap_or(count - 1);
     let index = match options.level {
         Some(Level::Number(n)) if n < count => n,
         Some(Level::Number(n)) => {
@@ -137,27 +161,59 @@ fn level(path: &Path, image: Multiscales, options: &OpenOptions, contents: &mut 
             let wanted = wanted(sizes(&arrays[0]), scale, pixels);
             coarsest(&|array| sizes(array).iter().zip(wanted).all(|(&size, wanted)| size >= wanted))
         }
-        Some(Level::Bytes(_)) | None => {
-            let bytes =
-                |array: &Array| sizes(array).iter().fold(array.scalar.bytes() as u64, |n, &size| n.saturating_mul(size as u64));
-            let most = match options.level {
-                Some(Level::Bytes(most)) => most,
-                _ => memory::available() / SHARE,
-            };
-            arrays.iter().position(|array| bytes(array) <= most).unwrap_or(count - 1)
+        Some(Level::Bytes(most)) => finest_within(most.min(download)),
+        None => finest_within(download.min(memory::available() / SHARE)),
+    };
+    let name = path.display();
+    let index = match options.level {
+        Some(Level::Pixels(_)) if bytes(&roles, &arrays[index]) > download => {
+            let coarser = finest_within(download).max(index);
+            tracing::warn!(
+                "{name}: using level {coarser} of {count}: level {index}, which pictures of this size show, has more bytes than download"
+            );
+            coarser
+        }
+        None | Some(Level::Bytes(_)) if index > 0 => {
+            let limit = if download < u64::MAX { "memory and into download" } else { "memory" };
+            tracing::warn!(
+                "{name}: using level {index} of {count}, the finest that fits into {limit}; select another with level"
+            );
+            index
+        }
+        _ => {
+            tracing::info!("{name}: level {index} of {count}");
+            index
         }
     };
-    if !options.level.is_some_and(Level::is_demanded) && index > 0 {
-        tracing::warn!(
-            "{}: using level {index} of {count}, the finest that fits into memory; select another with level",
-            path.display()
-        );
-    } else {
-        tracing::info!("{}: level {index} of {count}", path.display());
-    }
     contents.levels = arrays.iter().map(sizes).collect();
+    contents.chunks = arrays.iter().map(|array| roles.dims(&array.chunks)).collect();
     contents.level = index;
     Ok((arrays.swap_remove(index), image.levels[index].axes.clone()))
+}
+
+/// Bytes of the voxels of one volume of an array.
+fn bytes(roles: &Roles, array: &Array) -> u64 {
+    roles.dims(&array.shape).iter().fold(array.scalar.bytes() as u64, |n, &size| n.saturating_mul(size as u64))
+}
+
+/// Most bytes of voxels that are read; `None` of files of this machine.
+fn most_downloaded(path: &Path, options: &OpenOptions) -> Option<u64> {
+    url::is_url(path).then(|| options.download.unwrap_or(DOWNLOAD))
+}
+
+/// The nodes of all levels, asked for at once where that takes long; `None` of those that lead elsewhere.
+fn nodes_of(path: &Path, image: &Multiscales) -> Vec<Result<Option<Node>, Error>> {
+    let node = |level: &multiscales::Level| {
+        let folder = path.join(&level.path);
+        if numbered::leads_below(&level.path) { caught(&folder, || node::node(&folder).map(Some)) } else { Ok(None) }
+    };
+    if !url::is_url(path) {
+        return image.levels.iter().map(node).collect();
+    }
+    std::thread::scope(|scope| {
+        let asked: Vec<_> = image.levels.iter().map(|level| scope.spawn(move || node(level))).collect();
+        asked.into_iter().map(|thread| thread.join().expect("panics are caught")).collect()
+    })
 }
 
 /// Voxels along each axis that a picture of `pixels` along the longest side can show, at most those of the finest level.

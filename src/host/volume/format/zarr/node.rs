@@ -2,9 +2,11 @@
 
 use super::array::Array;
 use super::multiscales::Multiscales;
+use super::store::{self, Store};
 use crate::error::Error;
-use crate::memory;
+use crate::volume::format::numbered;
 use serde_json::Value;
+use std::io;
 use std::path::Path;
 
 /// Metadata files that mark a node.
@@ -14,6 +16,8 @@ const LONGEST: u64 = 64 << 20;
 /// Limits of nested groups and of arrays found.
 const DEEPEST: usize = 6;
 const MOST_ARRAYS: usize = 1000;
+/// Limit of wells of a plate whose images are found: each takes requests of its own.
+const MOST_WELLS: usize = 16;
 
 /// Whether a folder is a Zarr node.
 pub(super) fn is_node(folder: &Path) -> bool {
@@ -28,73 +32,138 @@ pub(super) enum Node {
 }
 
 /// Reads the metadata of a folder.
+///
+/// # Errors
+/// [`Error::Volume`] if it is no node, or an unusual one.
 pub(super) fn node(folder: &Path) -> Result<Node, Error> {
+    found(folder)?.ok_or_else(|| Error::volume(folder, format!("there is no {}: it is no Zarr array or group", MARKS.join(", "))))
+}
+
+/// The node of a folder; `None` if the folder is none.
+pub(super) fn found(folder: &Path) -> Result<Option<Node>, Error> {
     let wrong = |problem: String| Error::volume(folder, problem);
-    let (metadata, attributes, is_array) = read(folder)?;
+    let store = store::of(folder);
+    let Some(Metadata { metadata, attributes, is_array }) = read(&*store, folder)? else { return Ok(None) };
     if !(metadata["zarr_format"] == 2 || metadata["zarr_format"] == 3) {
         return Err(wrong(format!("its zarr_format is {}: expected 2 or 3", metadata["zarr_format"])));
     }
     if is_array {
-        return Array::new(folder, &metadata, &attributes).map(|array| Node::Array(Box::new(array))).map_err(wrong);
+        let array = Array::new(store, folder, &metadata, &attributes).map_err(wrong)?;
+        return Ok(Some(Node::Array(Box::new(array))));
     }
-    Ok(Multiscales::new(&attributes).map_err(wrong)?.map_or(Node::Group, Node::Image))
+    Ok(Some(Multiscales::new(&attributes).map_err(wrong)?.map_or(Node::Group, Node::Image)))
 }
 
 /// A value of a folder's OME metadata: below `ome` from version 0.5 on. Null if it is missing.
 pub(super) fn ome(folder: &Path, key: &str) -> Result<Value, Error> {
-    let (_, mut attributes, _) = read(folder)?;
-    let within = if attributes["ome"].is_object() { attributes["ome"].take() } else { attributes };
-    Ok(within[key].clone())
+    let attributes = read(&*store::of(folder), folder)?.map_or(Value::Null, |found| found.attributes);
+    Ok(within_ome(&attributes)[key].clone())
 }
 
-/// Metadata and attributes of a folder, and whether it is an array.
-fn read(folder: &Path) -> Result<(Value, Value, bool), Error> {
-    let third = folder.join(MARKS[0]);
-    if third.is_file() {
-        let metadata = json(&third)?;
-        let (attributes, is_array) = (metadata["attributes"].clone(), metadata["node_type"] == "array");
-        return Ok((metadata, attributes, is_array));
-    }
-    let (array, attributes) = (folder.join(MARKS[1]), folder.join(".zattrs"));
-    let is_array = array.is_file();
-    let attributes = if attributes.is_file() { json(&attributes)? } else { Value::Null };
-    Ok((json(&if is_array { array } else { folder.join(MARKS[2]) })?, attributes, is_array))
+/// The OME metadata of attributes: below `ome` from version 0.5 on.
+fn within_ome(attributes: &Value) -> &Value {
+    if attributes["ome"].is_object() { &attributes["ome"] } else { attributes }
 }
 
-fn json(path: &Path) -> Result<Value, Error> {
-    let len = std::fs::metadata(path).map_err(|e| Error::read(path, e))?.len();
-    if len > LONGEST {
-        return Err(Error::volume(path, format!("it has {len} bytes: too many for array metadata")));
+/// What a folder states.
+struct Metadata {
+    metadata: Value,
+    attributes: Value,
+    is_array: bool,
+}
+
+/// The metadata of a folder; `None` if it has none.
+fn read(store: &dyn Store, folder: &Path) -> Result<Option<Metadata>, Error> {
+    if let Some(mut metadata) = json(store, &folder.join(MARKS[0]))? {
+        let (attributes, is_array) = (metadata["attributes"].take(), metadata["node_type"] == "array");
+        return Ok(Some(Metadata { metadata, attributes, is_array }));
     }
-    memory::require(&path.display().to_string(), len)?;
-    let text = std::fs::read(path).map_err(|e| Error::read(path, e))?;
-    serde_json::from_slice(&text).map_err(|e| Error::volume(path, format!("it is truncated or damaged: {e}")))
+    let array = json(store, &folder.join(MARKS[1]))?;
+    let is_array = array.is_some();
+    let Some(metadata) = array.map_or_else(|| json(store, &folder.join(MARKS[2])), |array| Ok(Some(array)))? else {
+        return Ok(None);
+    };
+    let attributes = json(store, &folder.join(".zattrs"))?.unwrap_or(Value::Null);
+    Ok(Some(Metadata { metadata, attributes, is_array }))
+}
+
+/// A metadata file; `None` if there is none.
+fn json(store: &dyn Store, file: &Path) -> Result<Option<Value>, Error> {
+    let text = store.metadata(file, LONGEST).map_err(|e| match e.kind() {
+        io::ErrorKind::InvalidData => Error::volume(file, e.to_string()),
+        _ => Error::read(file, e),
+    })?;
+    let damaged = |e| Error::volume(file, format!("it is truncated or damaged: {e}"));
+    text.map(|text| serde_json::from_slice(&text).map_err(damaged)).transpose()
 }
 
 /// Paths of the arrays and images in a group.
+///
+/// # Errors
+/// [`Error::Volume`] if the store has no lists, and the group's metadata name none.
 pub(super) fn below(group: &Path) -> Result<Vec<String>, Error> {
+    let store = store::of(group);
     let mut found = Vec::new();
-    gather(group, "", DEEPEST, &mut found)?;
+    match store.folders(group).map_err(|e| Error::read(group, e))? {
+        Some(names) => gather(&*store, group, names, "", DEEPEST, &mut found)?,
+        None => found = named(&*store, group)?,
+    }
     Ok(found)
 }
 
-fn gather(group: &Path, prefix: &str, deep: usize, found: &mut Vec<String>) -> Result<(), Error> {
-    let failed = |e| Error::read(group, e);
-    let mut names = Vec::new();
-    for entry in std::fs::read_dir(group).map_err(failed)? {
-        let path = entry.map_err(failed)?.path();
-        if let Some(name) = path.file_name().and_then(|name| name.to_str()).filter(|_| path.is_dir() && is_node(&path)) {
-            names.push(name.to_owned());
+/// Paths of the images that the metadata of a group name: of labels, of a well, of a plate, or of a `bioformats2raw` layout.
+fn named(store: &dyn Store, group: &Path) -> Result<Vec<String>, Error> {
+    let metadata = |folder: &Path| read(store, folder).map(|found| found.map_or(Value::Null, |found| found.attributes));
+    let attributes = metadata(group)?;
+    let ome = within_ome(&attributes);
+    let mut names = paths(&ome["labels"]);
+    names.extend(paths(&ome["well"]["images"]));
+    for well in paths(&ome["plate"]["wells"]).iter().take(MOST_WELLS) {
+        let images = paths(&within_ome(&metadata(&group.join(well))?)["well"]["images"]);
+        names.extend(images.iter().map(|image| format!("{well}/{image}")));
+    }
+    if names.is_empty() && !ome["bioformats2raw.layout"].is_null() {
+        names = paths(&within_ome(&metadata(&group.join("OME"))?)["series"]);
+        // Without a list, they are numbered.
+        let is_listed = !names.is_empty();
+        while !is_listed && names.len() < MOST_ARRAYS && found(&group.join(names.len().to_string()))?.is_some() {
+            names.push(names.len().to_string());
         }
     }
+    if names.is_empty() {
+        let problem = "it is a group whose metadata name no images, and web servers have no lists: name an array of it";
+        return Err(Error::volume(group, problem));
+    }
+    names.truncate(MOST_ARRAYS);
+    Ok(names)
+}
+
+/// The paths of a list of paths, or of objects that have one, that lead below the group.
+fn paths(list: &Value) -> Vec<String> {
+    let paths = list.as_array().into_iter().flatten().filter_map(|one| one.as_str().or(one["path"].as_str()));
+    paths.filter(|path| numbered::leads_below(path)).map(String::from).collect()
+}
+
+fn gather(
+    store: &dyn Store,
+    group: &Path,
+    mut names: Vec<String>,
+    prefix: &str,
+    deep: usize,
+    found: &mut Vec<String>,
+) -> Result<(), Error> {
     names.sort_by_key(|name| (name.len(), name.clone()));
     for name in names {
         let (path, folder) = (format!("{prefix}{name}"), group.join(&name));
-        match node(&folder)? {
+        match self::found(&folder)? {
+            None => {}
             _ if found.len() >= MOST_ARRAYS => break,
-            Node::Group if deep > 0 => gather(&folder, &format!("{path}/"), deep - 1, found)?,
-            Node::Group => {}
-            Node::Array(_) | Node::Image(_) => found.push(path),
+            Some(Node::Group) if deep > 0 => {
+                let names = store.folders(&folder).map_err(|e| Error::read(&folder, e))?.unwrap_or_default();
+                gather(store, &folder, names, &format!("{path}/"), deep - 1, found)?;
+            }
+            Some(Node::Group) => {}
+            Some(Node::Array(_) | Node::Image(_)) => found.push(path),
         }
     }
     Ok(())

@@ -1,12 +1,19 @@
-//! Voxels of an array, read one layer of chunks at a time.
+//! Voxels of an array, read some layers of chunks at a time.
 
 use super::array::Array;
 use crate::memory;
-use crate::volume::format::bytes;
+use crate::panics::caught;
+use crate::progress;
 use crate::volume::format::parts::Parts;
 use crate::volume::format::strided;
-use std::fs::File;
 use std::io;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
+
+/// Chunks that are read together, per chunk that is read at once: while the last of them are read, none are waiting.
+const CHUNKS_PER_READER: usize = 4;
+/// Bytes that may be read together where a layer of chunks has fewer chunks than that.
+const MOST_TOGETHER: usize = 64 << 20;
 
 /// One volume of an array, x fastest.
 pub(super) struct Pieces {
@@ -15,12 +22,23 @@ pub(super) struct Pieces {
     space: [Option<usize>; 3],
     place: Vec<usize>,
     dims: [usize; 3],
+    /// Whether chunks that a server refuses count as not stored.
+    fills_refused: bool,
+    /// Number of chunks that are stored, and of those that were refused.
+    stored: AtomicUsize,
+    refused: AtomicUsize,
 }
 
 impl Pieces {
     pub fn new(array: Array, space: [Option<usize>; 3], place: Vec<usize>) -> Self {
         let dims = space.map(|axis| axis.map_or(1, |axis| array.shape[axis]));
-        Self { array, space, place, dims }
+        let (stored, refused) = Default::default();
+        Self { array, space, place, dims, fills_refused: false, stored, refused }
+    }
+
+    /// Takes chunks that a server refuses as not stored, if `fills`.
+    pub fn filling_refused(self, fills: bool) -> Self {
+        Self { fills_refused: fills, ..self }
     }
 
     /// Chunk size along an axis of the volume.
@@ -28,38 +46,68 @@ impl Pieces {
         self.space[axis].map_or(1, |axis| self.array.chunks[axis])
     }
 
-    /// Number of layers read together.
+    /// Numbers of chunks along x, y and z.
+    fn counts(&self) -> [usize; 3] {
+        [0, 1, 2].map(|i| self.dims[i].div_ceil(self.chunk(i)))
+    }
+
+    /// Layers of chunks that are read together.
+    fn layers_together(&self) -> usize {
+        let [x, y, z] = self.counts();
+        let readers = self.array.store.at_once();
+        let wanted = (CHUNKS_PER_READER * readers).div_ceil(x.saturating_mul(y));
+        let bytes = self.layer().saturating_mul(self.chunk(2)).max(1);
+        if readers == 1 { 1 } else { wanted.min(MOST_TOGETHER / bytes).clamp(1, z) }
+    }
+
+    /// Number of layers of voxels read together.
     fn deep(&self) -> usize {
-        self.chunk(2).min(self.dims[2])
+        self.chunk(2).saturating_mul(self.layers_together()).min(self.dims[2])
     }
 
     fn layer(&self) -> usize {
         self.dims[0] * self.dims[1] * self.array.scalar.bytes()
     }
 
-    /// Decodes a chunk; `None` if it is not stored.
-    fn piece(&self, place: &[usize]) -> io::Result<Option<Vec<u8>>> {
-        let (path, array) = (self.array.file(place), &self.array);
-        let named = |problem: String| io::Error::new(io::ErrorKind::InvalidData, format!("{}: {problem}", path.display()));
-        let mut file = match File::open(&path) {
-            Err(e) if e.kind() == io::ErrorKind::NotFound => return Ok(None),
-            file => file?,
-        };
-        let len = file.metadata()?.len();
-        let size = array.scalar.bytes();
-        let most = array.codec.longest(array.chunks.iter().product::<usize>() * size);
-        if len > most {
-            return Err(named(format!("it has {len} bytes, but its chunk needs at most {most}")));
+    /// Decodes the chunk at a position in the volume; `None` if it is not stored.
+    fn piece(&self, at: [usize; 3]) -> io::Result<Option<Vec<u8>>> {
+        let array = &self.array;
+        let mut place: Vec<usize> = self.place.iter().zip(&array.chunks).map(|(place, chunk)| place / chunk).collect();
+        for (axis, at) in self.space.iter().zip(at) {
+            axis.iter().for_each(|&axis| place[axis] = at);
         }
-        let name = path.display().to_string();
-        let mut packed = memory::zeroed(&name, len as usize).map_err(|e| io::Error::other(e.to_string()))?;
-        let found = bytes::fill(&mut file, &mut packed)?;
-        packed.truncate(found);
-        array.codec.unpack(packed, &array.chunks, size, &array.fill).map(Some).map_err(named)
+        let (path, size) = (array.file(&place), array.scalar.bytes());
+        let named = |kind: io::ErrorKind, problem: String| io::Error::new(kind, format!("{}: {problem}", path.display()));
+        let most = array.codec.longest(array.chunks.iter().product::<usize>() * size);
+        let packed = match array.store.get(&path, most) {
+            Err(e) if e.kind() == io::ErrorKind::PermissionDenied && self.fills_refused => {
+                self.refused.fetch_add(1, Ordering::Relaxed);
+                None
+            }
+            Err(e) => return Err(named(e.kind(), e.to_string())),
+            Ok(packed) => packed,
+        };
+        let Some(packed) = packed else { return Ok(None) };
+        self.stored.fetch_add(1, Ordering::Relaxed);
+        let unpacked = array.codec.unpack(packed, &array.chunks, size, &array.fill);
+        unpacked.map(Some).map_err(|problem| named(io::ErrorKind::InvalidData, problem))
+    }
+
+    /// Warns of chunks that are not there. For the last part.
+    fn warn_of_holes(&self) {
+        let name = self.array.file(&[]);
+        let (name, all) = (name.display(), self.counts().iter().product::<usize>());
+        match (self.refused.load(Ordering::Relaxed), self.stored.load(Ordering::Relaxed)) {
+            (0, 0) => tracing::warn!("{name}: none of its {all} chunks is stored: all voxels have the fill value"),
+            (0, _) => {}
+            (refused, _) => {
+                tracing::warn!("{name}: the server refused {refused} of {all} chunks: their voxels have the fill value")
+            }
+        }
     }
 
     /// Copies the part of a chunk that belongs to the volume.
-    fn put(&self, numbers: &[u8], at: [usize; 3], slab: &mut [u8], deep: usize) {
+    fn put(&self, numbers: &[u8], at: [usize; 3], slab: &mut [u8]) {
         let (array, size) = (&self.array, self.array.scalar.bytes());
         let strides = array.codec.strides(&array.chunks, size);
         let within = self.place.iter().zip(&array.chunks).zip(&strides);
@@ -72,7 +120,10 @@ impl Pieces {
         let to = [self.layer(), self.dims[0] * size, size];
         let first = [0, 1].map(|i| at[i] * self.chunk(i));
         let [x, y] = [0, 1].map(|i| self.chunk(i).min(self.dims[i] - first[i]));
-        let start = (first[1] * self.dims[0] + first[0]) * size;
+        // The slab begins at a multiple of the layers read together.
+        let layer = at[2] % self.layers_together() * self.chunk(2);
+        let deep = self.chunk(2).min(slab.len() / self.layer() - layer);
+        let start = layer * self.layer() + (first[1] * self.dims[0] + first[0]) * size;
         strided::copy(&numbers[skipped..], &from, &mut slab[start..], &to, &[deep, y, x], size);
     }
 }
@@ -91,24 +142,52 @@ impl Parts for Pieces {
         (self.layer() * self.deep()) as u64
     }
 
-    /// All layers of one layer of chunks.
+    /// Layers of voxels of some layers of chunks.
     fn part(&mut self, index: usize) -> io::Result<Vec<u8>> {
         let other = |e: crate::error::Error| io::Error::other(e.to_string());
-        let (size, first) = (self.array.scalar.bytes(), index * self.chunk(2));
-        let deep = self.chunk(2).min(self.dims[2] - first);
-        let mut slab = memory::zeroed(&self.array.file(&[]).display().to_string(), self.layer() * deep).map_err(other)?;
+        let (size, first, [x, y, z]) = (self.array.scalar.bytes(), index * self.layers_together(), self.counts());
+        let deep = self.deep().min(self.dims[2] - index * self.deep());
+        let name = self.array.file(&[]);
+        let mut slab = memory::zeroed(&name.display().to_string(), self.layer() * deep).map_err(other)?;
         slab.chunks_exact_mut(size).for_each(|number| number.copy_from_slice(&self.array.fill));
-        let counts = [0, 1].map(|i| self.dims[i].div_ceil(self.chunk(i)));
-        for n in 0..counts[0] * counts[1] {
-            let at = [n % counts[0], n / counts[0], index];
-            let mut piece: Vec<usize> = self.place.iter().zip(&self.array.chunks).map(|(place, chunk)| place / chunk).collect();
-            for (axis, at) in self.space.iter().zip(at) {
-                axis.iter().for_each(|&axis| piece[axis] = at);
+        let count = x * y * self.layers_together().min(z - first);
+        let (next, slab, failed) = (AtomicUsize::new(0), Mutex::new(slab), Mutex::new(None::<io::Error>));
+        let (this, observer) = (&*self, progress::observer());
+        let fail = |e| {
+            failed.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(e);
+            // Others begin no further chunk.
+            next.store(count, Ordering::Relaxed);
+        };
+        let read = || {
+            loop {
+                let n = next.fetch_add(1, Ordering::Relaxed);
+                if n >= count {
+                    return;
+                }
+                let at = [n % x, n / x % y, first + n / x / y];
+                // A panic of a decoder would otherwise be reported, and end the process that reads.
+                let piece = progress::check().and_then(|()| caught(&name, || Ok(this.piece(at))).map_err(other)?);
+                match piece {
+                    Ok(Some(numbers)) => this.put(&numbers, at, &mut slab.lock().unwrap_or_else(PoisonError::into_inner)),
+                    Ok(None) => {}
+                    Err(e) => fail(e),
+                }
             }
-            if let Some(numbers) = self.piece(&piece)? {
-                self.put(&numbers, at, &mut slab, deep);
-            }
+        };
+        let observed = || match observer.clone() {
+            Some(observer) => progress::observed(observer, read),
+            None => read(),
+        };
+        match count.min(this.array.store.at_once()) {
+            0 | 1 => read(),
+            readers => std::thread::scope(|scope| (0..readers).for_each(|_| drop(scope.spawn(observed)))),
         }
-        Ok(slab)
+        if let Some(e) = failed.into_inner().unwrap_or_else(PoisonError::into_inner) {
+            return Err(e);
+        }
+        if first + self.layers_together() >= z {
+            self.warn_of_holes();
+        }
+        Ok(slab.into_inner().unwrap_or_else(PoisonError::into_inner))
     }
 }

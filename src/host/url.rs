@@ -1,0 +1,127 @@
+//! Addresses on web servers. Their secrets, user info and queries with tokens, are kept apart from them: paths, messages, metadata and
+//! copied commands have addresses without.
+
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+use std::ffi::OsString;
+use std::path::Path;
+use std::sync::{Mutex, PoisonError};
+
+const SCHEMES: [&str; 3] = ["https://", "http://", "s3://"];
+
+/// The secrets of each address that had some. Addresses below it have them, too.
+static SECRETS: Mutex<BTreeMap<String, Secrets>> = Mutex::new(BTreeMap::new());
+
+/// What is sent to the server of an address, and shown to nobody.
+#[derive(Clone, Default, PartialEq, Eq)]
+pub struct Secrets {
+    /// `NAME:PASSWORD`, percent-encoded.
+    pub user: Option<String>,
+    /// What follows `?`.
+    pub query: Option<String>,
+}
+
+/// Whether a path is an address: `https://`, `http://` or `s3://`.
+pub fn is_url(path: &Path) -> bool {
+    path.to_str().is_some_and(|text| scheme(text).is_some())
+}
+
+/// The scheme that a text begins with, with `://`.
+fn scheme(text: &str) -> Option<&'static str> {
+    let begins = |scheme: &&str| text.get(..scheme.len()).is_some_and(|start| start.eq_ignore_ascii_case(scheme));
+    SCHEMES.into_iter().find(begins)
+}
+
+/// The path without secrets, which are kept for [`secrets`]. Other paths as they are.
+pub fn public(path: &Path) -> Cow<'_, Path> {
+    let Some((text, scheme)) = path.to_str().and_then(|text| Some((text, scheme(text)?))) else { return path.into() };
+    match split(text, scheme) {
+        Cow::Borrowed(_) => path.into(),
+        Cow::Owned(address) => std::path::PathBuf::from(address).into(),
+    }
+}
+
+/// An argument of a command without the secrets of the address in it: the address is all of it, or follows `=`. In `URL,KEY=VALUE` the query
+/// ends at the comma.
+pub fn public_argument(argument: OsString) -> OsString {
+    let Some(text) = argument.to_str() else { return argument };
+    let starts = std::iter::once(0).chain(text.match_indices('=').map(|(at, _)| at + 1));
+    let Some((start, scheme)) = starts.into_iter().find_map(|at| Some((at, scheme(&text[at..])?))) else { return argument };
+    let url = &text[start..];
+    let query = url.find('?').unwrap_or(url.len());
+    let end = url[query..].find(',').map_or(url.len(), |comma| query + comma);
+    format!("{}{}{}", &text[..start], split(&url[..end], scheme), &url[end..]).into()
+}
+
+/// The secrets of an address without them, or of one above it.
+pub fn secrets(address: &str) -> Secrets {
+    let all = SECRETS.lock().unwrap_or_else(PoisonError::into_inner);
+    let is_above = |base: &str| address.strip_prefix(base).is_some_and(|rest| rest.is_empty() || rest.starts_with('/'));
+    // The last in order is the longest.
+    all.iter().rev().find(|(base, _)| is_above(base)).map(|(_, secrets)| secrets.clone()).unwrap_or_default()
+}
+
+/// Keeps the secrets of an address, and returns it without.
+fn split<'a>(url: &'a str, scheme: &str) -> Cow<'a, str> {
+    let (rest, _fragment) = url.split_once('#').unwrap_or((url, ""));
+    let (address, query) = rest.split_once('?').map_or((rest, None), |(address, query)| (address, Some(query)));
+    let address = address.trim_end_matches('/');
+    let after = &address[scheme.len().min(address.len())..];
+    let (authority, path) = after.split_at(after.find('/').unwrap_or(after.len()));
+    let (user, host) = authority.rsplit_once('@').map_or((None, authority), |(user, host)| (Some(user), host));
+    let public = format!("{scheme}{host}{path}");
+    if public == url {
+        return url.into();
+    }
+    let secrets = Secrets { user: user.map(Into::into), query: query.filter(|query| !query.is_empty()).map(Into::into) };
+    if secrets != Secrets::default() {
+        SECRETS.lock().unwrap_or_else(PoisonError::into_inner).insert(public.clone(), secrets);
+    }
+    public.into()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn addresses_are_known_by_their_scheme() {
+        for url in ["https://h/x.zarr", "HTTP://h", "s3://bucket/key"] {
+            assert!(is_url(Path::new(url)), "{url}");
+        }
+        for path in ["file://x", "ftp://h/x", "a/https://h", "https:/h", "x.zarr", "s3:", "builtin:cube"] {
+            assert!(!is_url(Path::new(path)), "{path}");
+            assert_eq!(public(Path::new(path)), Path::new(path));
+        }
+    }
+
+    #[test]
+    fn secrets_leave_the_address_and_are_found_below_it() {
+        let shown = public(Path::new("https://me:pass@Host.org/one/a.zarr/?token=T&x=a/b#part")).into_owned();
+        assert_eq!(shown.to_str(), Some("https://Host.org/one/a.zarr"));
+        let expected = Secrets { user: Some("me:pass".into()), query: Some("token=T&x=a/b".into()) };
+        for below in ["https://Host.org/one/a.zarr", "https://Host.org/one/a.zarr/0/c/1"] {
+            assert!(secrets(below) == expected, "{below}");
+        }
+        for other in ["https://Host.org/one/a.zarr2", "https://Host.org/one", "http://Host.org/one/a.zarr", "https://Host.org"] {
+            assert!(secrets(other) == Secrets::default(), "{other}");
+        }
+        // An @ in the path is no user.
+        assert_eq!(public(Path::new("https://h/a@b.zarr")), Path::new("https://h/a@b.zarr"));
+        assert_eq!(public(Path::new("s3://bucket/a.zarr")), Path::new("s3://bucket/a.zarr"));
+    }
+
+    #[test]
+    fn arguments_lose_secrets_wherever_the_address_is() {
+        for (argument, expected) in [
+            ("https://u:p@two.org/a?t=1", "https://two.org/a"),
+            ("--labels=https://two.org/b?t=1", "--labels=https://two.org/b"),
+            ("https://two.org/c?t=1,transfer=hot,range=0,1", "https://two.org/c,transfer=hot,range=0,1"),
+            ("https://two.org/a,b?t", "https://two.org/a,b"),
+            ("--size=3x4", "--size=3x4"),
+            ("what?", "what?"),
+        ] {
+            assert_eq!(public_argument(argument.into()), expected, "{argument}");
+        }
+    }
+}

@@ -1,0 +1,270 @@
+//! Servers that misbehave: each gives the right voxels or a sentence.
+
+use super::server::{Reply, Request, Server, file};
+use super::*;
+use crate::error::Error;
+use crate::volume::{ChannelDescription, Labels, OpenOptions, Volume};
+
+/// Files of other programs, with what they hold.
+fn folder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/formats/files")
+}
+
+const NAME: &str = "zarr/split.zarr";
+
+fn values(volume: &Volume) -> Vec<f64> {
+    (0..volume.grid().voxel_count()).map(|i| volume.value(i)).collect()
+}
+
+fn by_path(name: &str) -> Volume<'static> {
+    Volume::open(folder().join(name), &OpenOptions::default()).unwrap()
+}
+
+/// Opens a volume of several chunks from a server that answers what `fault` says, else the files.
+fn opened(fault: impl Fn(&Request) -> Option<Reply> + Send + Sync + 'static) -> (Server, Result<Volume<'static>, Error>) {
+    let server = Server::new(move |request| fault(request).unwrap_or_else(|| Reply::file(file(&folder(), request))));
+    let volume = Volume::open(format!("{}/{NAME}", server.url), &OpenOptions::default());
+    (server, volume)
+}
+
+/// Whether a request is for a chunk.
+fn is_chunk(request: &Request) -> bool {
+    request.path.rsplit('/').next().is_some_and(|name| name.starts_with(|c: char| c.is_ascii_digit()))
+}
+
+#[track_caller]
+fn is_right(opened: Result<Volume<'static>, Error>) {
+    assert_eq!(values(&opened.unwrap()), values(&by_path(NAME)));
+}
+
+#[track_caller]
+fn is_refused(opened: Result<Volume<'static>, Error>, sentence: &str) {
+    let message = opened.unwrap_err().to_string();
+    assert!(message.contains(sentence) && message.contains(NAME), "{message}");
+}
+
+#[test]
+fn every_volume_is_the_same_by_path_and_by_address() {
+    let server = Server::of_folder(folder());
+    let mut count = 0;
+    for kind in ["zarr", "channels", "conventions", "labels"] {
+        for entry in std::fs::read_dir(folder().join(kind)).unwrap() {
+            let name = format!("{kind}/{}", entry.unwrap().file_name().to_str().unwrap());
+            let url = format!("{}/{name}", server.url);
+            let options = OpenOptions::default();
+            let path = folder().join(&name);
+            let (Ok(expected), true) = (Volume::open(&path, &options), name.ends_with(".zarr")) else { continue };
+            let found = Volume::open(&url, &options);
+            // A group that only a list of its members leads into.
+            if name.ends_with("3_several.zarr") || name.contains("conventions/") && found.is_err() {
+                assert!(found.unwrap_err().to_string().contains("web servers have no lists"), "{name}");
+                continue;
+            }
+            let found = found.unwrap();
+            assert_eq!((found.grid(), found.contents(), found.name()), (expected.grid(), expected.contents(), expected.name()));
+            assert_eq!(values(&found), values(&expected), "{name}");
+            assert_eq!(
+                ChannelDescription::of_file(&url, &options).unwrap(),
+                ChannelDescription::of_file(&path, &options).unwrap()
+            );
+            assert_eq!(Labels::are_declared(Path::new(&url), &options).unwrap(), Labels::are_declared(&path, &options).unwrap());
+            count += 1;
+        }
+    }
+    assert!(count > 60, "{count}");
+    // Metadata are fetched once, however many ask.
+    let twice = |request: &Request| request.before > 0 && !is_chunk(request);
+    assert_eq!(server.requests().iter().filter(|request| twice(request)).count(), 0);
+}
+
+#[test]
+fn groups_are_found_by_what_they_state() {
+    let files = folder();
+    let image = move |path: &str| std::fs::read(files.join("zarr/ome_04.zarr").join(path)).ok();
+    let server = Server::new(move |request| {
+        let answer = match request.path.as_str() {
+            "/raw/.zgroup" | "/plate/.zgroup" | "/plate/B/2/.zgroup" | "/labels/.zgroup" => {
+                Some(br#"{"zarr_format":2}"#.to_vec())
+            }
+            "/raw/.zattrs" => Some(br#"{"bioformats2raw.layout":3}"#.to_vec()),
+            "/plate/.zattrs" => Some(br#"{"plate":{"wells":[{"path":"../x"},{"path":"B/2"}]}}"#.to_vec()),
+            "/plate/B/2/.zattrs" => Some(br#"{"well":{"images":[{"path":"0"}]}}"#.to_vec()),
+            "/labels/.zattrs" => Some(br#"{"labels":["0"]}"#.to_vec()),
+            path => ["/raw/0/", "/plate/B/2/0/", "/labels/0/", "/raw/1/"].iter().find_map(|base| image(path.strip_prefix(base)?)),
+        };
+        Reply::file(answer)
+    });
+    let expected = values(&by_path("zarr/ome_04.zarr"));
+    for (group, array) in [("raw", None), ("raw", Some("1")), ("plate", None), ("labels", None), ("plate", Some("B/2/0"))] {
+        let options = OpenOptions { array: array.map(Into::into), ..OpenOptions::default() };
+        assert_eq!(values(&Volume::open(format!("{}/{group}", server.url), &options).unwrap()), expected, "{group} {array:?}");
+    }
+    let options = OpenOptions { array: Some("7".into()), ..OpenOptions::default() };
+    let message = Volume::open(format!("{}/raw", server.url), &options).unwrap_err().to_string();
+    assert!(message.contains("whose arrays are 0, 1"), "{message}");
+    assert!(server.requests().iter().all(|request| !request.path.contains("..")));
+}
+
+#[test]
+fn what_passes_is_tried_again() {
+    for status in [408, 429, 500, 502, 503, 504] {
+        let (server, volume) = opened(move |request| (request.before < 3).then(|| Reply::status(status)));
+        is_right(volume);
+        assert!(server.requests().iter().any(|request| request.before == 3));
+    }
+    let resets = [b"".to_vec(), b"HTTP/1.1 2".to_vec(), b"HTTP/1.1 200 OK\r\nContent-Length: 80000\r\n\r\n12345".to_vec()];
+    for bytes in resets {
+        let (_server, volume) = opened(move |request| (request.before < 3).then(|| Reply::Raw(bytes.clone())));
+        is_right(volume);
+    }
+    let (_server, volume) = opened(|request| (is_chunk(request) && request.before == 0).then_some(Reply::Silence));
+    is_right(volume);
+}
+
+#[test]
+fn what_does_not_pass_is_said() {
+    for (status, sentence) in [
+        (503, "the server answers with 503 (6 attempts)"),
+        (418, "the server answers with 418"),
+        (403, "the server refuses it (403)"),
+        (401, "the server refuses it (401)"),
+    ] {
+        let (server, volume) = opened(move |request| is_chunk(request).then(|| Reply::status(status)));
+        is_refused(volume, sentence);
+        // The others are not asked for.
+        let asked = server.requests().iter().filter(|request| is_chunk(request)).count();
+        assert!(status == 503 || asked <= AT_ONCE, "{asked}");
+    }
+    let (_server, volume) = opened(|request| is_chunk(request).then_some(Reply::Silence));
+    is_refused(volume, "the server does not answer in time (6 attempts)");
+    let cut = b"HTTP/1.1 200 OK\r\nContent-Length: 30\r\n\r\n12345";
+    let (_server, volume) = opened(move |request| is_chunk(request).then(|| Reply::Raw(cut.to_vec())));
+    is_refused(volume, "the connection ended");
+    let volume = Volume::open(format!("http://127.0.0.1:1/{NAME}"), &OpenOptions::default());
+    is_refused(volume, "the connection failed");
+    let lookup = ureq::Error::Io(io::Error::other("failed to lookup address information: Name or service not known"));
+    assert!(matches!(failure(&lookup), Failure::Passing(problem, _) if problem.contains("is not found: correct its name")));
+}
+
+#[test]
+fn wrong_lengths_are_noticed() {
+    // The declared size bounds what is taken, whatever is sent.
+    let (_server, volume) = opened(|request| is_chunk(request).then(|| Reply::Answer(200, vec![], vec![0; 1 << 20])));
+    is_refused(volume, "may have at most");
+    let endless = [b"HTTP/1.1 200 OK\r\n\r\n".to_vec(), vec![0; 1 << 20]].concat();
+    let (_server, volume) = opened(move |request| is_chunk(request).then(|| Reply::Raw(endless.clone())));
+    is_refused(volume, "may have at most");
+    for body in [vec![], vec![1; 7], b"<html>Log in first</html>".to_vec()] {
+        let (_server, volume) = opened(move |request| is_chunk(request).then(|| Reply::Answer(200, vec![], body.clone())));
+        is_refused(volume, "truncated or damaged");
+    }
+    let packed = vec!["Content-Encoding: br".into()];
+    let (_server, volume) = opened(move |request| is_chunk(request).then(|| Reply::Answer(200, packed.clone(), vec![1])));
+    is_refused(volume, "in the encoding \"br\"");
+    // Chunks of transfer, whose length is not known before.
+    let (_server, volume) = opened(|request| {
+        let content = file(&folder(), request)?;
+        let head = format!("HTTP/1.1 200 OK\r\nTransfer-Encoding: chunked\r\n\r\n{:x}\r\n", content.len());
+        Some(Reply::Raw([head.as_bytes(), &content, b"\r\n0\r\n\r\n"].concat()))
+    });
+    is_right(volume);
+}
+
+#[test]
+fn redirects_are_followed_to_their_end() {
+    let elsewhere = Server::of_folder(folder());
+    let base = elsewhere.url.clone();
+    let redirect = |status, to: String| Some(Reply::Answer(status, vec![format!("Location: {to}")], vec![]));
+    for status in [301, 302, 303, 307, 308] {
+        let base = base.clone();
+        is_right(opened(move |request| redirect(status, format!("{base}{}", request.path))).1);
+    }
+    is_right(
+        opened(move |request| if request.path.contains("hop") { None } else { redirect(302, "hop/../x".into()) }).1.or_else(
+            // Of a folder that does not exist here, so that only the metadata fail.
+            |e| if e.to_string().contains("no Zarr array") { Ok(by_path(NAME)) } else { Err(e) },
+        ),
+    );
+    is_refused(opened(move |request| redirect(302, request.path.clone())).1, "more than 5 times");
+    for to in ["file:///etc/passwd", "", "ftp://h/x"] {
+        is_refused(opened(move |_| redirect(302, to.into())).1, "to no web address");
+    }
+    is_refused(opened(|_| Some(Reply::Answer(301, vec![], vec![]))).1, "to no web address");
+}
+
+#[test]
+fn chunks_that_are_missing_or_refused() {
+    // Not stored: the fill value, as in folders.
+    let (_server, volume) = opened(|request| is_chunk(request).then(|| Reply::status(404)));
+    assert!(values(&volume.unwrap()).iter().all(|&value| value == 0.0));
+    let server = Server::new(|request| match is_chunk(request) && !request.path.ends_with("0.0.0") {
+        true => Reply::status(403),
+        false => Reply::file(file(&folder(), request)),
+    });
+    let url = format!("{}/{NAME}", server.url);
+    is_refused(Volume::open(&url, &OpenOptions::default()), "the server refuses it (403)");
+    let filled = Volume::open(&url, &OpenOptions { fills_refused: true, ..OpenOptions::default() }).unwrap();
+    let (filled, expected) = (values(&filled), values(&by_path(NAME)));
+    assert!(filled.iter().zip(&expected).all(|(filled, expected)| *filled == 0.0 || filled == expected));
+    assert!(filled.iter().any(|&value| value != 0.0));
+}
+
+#[test]
+fn secrets_reach_their_server_and_nobody_else() {
+    let elsewhere = Server::of_folder(folder());
+    let base = elsewhere.url.clone();
+    let server = Server::new(move |request| {
+        let known = request.headers.get("authorization").is_some_and(|value| value == "Basic VXNlcjc6cCBzcw==");
+        let path = request.path.strip_suffix("?token=T1&x=y");
+        match path {
+            Some(path) if known && is_chunk(request) => Reply::Answer(302, vec![format!("Location: {base}{path}")], vec![]),
+            Some(_) if known => Reply::file(file(&folder(), request)),
+            _ => Reply::status(403),
+        }
+    });
+    let host = server.url.trim_start_matches("http://");
+    let url = format!("http://User7:p%20ss@{host}/{NAME}?token=T1&x=y");
+    is_right(Volume::open(&url, &OpenOptions::default()));
+    let requests = elsewhere.requests();
+    assert!(!requests.is_empty());
+    assert!(requests.iter().all(|request| !request.headers.contains_key("authorization") && !request.path.contains("token")));
+    let missing = format!("http://User7:p%20ss@{host}/missing.zarr?token=T1&x=y");
+    for options in [OpenOptions::default(), OpenOptions { frame: Some(7), ..OpenOptions::default() }] {
+        for url in [&missing, &url] {
+            let message = format!("{:?}", Volume::open(url, &options));
+            assert!(!["token", "T1", "p%20ss", "User7"].iter().any(|secret| message.contains(secret)), "{message}");
+        }
+    }
+}
+
+#[test]
+fn addresses_are_escaped_and_redirects_resolved() {
+    let of = |text: &str| Address::new(Path::new(text)).unwrap();
+    let none = HashMap::new();
+    assert_eq!(of("https://h:8/a b/%20/ü?#.zarr").target(&none), "https://h:8/a%20b/%20/%C3%BC%3F%23.zarr");
+    let regions = HashMap::from([("b".to_owned(), "eu-west-2".to_owned()), ("b.c".to_owned(), "x".to_owned())]);
+    assert_eq!(of("s3://b/k/0").target(&regions), "https://b.s3.eu-west-2.amazonaws.com/k/0");
+    assert_eq!(of("S3://b.c/k/0").target(&regions), "https://s3.x.amazonaws.com/b.c/k/0");
+    assert_eq!(of("s3://other/k").target(&none), "https://other.s3.amazonaws.com/k");
+    for (to, expected) in [
+        ("/x", Some("https://h/x")),
+        ("x#y", Some("https://h/a/x")),
+        ("//g/x", Some("https://g/x")),
+        ("http://g", Some("http://g")),
+        ("data:x", None),
+    ] {
+        assert_eq!(redirected("https://h/a/b?c=/d", to).as_deref(), expected);
+    }
+    assert_eq!(unescaped("a%20%zz%"), b"a %zz%");
+}
+
+#[test]
+fn servers_are_waited_for_longer_each_time() {
+    let http = Http::new(Patience { backoff: Duration::from_millis(100), longest_backoff: Duration::from_secs(1), ..PATIENCE });
+    for (number, named, expected) in
+        [(1, 0, 50..=150), (2, 0, 100..=300), (3, 0, 200..=600), (9, 0, 1000..=1000), (1, 60, 1000..=1000)]
+    {
+        let waited = http.wait(number, Some(Duration::from_secs(named))).as_millis();
+        assert!(expected.contains(&waited), "{number}: {waited} ms");
+    }
+}
