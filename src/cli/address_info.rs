@@ -1,9 +1,8 @@
 //! `layersplat info` of a URL: what its metadata state. No voxels are read.
 
-use super::info::{ChannelReport, bounds, position, several};
+use super::info::{Arguments, ChannelReport, bounds, position, several};
 use super::numbers::bytes_in_words;
 use super::option_names;
-use super::options::VolumeOptions;
 use crate::error::Error;
 use crate::viewport::Viewport;
 use crate::volume::{ChannelDescription, Contents, Level, OpenOptions, Stated};
@@ -42,7 +41,7 @@ struct LevelReport {
     bytes: u64,
 }
 
-pub(super) fn run(volume: &VolumeOptions, json: bool) -> Result<ExitCode, Error> {
+pub(super) fn run(Arguments { volume, json, .. }: &Arguments) -> Result<ExitCode, Error> {
     let options = volume.opening(None)?;
     // Chosen, so that nothing warns of a default, or of many bytes.
     let (frame, channel) = (options.frame.or(Some(0)), options.channel.or(options.channel_name.is_none().then_some(0)));
@@ -75,7 +74,7 @@ pub(super) fn run(volume: &VolumeOptions, json: bool) -> Result<ExitCode, Error>
         bounds: bounds(&grid),
         picture_level: picture.as_ref().ok().copied(),
     };
-    super::report(json, &info, || text(&info, &contents, &picture))?;
+    super::report(*json, &info, || text(&info, &contents, &picture))?;
     Ok(ExitCode::SUCCESS)
 }
 

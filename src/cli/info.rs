@@ -1,6 +1,5 @@
 //! `layersplat info`.
 
-use super::address_info;
 use super::labels::{self, LabelReport};
 use super::numbers::{hex_color, shortened};
 use super::options::{Described, LabelOptions, TransferOptions, VolumeOptions};
@@ -14,7 +13,6 @@ use crate::framing::Orientation;
 use crate::settings::Blend;
 use crate::surface::SurfaceFile;
 use crate::transfer::TransferFunction;
-use crate::url;
 use crate::volume::{ChannelDescription, Contents, FrameSpacing, Grid, Statistics, Volume};
 use glam::DVec3;
 use serde::Serialize;
@@ -23,14 +21,14 @@ use std::process::ExitCode;
 #[derive(clap::Args)]
 pub(super) struct Arguments {
     #[command(flatten)]
-    volume: VolumeOptions,
+    pub volume: VolumeOptions,
     #[command(flatten)]
     labels: LabelOptions,
     #[command(flatten)]
     transfer: TransferOptions,
     /// Print the report as one line of JSON
     #[arg(long)]
-    json: bool,
+    pub json: bool,
 }
 
 #[derive(Serialize)]
@@ -122,9 +120,6 @@ impl ChannelReport {
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     if SurfaceFile::is_one(&arguments.volume.volume) {
         return surface_info::run(&arguments.volume.volume, arguments.json);
-    }
-    if url::is_url(&arguments.volume.volume) {
-        return address_info::run(&arguments.volume, arguments.json);
     }
     let Described { volume, labels, channels } = arguments.volume.open_described(&arguments.labels)?;
     // Malformed descriptions keep nobody from the values.

@@ -56,6 +56,7 @@ mod views;
 use crate::error::DistributedError;
 use crate::error::Error;
 use crate::panics;
+use crate::url;
 use clap::{ArgAction, Parser, Subcommand};
 use processes::Processes;
 use serde::Serialize;
@@ -173,6 +174,7 @@ pub fn main() -> ExitCode {
         Command::View(arguments) => browser::run(arguments, &processes),
         Command::Views(arguments) => views::run(&arguments),
         Command::Slice(arguments) => slice::run(&arguments),
+        Command::Info(arguments) if url::is_url(&arguments.volume.volume) => address_info::run(&arguments),
         Command::Info(arguments) => info::run(&arguments),
         Command::Transfer(arguments) => transfer::run(&arguments),
         Command::Convert(arguments) => convert::run(&arguments),

@@ -18,4 +18,5 @@ mod settings;
 mod slices;
 mod streams;
 mod transfer;
+mod urls;
 mod volumes;

@@ -92,8 +92,7 @@ fn class(error: &Error) -> &'static str {
             io::ErrorKind::PermissionDenied => "PermissionDenied",
             _ => "FileError",
         },
-        // A volume in memory: its name is in the place of the path.
-        Error::Volume { path, .. } if !path.exists() => "InvalidValue",
+        Error::Volume { path, .. } if is_in_memory(path) => "InvalidValue",
         Error::Volume { .. }
         | Error::FileSize { .. }
         | Error::Sheared { .. }
@@ -125,11 +124,16 @@ fn class(error: &Error) -> &'static str {
     }
 }
 
+/// Whether the name of a volume is in the place of the path.
+fn is_in_memory(path: &Path) -> bool {
+    !path.exists() && !path.to_string_lossy().contains("://")
+}
+
 /// The file of an error, and the errno of the system if there is one.
 fn file(error: &Error) -> Option<(&Path, Option<i32>)> {
     match error {
         Error::Read { path, source } | Error::Write { path, source } => Some((path, source.raw_os_error())),
-        Error::Volume { path, .. } if !path.exists() => None,
+        Error::Volume { path, .. } if is_in_memory(path) => None,
         Error::Volume { path, .. }
         | Error::FileSize { path, .. }
         | Error::Sheared { path, .. }
