@@ -61,11 +61,14 @@ const PATIENCE: Patience = Patience {
     longest_backoff: Duration::from_millis(1),
 };
 
+/// A metadata file, or that there is none, and since when that is known.
+type Kept = (Instant, Option<Arc<[u8]>>);
+
 /// A client.
 pub(super) struct Http {
     agent: Agent,
     patience: Patience,
-    metadata: Mutex<HashMap<PathBuf, (Instant, Option<Arc<[u8]>>)>>,
+    metadata: Mutex<HashMap<PathBuf, Kept>>,
     /// Regions of buckets, as far as S3 has named them.
     regions: Mutex<HashMap<String, String>>,
 }
@@ -159,7 +162,7 @@ impl Http {
     /// Time before attempt `number`, or longer if the server says so. Requests that failed together do not come back together.
     fn wait(&self, number: u32, named: Option<Duration>) -> Duration {
         let Patience { backoff, longest_backoff, .. } = self.patience;
-        let spread = SystemTime::UNIX_EPOCH.elapsed().map_or(0, |since| since.subsec_nanos() / 1000 % 1000);
+        let spread = SystemTime::UNIX_EPOCH.elapsed().map_or(0, |since| since.subsec_micros() % 1000);
         let own = backoff * 2u32.saturating_pow(number.saturating_sub(1)) * (500 + spread) / 1000;
         own.max(named.unwrap_or_default()).min(longest_backoff)
     }
