@@ -2,7 +2,8 @@
 //
 // One work-item per row of pixels. The volume along a ray is drawn interval by interval: `drawn` is the picture of the last one, and `picture`
 // that of all in front of it. cuts: the next interval of each ray, empty for rays that wait or are finished. sample_cuts: the same for the
-// samples of a lattice that are pixels. pending[row]: DRAW where an interval of the row is to be drawn, FIND where further fragments are wanted.
+// samples of a lattice that are pixels. pending: per row, 1 where further fragments are wanted, and between which positions in the layers of the
+// lattice the next intervals lie, within the volume; of rows without any, from infinity to minus infinity.
 
 #include "shared/elementary.cl"
 #include "shared/clipping.cl"
@@ -11,8 +12,6 @@
 #include "surfaces/fragment_states.cl"
 #include "shared/first_hit.cl"
 
-#define DRAW 1
-#define FIND 2
 // Instead of the number of the next fragment: nothing follows.
 #define FINISHED 255
 
@@ -72,12 +71,12 @@ static inline void cut_ray(const SurfaceView *view, const WarpParams *lattice, i
 __kernel void over_fragments(SurfaceView view, WarpParams lattice, RayEnds volume_ends, float opaque, int over_all, int first, __global const float4 *drawn,
                              __global const float *depths, __global const ushort4 *colors, __global uchar *states, __global uchar *next,
                              __global float4 *picture, __global float2 *cuts,
-                             __global float2 *sample_cuts, __global uint *pending, ulong first_item) {
+                             __global float2 *sample_cuts, __global float4 *pending, ulong first_item) {
     const int y = first_item + get_global_id(0);
     if (y >= view.height)
         return;
     const size_t pixels = (size_t)view.width * view.height;
-    uint todo = 0;
+    float4 todo = {0.0f, INFINITY, -INFINITY, 0.0f};
     for (int x = 0; x < view.width; x++) {
         const size_t at = (size_t)y * view.width + x;
         int n = first ? 0 : next[at];
@@ -103,14 +102,15 @@ __kernel void over_fragments(SurfaceView view, WarpParams lattice, RayEnds volum
         for (; from < INFINITY && gathered.w > opaque; n++) {
             if (n == count && states[at] & FOLLOWED) {
                 states[at] |= WANTED;
-                todo |= FIND, n = 0;
+                todo.x = 1.0f, n = 0;
                 break;
             }
             const float to = n < count ? depths[n * pixels + at] : INFINITY;
             const bool is_drawn = over_all ? to == INFINITY : max(from, inside.from) < min(to, inside.to);
             if (is_drawn) {
                 cut = (float2)(over_all ? -INFINITY : from, to);
-                todo |= DRAW;
+                todo.y = min(todo.y, in_layers(&view, x, y, over_all ? -INFINITY : max(from, inside.from)));
+                todo.z = max(todo.z, in_layers(&view, x, y, over_all ? INFINITY : min(to, inside.to)));
                 break;
             }
             from = to;

@@ -23,13 +23,10 @@ impl SceneRenderer {
         #[cfg(feature = "mpi")]
         if let Some(team) = scene.processes.team() {
             scene.require_one_field("several processes")?;
-            if !scene.surfaces.is_empty() {
-                let problem = "several processes that share a volume draw none: use one, or omit the option".into();
-                return Err(Error::Settings { field: "surface", problem });
-            }
-            let mut renderer = distributed::Renderer::new(team, device, volume, transfer)?;
+            let mut renderer: Box<dyn VolumeRenderer> = Box::new(distributed::Renderer::new(team, device, volume, transfer)?);
             renderer.limit(*time_limit);
-            return Ok(Self { renderer: Box::new(renderer), is_streamed: false });
+            renderer.set_surfaces(&scene.surfaces)?;
+            return Ok(Self { renderer, is_streamed: false });
         }
         if let Some(mut renderer) = whole_renderer(scene)? {
             renderer.limit(*time_limit);
@@ -38,9 +35,7 @@ impl SceneRenderer {
         }
         let mut renderer = volume_renderer(device, volume, transfer)?;
         renderer.limit(*time_limit);
-        if !scene.surfaces.is_empty() {
-            renderer.require_whole("a picture with surfaces")?.set_surfaces(&scene.surfaces)?;
-        }
+        renderer.set_surfaces(&scene.surfaces)?;
         Ok(Self { is_streamed: renderer.whole().is_none(), renderer })
     }
 

@@ -45,10 +45,8 @@ impl Renderer {
     /// Per pixel: ray parameter of the first visible point, mean ray parameter times opacity, an unused component, and opacity.
     fn gather_depths(&mut self, Planned { rays, viewport, settings, plan }: &Planned) -> Result<Vec<[f32; 4]>, Error> {
         let stage = self.engine.declaring(*viewport, settings, |declaring| {
-            let step = match declaring.surface_points {
-                Some(points) => Step::Surfaces(plan, RayOutput::Depths, points),
-                None => Step::Screen(plan, RayOutput::Depths),
-            };
+            let rays = Step::Screen(plan, RayOutput::Depths);
+            let step = declaring.surfaces.map_or(rays.clone(), |surfaces| Step::Surfaces(vec![rays], surfaces));
             Stage::new(vec![step], false, declaring)
         });
         let host_bytes = (size_of::<[f32; 4]>() + 2 * size_of::<f32>()) as u64 * viewport.pixels() as u64;

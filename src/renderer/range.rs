@@ -3,6 +3,9 @@
 use crate::layers::Lattice;
 use std::ops::Range;
 
+/// Layers beside a part in which rays are counted as in it: more than the rounding of kernels.
+const BESIDE_PART: f64 = 0.01;
+
 /// Layers of a lattice, numbered as in the whole volume.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct LayerRange {
@@ -23,6 +26,16 @@ impl LayerRange {
     /// Resolve only: no layers, the raw samples of the lattice become colours.
     pub fn end() -> Self {
         Self { voxels: 0..0, continues: true, raw: false }
+    }
+
+    /// Whether rays are in these layers between two positions, in layers from that of the centre along rays.
+    pub fn meets(&self, lattice: &Lattice, [from, to]: [f32; 2]) -> bool {
+        let Range { start, end } = self.voxels;
+        let first = if start == 0 { f64::NEG_INFINITY } else { start as f64 - 1.0 - BESIDE_PART };
+        let last = if end == lattice.dims[2] { f64::INFINITY } else { end as f64 - 1.0 + BESIDE_PART };
+        let along = |layer: f64| f64::from(lattice.layer_step) * (layer - lattice.centre_layer);
+        let (one, other) = (along(first), along(last));
+        one.min(other) <= f64::from(to) && f64::from(from) <= one.max(other)
     }
 
     /// First and last layer, −1 … n, in which splats are composited.

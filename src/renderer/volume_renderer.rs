@@ -9,6 +9,7 @@ use crate::device::{Bands, Device};
 use crate::error::Error;
 use crate::image::{Background, Depths, Frame};
 use crate::settings::Settings;
+use crate::surface::Surface;
 use crate::transfer::TransferFunction;
 use crate::viewport::Viewport;
 use crate::volume::{Grid, Volume};
@@ -48,6 +49,15 @@ pub trait VolumeRenderer<'v> {
     /// # Errors
     /// If device memory is insufficient, or if the bricks of the processes do not form a volume.
     fn set_volume(&mut self, volume: &Volume<'v>) -> Result<(), Error>;
+
+    /// Replaces the surfaces that are drawn in and around the volume, from the next frame on.
+    ///
+    /// # Errors
+    /// If they do not fit into the memory of the device; there are none then. Renderers of several processes draw none.
+    fn set_surfaces(&mut self, surfaces: &[Surface]) -> Result<(), Error> {
+        let problem = "several processes that share a volume draw none: use one, or omit the option".into();
+        if surfaces.is_empty() { Ok(()) } else { Err(Error::Settings { field: "surface", problem }) }
+    }
 
     /// The grid that places the voxels in the world.
     fn grid(&self) -> &Grid;
@@ -162,6 +172,10 @@ impl<'v> VolumeRenderer<'v> for Renderer {
         self.set_volume(volume)
     }
 
+    fn set_surfaces(&mut self, surfaces: &[Surface]) -> Result<(), Error> {
+        self.set_surfaces(surfaces)
+    }
+
     fn grid(&self) -> &Grid {
         self.grid()
     }
@@ -241,6 +255,10 @@ impl<'v> VolumeRenderer<'v> for StreamedRenderer<'v> {
     fn set_volume(&mut self, volume: &Volume<'v>) -> Result<(), Error> {
         self.set_volume(volume);
         Ok(())
+    }
+
+    fn set_surfaces(&mut self, surfaces: &[Surface]) -> Result<(), Error> {
+        self.set_surfaces(surfaces)
     }
 
     fn grid(&self) -> &Grid {

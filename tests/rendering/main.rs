@@ -13,4 +13,5 @@ mod properties;
 mod soak;
 mod streamed;
 mod streamed_light;
+mod streamed_surfaces;
 mod time_limits;

@@ -150,7 +150,7 @@ kernel! {
         picture: &'a Buffer<Float4>,
         cuts: &'a Buffer<[f32; 2]>,
         sample_cuts: &'a Buffer<[f32; 2]>,
-        /// Per row of pixels: 1 if intervals of the volume are to be drawn, plus 2 if fragments are to be found.
-        pending: &'a Buffer<u32>,
+        /// Per row of pixels: 1 if fragments are to be found, and between which layers of the lattice intervals are to be drawn.
+        pending: &'a Buffer<Float4>,
     }
 }

@@ -188,6 +188,11 @@ impl Field {
         Ok(())
     }
 
+    /// Whether it has the voxels of this box.
+    pub fn holds(&self, voxels: VoxelBox) -> bool {
+        !self.is_lost && self.held == voxels
+    }
+
     /// Fails if replacing the voxels failed.
     pub fn require_voxels(&self) -> Result<(), Error> {
         if self.is_lost { Err(Error::NoVolume) } else { Ok(()) }

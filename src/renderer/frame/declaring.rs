@@ -3,6 +3,7 @@
 use super::super::classification::TableSizes;
 use super::super::field::FieldShape;
 use super::super::light::ScatterGrids;
+use super::super::surfaces::DeclaredSurfaces;
 use super::resources::Resources;
 use crate::device::Tuning;
 use crate::layers::{Axis, GradientEstimator, Kernel};
@@ -27,8 +28,8 @@ pub(in crate::renderer) struct Declaring<'a> {
     pub gradient: Option<GradientEstimator>,
     /// Light volumes, if the frame needs them.
     pub light: Option<DeclaredLight>,
-    /// Points of the surfaces, if there are any.
-    pub surface_points: Option<usize>,
+    /// The surfaces, if there are any.
+    pub surfaces: Option<DeclaredSurfaces>,
 }
 
 /// The light volumes of a frame.
@@ -88,7 +89,7 @@ impl<'a> Declaring<'a> {
             viewport,
             gradient: None,
             light: None,
-            surface_points: None,
+            surfaces: None,
         }
     }
 

@@ -11,7 +11,7 @@ use super::super::light::Illumination;
 use super::super::light::LightVolumes;
 #[cfg(test)]
 use super::super::light::ScatterGrids;
-use super::super::picture::{Finished, Picture, Share, WarpInputs, bind};
+use super::super::picture::{Finished, Picture, WarpInputs, bind};
 use super::super::plan::Plan;
 use super::super::range::LayerRange;
 use super::super::rays::{MarchedRays, RayOutput};
@@ -22,7 +22,7 @@ use super::super::surfaces::{Pending, SurfacePass, UploadedSurfaces};
 use super::super::tiles::Target;
 use super::declaring::{DeclaredLight, Declaring};
 use super::resources::Resources;
-use super::steps::{Stage, Step};
+use super::steps::{Stage, Step, between, drawn_by};
 use crate::camera::Camera;
 use crate::device::launch::structs::Float4;
 use crate::device::{Buffer, Device, Limits, Rehearsal, ScratchMemory};
@@ -44,7 +44,7 @@ pub(in crate::renderer) struct Engine {
     light: LightVolumes,
     passes: Passes,
     target: Target,
-    surfaces: Option<UploadedSurfaces>,
+    pub surfaces: Option<Arc<UploadedSurfaces>>,
     /// Whether reports include frame statistics.
     pub measuring: bool,
     pub limits: Limits,
@@ -139,7 +139,7 @@ impl Engine {
     pub fn set_surfaces(&mut self, surfaces: &[Surface]) -> Result<(), Error> {
         // Before the new ones: there may not be enough memory for both.
         self.surfaces = None;
-        self.surfaces = UploadedSurfaces::new(&self.device, surfaces)?;
+        self.surfaces = UploadedSurfaces::new(&self.device, surfaces)?.map(Arc::new);
         Ok(())
     }
 
@@ -241,7 +241,7 @@ impl Engine {
             tuning: self.device.tuning(),
             viewport,
             gradient: settings.needed_gradient(),
-            surface_points: self.surfaces.as_ref().map(UploadedSurfaces::points),
+            surfaces: self.surfaces.as_deref().map(UploadedSurfaces::declared),
             light: light.map(|light| DeclaredLight { of_colors: matches!(kind, FieldKind::Colors | FieldKind::Labels), ..light }),
         })
     }
@@ -340,7 +340,9 @@ impl Engine {
             Step::HoldLight { light, axis, ref voxels } => {
                 self.with_scene(view, |scene| scene.hold_light(light, axis, voxels))?
             }
+            Step::Hold { voxels, .. } if self.field().holds(voxels) => {}
             Step::Hold { voxels, capacity } => {
+                tracing::debug!("reading {voxels:?}");
                 let volume = frame.volume.expect("only streamed frames replace voxels");
                 let part = volume.part(voxels.first, voxels.dims)?;
                 self.field_mut().replace(device, &part.held(), capacity)?;
@@ -356,8 +358,8 @@ impl Engine {
                 self.count(device, done)?;
                 done.finished = Finished::Floats(self.target.drawn().samples);
             }
-            Step::Surfaces(plan, gathers, _) => {
-                done.finished = Finished::Floats(self.draw_surfaces(view, plan, gathers, done)?);
+            Step::Surfaces(ref volume, _) => {
+                done.finished = Finished::Floats(self.draw_surfaces(view, frame, volume, done)?);
             }
             Step::Slice(plan) => {
                 let Self { fields, kernels, light, passes, target, .. } = self;
@@ -426,48 +428,36 @@ impl Engine {
         })
     }
 
-    /// Draws surfaces, and the volume between them.
+    /// Draws surfaces, and between them the volume by these steps.
     fn draw_surfaces(
         &mut self,
         view: View,
-        plan: &Plan,
-        gathers: RayOutput,
+        frame: &Frame,
+        volume: &[Step],
         done: &mut Done,
     ) -> Result<Arc<Buffer<Float4>>, Error> {
         let view = View { is_cut: true, ..view };
-        let lattice = if let Plan::Lattice(lattice, _) = plan { Some(lattice) } else { None };
+        let (lattice, gathers) = drawn_by(volume);
         let mut drawn = self.target.drawn().samples;
         let mut first = true;
-        let mut pending = Pending { draw: false, find: true };
+        let mut pending = Pending { draw: None, find: true };
         self.with_surfaces(view, |pass, surfaces, scene, target| pass.begin(scene, surfaces, lattice, target))?;
-        while pending.find || pending.draw {
+        while pending.find || pending.draw.is_some() {
             if pending.find {
                 self.with_surfaces(view, |pass, surfaces, scene, target| pass.find(scene, surfaces, target, first))?;
             }
-            if pending.draw {
+            if let Some(layers) = pending.draw {
                 self.target.cuts = Some(SurfacePass::cuts(&self.target, lattice.is_some()));
-                let result = self.draw_pixels(view, plan, gathers);
+                let result = between(volume, layers).iter().try_for_each(|step| self.step(view, frame, step, done));
                 self.target.cuts = None;
-                drawn = result?;
-                self.count(view.device, done)?;
+                result?;
+                drawn = done.finished.floats().clone();
             }
             pending = self
                 .with_surfaces(view, |pass, _, scene, target| pass.composite(scene, (&drawn, lattice), target, gathers, first))?;
             first = false;
         }
         Ok(SurfacePass::picture(&self.target))
-    }
-
-    /// Draws a picture without a warp that interpolates.
-    fn draw_pixels(&mut self, view: View, plan: &Plan, gathers: RayOutput) -> Result<Arc<Buffer<Float4>>, Error> {
-        let Plan::Lattice(lattice, layered) = plan else {
-            self.draw_screen(view, plan, gathers)?;
-            return Ok(self.target.drawn().samples);
-        };
-        self.draw_layers(view, lattice, *layered, &LayerRange::whole(lattice))?;
-        let View { device, rays, viewport, settings, .. } = view;
-        let onto = WarpInputs { lattice, rays, viewport, is_linear: settings.studio.is_some() };
-        Ok(self.passes.picture.warp(device, &self.target, onto, Share::WHOLE)?.floats().clone())
     }
 
     fn with_surfaces<T>(

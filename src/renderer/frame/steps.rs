@@ -7,7 +7,7 @@ use super::super::plan::Plan;
 use super::super::range::LayerRange;
 use super::super::rays::{self, RayOutput};
 use super::super::slice_pass::{SlicePlan, declare_slice};
-use super::super::surfaces::declare_surfaces;
+use super::super::surfaces::DeclaredSurfaces;
 use super::declaring::Declaring;
 use super::resources::Resources;
 use crate::image::Background;
@@ -37,8 +37,8 @@ pub(in crate::renderer) enum Step<'a> {
     Layers { lattice: &'a Lattice, layered: Layered, range: LayerRange },
     /// Renders screen pixels, without a lattice.
     Screen(&'a Plan, RayOutput),
-    /// Renders screen pixels with surfaces, and the volume between these. The number of their points.
-    Surfaces(&'a Plan, RayOutput, usize),
+    /// Renders screen pixels with surfaces. The steps draw the volume between two fragments.
+    Surfaces(Steps<'a>, DeclaredSurfaces),
     /// Draws the plane on which the frame's rays begin.
     Slice(SlicePlan),
     /// Warps the lattice into the float picture, with its share.
@@ -73,8 +73,8 @@ pub(in crate::renderer) type Steps<'a> = Vec<Step<'a>>;
 impl<'a> Stage<'a> {
     /// A stage that renders a plan with all voxels on the device. With `bound`, the picture goes to the caller's memory.
     pub fn from_plan(plan: &'a Plan, output: Output, bound: bool, declaring: &Declaring) -> Self {
-        let steps = match declaring.surface_points {
-            Some(points) => displayed(vec![Step::Surfaces(plan, RayOutput::Colors, points)], output),
+        let steps = match declaring.surfaces {
+            Some(surfaces) => displayed(vec![Step::Surfaces(steps(plan, Output::Floats), surfaces)], output),
             None => steps(plan, output),
         };
         Self::new(steps, bound, declaring)
@@ -90,8 +90,44 @@ impl<'a> Stage<'a> {
 
     /// Number of voxels of the buffer in which the stage holds parts; `None` if it renders the voxels that are there.
     pub fn capacity(&self) -> Option<usize> {
-        self.steps.iter().find_map(|step| if let Step::Hold { capacity, .. } = step { Some(*capacity) } else { None })
+        capacity(&self.steps)
     }
+}
+
+fn capacity(steps: &[Step]) -> Option<usize> {
+    steps.iter().find_map(|step| match step {
+        Step::Hold { capacity, .. } => Some(*capacity),
+        Step::Surfaces(volume, _) => capacity(volume),
+        _ => None,
+    })
+}
+
+/// The lattice that steps draw, and what they gather along rays.
+pub(super) fn drawn_by<'a>(steps: &[Step<'a>]) -> (Option<&'a Lattice>, RayOutput) {
+    let drawn = steps.iter().find_map(|step| match *step {
+        Step::Layers { lattice, .. } => Some((Some(lattice), RayOutput::Colors)),
+        Step::Screen(_, gathers) => Some((None, gathers)),
+        _ => None,
+    });
+    drawn.unwrap_or((None, RayOutput::Colors))
+}
+
+/// The steps of a lattice, without the parts that lie beside these positions ([`LayerRange::meets`]).
+pub(super) fn between<'a>(steps: &[Step<'a>], positions: [f32; 2]) -> Steps<'a> {
+    let mut kept: Steps = Vec::new();
+    let mut held = None;
+    for step in steps {
+        match step {
+            Step::Hold { .. } => held = Some(step),
+            Step::Layers { lattice, range, .. } if !range.meets(lattice, positions) => held = None,
+            step => kept.extend(held.take().into_iter().chain([step]).cloned()),
+        }
+    }
+    let mut ranges: Vec<_> =
+        kept.iter_mut().filter_map(|step| if let Step::Layers { range, .. } = step { Some(range) } else { None }).collect();
+    let last = ranges.len().saturating_sub(1);
+    ranges.iter_mut().enumerate().for_each(|(n, range)| (range.continues, range.raw) = (n > 0, n < last));
+    kept
 }
 
 fn steps(plan: &Plan, output: Output) -> Steps<'_> {
@@ -145,23 +181,10 @@ impl Step<'_> {
                 light::declare(declaring, resources);
                 declare_screen(plan, declaring, resources);
             }
-            Step::Surfaces(plan, _, number) => {
-                light::declare(declaring, resources);
-                let lattice = match plan {
-                    Plan::Lattice(lattice, layered) => {
-                        let Classification::Preintegrated { kernel, .. } = layered.classification else {
-                            unreachable!("splats draw no surfaces")
-                        };
-                        points::declare_lattice(declaring, (lattice, layered.evaluation), kernel, resources);
-                        declare_floats(declaring.viewport, resources);
-                        Some(lattice)
-                    }
-                    plan => {
-                        declare_screen(plan, declaring, resources);
-                        None
-                    }
-                };
-                declare_surfaces(*number, lattice, declaring.viewport, declaring.tuning, resources);
+            Step::Surfaces(volume, surfaces) => {
+                volume.iter().for_each(|step| step.declare(declaring, false, resources));
+                let (lattice, _) = drawn_by(volume);
+                surfaces.declare(lattice, declaring.viewport, declaring.tuning, resources);
                 declaring.table(Kernel::Cubic, resources);
             }
             Step::Slice(plan) => declare_slice(declaring, plan.kernel, resources),

@@ -169,7 +169,7 @@ impl StreamedRenderer<'_> {
         Ok(LightOfParts::new(volumes, field.transpose()?))
     }
 
-    /// The steps that sweep and scatter the light of a view. The voxels of the first slab are already on the device.
+    /// The steps that sweep and scatter the light of a view.
     pub(super) fn light_stages<'a>(
         &self,
         engine: &Engine,
@@ -181,9 +181,7 @@ impl StreamedRenderer<'_> {
             let dims = group.most_voxels(group.most_layers());
             let mut steps = Vec::new();
             for (slab, layers) in group.slabs.iter().enumerate() {
-                if (n, slab) != (0, 0) {
-                    steps.push(Step::Hold { voxels: group.voxels(layers), capacity: dims.iter().product() });
-                }
+                steps.push(Step::Hold { voxels: group.voxels(layers), capacity: dims.iter().product() });
                 steps.push(Step::Sweep { light, group, slab });
             }
             if n + 1 == planned.groups.len() {
@@ -213,9 +211,7 @@ impl StreamedRenderer<'_> {
         let most = slabs.most_layers();
         let mut steps = Vec::new();
         for (slab, layers) in slabs.slabs.iter().enumerate() {
-            if slab > 0 || !planned.groups.is_empty() {
-                steps.push(Step::Hold { voxels: slabs.voxels(layers), capacity: slabs.most_voxels(most).iter().product() });
-            }
+            steps.push(Step::Hold { voxels: slabs.voxels(layers), capacity: slabs.most_voxels(most).iter().product() });
             steps.push(Step::HoldLight { light, axis: Axis::Z, voxels: slabs.own_layers(layers) });
             steps.push(Step::SumBlocks { light, slabs, slab });
         }

@@ -16,6 +16,7 @@ use super::picture::{Finished, Share};
 use super::plan::Plan;
 use super::range::LayerRange;
 use super::report::FrameReport;
+use super::surfaces::{DeclaredSurfaces, UploadedSurfaces};
 use super::tiles::read_samples;
 use super::world::World;
 use super::{PartRenderer, Renderer, UploadedVolume};
@@ -26,6 +27,7 @@ use crate::image::Frame;
 use crate::layers::{Lattice, Rays};
 use crate::memory;
 use crate::settings::{Layered, Settings};
+use crate::surface::Surface;
 use crate::transfer::TransferFunction;
 use crate::viewport::Viewport;
 use crate::volume::{Grid, Volume, VoxelBox};
@@ -33,6 +35,7 @@ use light::PlannedLight;
 use needs::{MemoryLimits, Needs};
 use plan::Parts;
 use std::ops::Range;
+use std::sync::Arc;
 use std::time::Duration;
 
 /// Renders a volume of any size within the memory of a device handle ([`Device::with_memory`], [`Device::with_largest_buffer`]).
@@ -45,6 +48,9 @@ use std::time::Duration;
 ///
 /// Shadows and ambient occlusion are swept before, slab by slab, into a temporary file, and kept as long as they are those of the view. In the
 /// studio, light scatters through the whole volume at a quarter of its resolution; finer light grids need the whole volume on the device.
+///
+/// Surfaces stay on the device. The volume between two fragments is drawn part by part, and parts that no ray needs there are not read. The light
+/// of the whole volume is held, since fragments may be anywhere.
 ///
 /// All other render paths (views in which each ray may have its own layer axis, sheets, slices, rays) need the whole volume and
 /// are rejected if it does not fit.
@@ -68,6 +74,7 @@ pub struct StreamedRenderer<'v> {
     device: Device,
     volume: Volume<'v>,
     transfer: TransferFunction,
+    surfaces: Option<Arc<UploadedSurfaces>>,
     world: World,
     /// In normalised world units.
     grid: Grid,
@@ -109,6 +116,7 @@ impl<'v> StreamedRenderer<'v> {
             device: device.clone(),
             volume: volume.clone(),
             transfer: transfer.clone(),
+            surfaces: None,
             world,
             grid: world.grid(volume.grid()),
             whole: None,
@@ -130,6 +138,17 @@ impl<'v> StreamedRenderer<'v> {
         if let Some(kept) = &mut self.kept {
             kept.set_transfer_function(transfer);
         }
+    }
+
+    /// Replaces the surfaces, from the next frame on. They stay on the device, and count against its memory.
+    ///
+    /// # Errors
+    /// If they do not fit into the memory of the device; there are none then.
+    pub fn set_surfaces(&mut self, surfaces: &[Surface]) -> Result<(), Error> {
+        // Before the new ones: there may not be enough memory for both.
+        (self.surfaces, self.kept) = (None, None);
+        self.surfaces = UploadedSurfaces::new(&self.device, surfaces)?.map(Arc::new);
+        Ok(())
     }
 
     /// The transfer function in use.
@@ -182,7 +201,7 @@ impl<'v> StreamedRenderer<'v> {
     /// As [`render`](Self::render).
     pub fn plan(&self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<Option<StreamPlan>, Error> {
         let (rays, seen) = self.world.normalised_view(&self.grid, camera, viewport, settings)?;
-        let plan = Plan::with_steepness(&rays, viewport, &self.grid, &seen, self.steepness())?;
+        let plan = self.render_path(&rays, viewport, &seen)?;
         match self.streamed(plan, rays, viewport, seen)? {
             Ok(streamed) => Ok(Some(streamed.summary)),
             Err(whole) => self.require_whole("this view", &whole, viewport, settings).map(|()| None),
@@ -208,7 +227,7 @@ impl<'v> StreamedRenderer<'v> {
     ) -> Result<(Frame, FrameReport), Error> {
         let (rays, seen) = self.world.normalised_view(&self.grid, camera, viewport, settings)?;
         let rays = jitter.map_or(rays, |jitter| jitter.apply(rays));
-        let plan = Plan::with_steepness(&rays, viewport, &self.grid, &seen, self.steepness())?;
+        let plan = self.render_path(&rays, viewport, &seen)?;
         let streamed = self.streamed(plan, rays, viewport, seen)?;
         let others = self.others();
         let in_parts = match &streamed {
@@ -231,9 +250,15 @@ impl<'v> StreamedRenderer<'v> {
         rendered
     }
 
-    /// Steepness of the transfer function over the values of the volume.
-    fn steepness(&self) -> f64 {
-        self.transfer.steepness(self.volume.description().field_range())
+    /// The render path of a view, for all voxels. Settings are in normalised world units.
+    fn render_path(&self, rays: &Rays, viewport: Viewport, settings: &Settings) -> Result<Plan, Error> {
+        let steepness = self.transfer.steepness(self.volume.description().field_range());
+        let plan = Plan::with_steepness(rays, viewport, &self.grid, settings, steepness)?;
+        if self.surfaces.is_some() { plan.with_surfaces(rays, viewport, &self.grid, settings) } else { Ok(plan) }
+    }
+
+    fn declared_surfaces(&self) -> Option<DeclaredSurfaces> {
+        self.surfaces.as_deref().map(UploadedSurfaces::declared)
     }
 
     /// Divides the lattices of a plan into parts. Returns the plan itself if it has no lattices, or if the volume fits with its light.
@@ -252,7 +277,7 @@ impl<'v> StreamedRenderer<'v> {
             let needs = Needs::new(
                 &lattice,
                 (layered, &settings, declared),
-                viewport,
+                (viewport, self.declared_surfaces()),
                 self.device.tuning(),
                 self.volume.description(),
                 &tables,
@@ -285,6 +310,7 @@ impl<'v> StreamedRenderer<'v> {
     fn draw(&mut self, streamed: &Streamed, viewport: Viewport) -> Result<(Frame, FrameReport), Error> {
         tracing::info!("{}: {}", self.volume.name(), streamed.summary);
         let mut engine = self.first_engine(streamed)?;
+        engine.surfaces = self.surfaces.clone();
         (engine.measuring, engine.limits) = (self.measuring, self.limits.clone());
         let light = match &streamed.light {
             Some(planned) => Some(self.take_light(planned)?),
@@ -310,25 +336,20 @@ impl<'v> StreamedRenderer<'v> {
         if let Some((planned, light)) = streamed.light.as_ref().zip(light) {
             stages = self.light_stages(engine, planned, light, (viewport, settings));
         }
-        // What a frame begins with is on the device.
-        let mut is_held = stages.is_empty();
-        for n in 0..lattices.len() {
-            stages.push(self.stage(engine, streamed, n, (light, is_held), viewport));
-            is_held = streamed.holds_all();
-        }
+        stages.extend((0..lattices.len()).map(|n| self.stage(engine, streamed, n, light, viewport)));
         let frame = Declared { rays, viewport, settings, stages, volume: Some(&self.volume), into: None, host_bytes: 0 };
         let read = |device: &Device, finished: &Finished| read_samples(finished.floats(), device, viewport.pixels());
         let (pixels, statistics) = engine.run(&frame, Mode::Waited, read)?;
         Ok((Frame::new(viewport, pixels).with_curve(settings.curve()), FrameReport::new(plan, statistics)))
     }
 
-    /// The steps of the `n`-th lattice of a view: each part in turn. `is_held`: whether the first is already on the device.
+    /// The steps of the `n`-th lattice of a view: each part in turn.
     fn stage<'a>(
         &self,
         engine: &Engine,
         streamed: &'a Streamed,
         n: usize,
-        (light, is_held): (Option<&'a LightOfParts>, bool),
+        light: Option<&'a LightOfParts>,
         viewport: Viewport,
     ) -> Stage<'a> {
         let Streamed { layered, settings, .. } = streamed;
@@ -336,25 +357,29 @@ impl<'v> StreamedRenderer<'v> {
         let ([u, v, _], axis) = (lattice.dims, lattice.frame.layer_axis());
         let mut steps = Vec::new();
         let last = parts.ranges.len() - 1;
+        let surfaces = self.declared_surfaces();
         for (m, layers) in parts.ranges.iter().enumerate() {
             let voxels = self.part_box(lattice, settings, layers);
-            if let Some(light) = light {
+            if let Some(light) = light.filter(|_| surfaces.is_none()) {
                 let voxels = voxels.first[lattice.frame.a]..voxels.end(lattice.frame.a);
                 steps.push(Step::HoldLight { light, axis, voxels });
             }
-            if !is_held || m > 0 {
-                steps.push(Step::Hold { voxels, capacity: u * v * parts.held });
-            }
+            steps.push(Step::Hold { voxels, capacity: u * v * parts.held });
             let range = LayerRange { voxels: layers.clone(), continues: m > 0, raw: m < last };
             steps.push(Step::Layers { lattice, layered: *layered, range });
         }
         steps.push(Step::Warp { lattice, share: Share { share: *share, added: n > 0 } });
-        // The voxels on the device are those of the first part, which need not be the largest.
         let whole = self.grid.dims();
+        if let Some(surfaces) = surfaces {
+            // Fragments may be anywhere.
+            let light = light.map(|light| Step::HoldLight { light, axis, voxels: 0..whole[lattice.frame.a] });
+            steps = light.into_iter().chain([Step::Surfaces(steps, surfaces)]).collect();
+        }
+        // The voxels on the device are those of the first part, which need not be the largest.
         let mut dims = whole;
         dims[lattice.frame.a] = parts.held;
         let shape = FieldShape::new(self.volume.description(), dims);
-        let part = Some(PartOfLight { whole, axis, layers: parts.held });
+        let part = Some(PartOfLight { whole, axis, layers: surfaces.map_or(parts.held, |_| whole[lattice.frame.a]) });
         let light = streamed.light.as_ref().map(|light| DeclaredLight { part, ..light.declared(settings) });
         engine.declaring(viewport, settings, |declaring| Stage::new(steps, false, &Declaring { shape, light, ..*declaring }))
     }

@@ -5,6 +5,7 @@ use super::super::field::FieldShape;
 use super::super::frame::{Bytes, DeclaredLight, Declaring, PartOfLight, Stage, Step};
 use super::super::picture::Share;
 use super::super::range::LayerRange;
+use super::super::surfaces::DeclaredSurfaces;
 use crate::device::Tuning;
 use crate::layers::{GradientEstimator, Lattice};
 use crate::settings::{Layered, Settings};
@@ -41,6 +42,7 @@ pub(super) struct Needs<'a> {
     gradient: Option<GradientEstimator>,
     light: Option<DeclaredLight>,
     viewport: Viewport,
+    surfaces: Option<DeclaredSurfaces>,
     tuning: &'a Tuning,
     description: &'a Description,
     tables: &'a TableSizes<'a>,
@@ -50,21 +52,24 @@ impl<'a> Needs<'a> {
     pub fn new(
         lattice: &'a Lattice,
         (layered, settings, light): (Layered, &Settings, Option<DeclaredLight>),
-        viewport: Viewport,
+        (viewport, surfaces): (Viewport, Option<DeclaredSurfaces>),
         tuning: &'a Tuning,
         description: &'a Description,
         tables: &'a TableSizes<'a>,
     ) -> Self {
-        Self { lattice, layered, gradient: settings.needed_gradient(), light, viewport, tuning, description, tables }
+        let gradient = settings.needed_gradient();
+        Self { lattice, layered, gradient, light, viewport, surfaces, tuning, description, tables }
     }
 
     /// Device memory with this number of layers held.
     pub fn bytes(&self, layers: usize) -> Bytes {
-        let Self { lattice, layered, gradient, light, viewport, tuning, description, tables } = *self;
+        let Self { lattice, layered, gradient, light, viewport, surfaces, tuning, description, tables } = *self;
         let whole = description.grid().dims();
         let mut dims = whole;
         dims[lattice.frame.a] = layers;
-        let part = Some(PartOfLight { whole, axis: lattice.frame.layer_axis(), layers });
+        // Fragments of surfaces may be anywhere.
+        let lit = if surfaces.is_some() { whole[lattice.frame.a] } else { layers };
+        let part = Some(PartOfLight { whole, axis: lattice.frame.layer_axis(), layers: lit });
         let light = light.map(|light| DeclaredLight { part, ..light });
         let shape = FieldShape::new(description, dims);
         let declaring = Declaring { gradient, light, ..Declaring::new(shape, tables, tuning, viewport) };
@@ -72,6 +77,10 @@ impl<'a> Needs<'a> {
             Step::Layers { lattice, layered, range: LayerRange::whole(lattice) },
             Step::Warp { lattice, share: Share::WHOLE },
         ];
+        let steps = match surfaces {
+            Some(surfaces) => vec![Step::Surfaces(steps, surfaces)],
+            None => steps,
+        };
         Stage::new(steps, false, &declaring).resources.bytes()
     }
 

@@ -34,7 +34,8 @@ use std::ops::Range;
 pub struct StreamPlan {
     /// The lattices, rendered in sequence: one, or near 45° those of two or three layer axes.
     pub lattices: Vec<StreamedLattice>,
-    /// Bytes of voxels that are read and uploaded for these lattices; layers shared by neighbouring parts count each time.
+    /// Bytes of voxels that are read and uploaded for these lattices; layers shared by neighbouring parts count each time. Behind surfaces,
+    /// parts are read again, as often as rays need them.
     pub voxel_bytes: u64,
     /// Bytes of voxels that are read and uploaded before, to sweep light through them; 0 if the light is kept from an earlier frame.
     pub light_bytes: u64,

@@ -38,7 +38,7 @@ impl StreamedRenderer<'_> {
     pub fn depths(&mut self, camera: &Camera, viewport: Viewport, settings: &Settings) -> Result<Depths, Error> {
         FieldKind::One.check_method(Method::Depths, settings.blend)?;
         let (rays, seen) = self.world.normalised_view(&self.grid, camera, viewport, &depth_settings(settings))?;
-        let plan = Plan::with_steepness(&rays, viewport, &self.grid, &seen, self.steepness())?;
+        let plan = self.render_path(&rays, viewport, &seen)?;
         self.require_whole("a depth picture", &plan, viewport, &seen)?;
         let others = self.others();
         // Cached data of earlier frames may leave too little memory: retry without them.
@@ -69,6 +69,7 @@ impl StreamedRenderer<'_> {
         };
         renderer.measure(self.measuring);
         renderer.engine.limits = self.limits.clone();
+        renderer.engine.surfaces = self.surfaces.clone();
         Ok(renderer)
     }
 
@@ -86,7 +87,8 @@ impl StreamedRenderer<'_> {
         let shape = FieldShape::new(self.volume.description(), self.grid.dims());
         let gradient = settings.needed_gradient();
         let light = DeclaredLight::new(settings, self.volume.description().grid());
-        let declaring = Declaring { gradient, light, ..Declaring::new(shape, &tables, self.device.tuning(), viewport) };
+        let surfaces = self.declared_surfaces();
+        let declaring = Declaring { gradient, light, surfaces, ..Declaring::new(shape, &tables, self.device.tuning(), viewport) };
         Stage::from_plan(plan, Output::Floats, false, &declaring).resources.bytes()
     }
 

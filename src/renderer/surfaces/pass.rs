@@ -35,7 +35,7 @@ const COLORS: Slot<[u16; 4]> = Slot::new("the colours of fragments");
 const CROSSINGS: Slot<u32> = Slot::new("the last fragments");
 const STATES: Slot<u8> = Slot::new("the numbers of fragments");
 const NEXT: Slot<u8> = Slot::new("the next fragments");
-const PENDING: Slot<u32> = Slot::new("the rows with further fragments");
+const PENDING: Slot<Float4> = Slot::new("the rows with further fragments");
 const CUTS: Slot<[f32; 2]> = Slot::new("the parts of rays");
 const SAMPLE_CUTS: Slot<[f32; 2]> = Slot::new("the parts of rays of a lattice");
 const PICTURE: Slot<Float4> = Slot::new("the picture with surfaces");
@@ -67,36 +67,44 @@ struct FoundCells {
 /// What a frame still needs.
 #[derive(Clone, Copy, Default)]
 pub(in crate::renderer) struct Pending {
-    /// Intervals of the volume.
-    pub draw: bool,
+    /// Parts of rays, all between these positions in the layers of a lattice, from that of the centre along rays.
+    pub draw: Option<[f32; 2]>,
     /// Further fragments.
     pub find: bool,
 }
 
-/// Declares the resources of [`SurfacePass`] for sets with this number of points.
-pub(in crate::renderer) fn declare_surfaces(
-    points: usize,
-    lattice: Option<&Lattice>,
-    viewport: Viewport,
-    tuning: &Tuning,
-    resources: &mut Resources,
-) {
-    if let Some(lattice) = lattice {
-        resources.host(&SAMPLE_CUTS, lattice.samples());
+/// Sizes of surfaces.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(in crate::renderer) struct DeclaredSurfaces {
+    pub points: usize,
+    pub cells: usize,
+}
+
+/// Entries of lists that are declared, for each cell and for each tile. Cells are in as many tiles as they cover: usually one or two.
+const ENTRIES_PER_CELL: usize = 3;
+const ENTRIES_PER_TILE: usize = 16;
+
+impl DeclaredSurfaces {
+    /// Declares the resources of [`SurfacePass`].
+    pub fn declare(self, lattice: Option<&Lattice>, viewport: Viewport, tuning: &Tuning, resources: &mut Resources) {
+        if let Some(lattice) = lattice {
+            resources.host(&SAMPLE_CUTS, lattice.samples());
+        }
+        let pixels = viewport.pixels();
+        let tiles: usize = [viewport.width, viewport.height].map(|n| n.div_ceil(SURFACE_TILE) as usize).iter().product();
+        resources.host(&LISTS, (self.cells * tiles).min(ENTRIES_PER_CELL * self.cells + ENTRIES_PER_TILE * tiles));
+        resources.frame(&POINTS, self.points);
+        resources.frame(&COUNTS, tuning.splat_chunks * tiles);
+        resources.frame(&TOTAL, 1);
+        resources.frame(&DEPTHS, FRAGMENTS * pixels);
+        resources.frame(&COLORS, FRAGMENTS * pixels);
+        resources.frame(&CROSSINGS, pixels);
+        resources.frame(&STATES, pixels);
+        resources.frame(&NEXT, pixels);
+        resources.frame(&PENDING, viewport.height as usize);
+        resources.frame(&CUTS, pixels);
+        resources.frame(&PICTURE, pixels);
     }
-    let pixels = viewport.pixels();
-    let tiles: usize = [viewport.width, viewport.height].map(|n| n.div_ceil(SURFACE_TILE) as usize).iter().product();
-    resources.frame(&POINTS, points);
-    resources.frame(&COUNTS, tuning.splat_chunks * tiles);
-    resources.frame(&TOTAL, 1);
-    resources.frame(&DEPTHS, FRAGMENTS * pixels);
-    resources.frame(&COLORS, FRAGMENTS * pixels);
-    resources.frame(&CROSSINGS, pixels);
-    resources.frame(&STATES, pixels);
-    resources.frame(&NEXT, pixels);
-    resources.frame(&PENDING, viewport.height as usize);
-    resources.frame(&CUTS, pixels);
-    resources.frame(&PICTURE, pixels);
 }
 
 impl SurfacePass {
@@ -230,10 +238,11 @@ impl SurfacePass {
             pending: &pending,
         };
         self.over.launch(device, gathers == RayOutput::Depths, &arguments)?;
-        let mut rows = vec![0; scene.viewport.height as usize];
+        let mut rows = vec![Float4([0.0; 4]); scene.viewport.height as usize];
         pending.read(device, &mut rows)?;
-        let all = rows.iter().fold(0, |all, row| all | row);
-        Ok(Pending { draw: all & 1 != 0, find: all & 2 != 0 })
+        let none = [f32::INFINITY, f32::NEG_INFINITY];
+        let layers = rows.iter().fold(none, |[from, to], row| [from.min(row.0[1]), to.max(row.0[2])]);
+        Ok(Pending { draw: Some(layers).filter(|layers| *layers != none), find: rows.iter().any(|row| row.0[0] != 0.0) })
     }
 
     /// The parts of rays to draw, of pixels or of the samples of a lattice.

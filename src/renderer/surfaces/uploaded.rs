@@ -1,5 +1,6 @@
 //! Surfaces on a device.
 
+use super::pass::DeclaredSurfaces;
 use crate::device::launch::structs::{Float4, SurfaceSet};
 use crate::device::launch::surfaces::SURFACE_COLORS;
 use crate::device::{Buffer, Device};
@@ -75,9 +76,9 @@ impl UploadedSurfaces {
         }))
     }
 
-    /// Number of points.
-    pub fn points(&self) -> usize {
-        self.sets.last().map_or(0, |set| set.points.end)
+    /// Sizes of what frames write.
+    pub fn declared(&self) -> DeclaredSurfaces {
+        DeclaredSurfaces { points: self.sets.last().map_or(0, |set| set.points.end), cells: self.cell_count }
     }
 
     /// The points of each set.
