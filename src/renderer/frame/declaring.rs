@@ -3,7 +3,7 @@
 use super::super::classification::TableSizes;
 use super::super::field::FieldShape;
 use super::super::light::ScatterGrids;
-use super::super::surfaces::DeclaredSurfaces;
+use super::super::surfaces::SurfaceSizes;
 use super::resources::Resources;
 use crate::device::Tuning;
 use crate::layers::{Axis, GradientEstimator, Kernel};
@@ -29,7 +29,7 @@ pub(in crate::renderer) struct Declaring<'a> {
     /// Light volumes, if the frame needs them.
     pub light: Option<DeclaredLight>,
     /// The surfaces, if there are any.
-    pub surfaces: Option<DeclaredSurfaces>,
+    pub surfaces: Option<SurfaceSizes>,
 }
 
 /// The light volumes of a frame.

@@ -241,7 +241,7 @@ impl Engine {
             tuning: self.device.tuning(),
             viewport,
             gradient: settings.needed_gradient(),
-            surfaces: self.surfaces.as_deref().map(UploadedSurfaces::declared),
+            surfaces: self.surfaces.as_deref().map(UploadedSurfaces::sizes),
             light: light.map(|light| DeclaredLight { of_colors: matches!(kind, FieldKind::Colors | FieldKind::Labels), ..light }),
         })
     }

@@ -7,7 +7,7 @@ use super::super::plan::Plan;
 use super::super::range::LayerRange;
 use super::super::rays::{self, RayOutput};
 use super::super::slice_pass::{SlicePlan, declare_slice};
-use super::super::surfaces::DeclaredSurfaces;
+use super::super::surfaces::{SurfaceSizes, declare_surfaces};
 use super::declaring::Declaring;
 use super::resources::Resources;
 use crate::image::Background;
@@ -38,7 +38,7 @@ pub(in crate::renderer) enum Step<'a> {
     /// Renders screen pixels, without a lattice.
     Screen(&'a Plan, RayOutput),
     /// Renders screen pixels with surfaces. The steps draw the volume between two fragments.
-    Surfaces(Steps<'a>, DeclaredSurfaces),
+    Surfaces(Steps<'a>, SurfaceSizes),
     /// Draws the plane on which the frame's rays begin.
     Slice(SlicePlan),
     /// Warps the lattice into the float picture, with its share.
@@ -184,7 +184,7 @@ impl Step<'_> {
             Step::Surfaces(volume, surfaces) => {
                 volume.iter().for_each(|step| step.declare(declaring, false, resources));
                 let (lattice, _) = drawn_by(volume);
-                surfaces.declare(lattice, declaring.viewport, declaring.tuning, resources);
+                declare_surfaces(*surfaces, lattice, declaring.viewport, declaring.tuning, resources);
                 declaring.table(Kernel::Cubic, resources);
             }
             Step::Slice(plan) => declare_slice(declaring, plan.kernel, resources),

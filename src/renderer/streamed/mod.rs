@@ -16,7 +16,7 @@ use super::picture::{Finished, Share};
 use super::plan::Plan;
 use super::range::LayerRange;
 use super::report::FrameReport;
-use super::surfaces::{DeclaredSurfaces, UploadedSurfaces};
+use super::surfaces::{SurfaceSizes, UploadedSurfaces};
 use super::tiles::read_samples;
 use super::world::World;
 use super::{PartRenderer, Renderer, UploadedVolume};
@@ -257,8 +257,8 @@ impl<'v> StreamedRenderer<'v> {
         if self.surfaces.is_some() { plan.with_surfaces(rays, viewport, &self.grid, settings) } else { Ok(plan) }
     }
 
-    fn declared_surfaces(&self) -> Option<DeclaredSurfaces> {
-        self.surfaces.as_deref().map(UploadedSurfaces::declared)
+    fn surface_sizes(&self) -> Option<SurfaceSizes> {
+        self.surfaces.as_deref().map(UploadedSurfaces::sizes)
     }
 
     /// Divides the lattices of a plan into parts. Returns the plan itself if it has no lattices, or if the volume fits with its light.
@@ -277,7 +277,7 @@ impl<'v> StreamedRenderer<'v> {
             let needs = Needs::new(
                 &lattice,
                 (layered, &settings, declared),
-                (viewport, self.declared_surfaces()),
+                (viewport, self.surface_sizes()),
                 self.device.tuning(),
                 self.volume.description(),
                 &tables,
@@ -357,7 +357,7 @@ impl<'v> StreamedRenderer<'v> {
         let ([u, v, _], axis) = (lattice.dims, lattice.frame.layer_axis());
         let mut steps = Vec::new();
         let last = parts.ranges.len() - 1;
-        let surfaces = self.declared_surfaces();
+        let surfaces = self.surface_sizes();
         for (m, layers) in parts.ranges.iter().enumerate() {
             let voxels = self.part_box(lattice, settings, layers);
             if let Some(light) = light.filter(|_| surfaces.is_none()) {

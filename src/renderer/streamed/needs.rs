@@ -5,7 +5,7 @@ use super::super::field::FieldShape;
 use super::super::frame::{Bytes, DeclaredLight, Declaring, PartOfLight, Stage, Step};
 use super::super::picture::Share;
 use super::super::range::LayerRange;
-use super::super::surfaces::DeclaredSurfaces;
+use super::super::surfaces::SurfaceSizes;
 use crate::device::Tuning;
 use crate::layers::{GradientEstimator, Lattice};
 use crate::settings::{Layered, Settings};
@@ -42,7 +42,7 @@ pub(super) struct Needs<'a> {
     gradient: Option<GradientEstimator>,
     light: Option<DeclaredLight>,
     viewport: Viewport,
-    surfaces: Option<DeclaredSurfaces>,
+    surfaces: Option<SurfaceSizes>,
     tuning: &'a Tuning,
     description: &'a Description,
     tables: &'a TableSizes<'a>,
@@ -52,7 +52,7 @@ impl<'a> Needs<'a> {
     pub fn new(
         lattice: &'a Lattice,
         (layered, settings, light): (Layered, &Settings, Option<DeclaredLight>),
-        (viewport, surfaces): (Viewport, Option<DeclaredSurfaces>),
+        (viewport, surfaces): (Viewport, Option<SurfaceSizes>),
         tuning: &'a Tuning,
         description: &'a Description,
         tables: &'a TableSizes<'a>,

@@ -87,7 +87,7 @@ impl StreamedRenderer<'_> {
         let shape = FieldShape::new(self.volume.description(), self.grid.dims());
         let gradient = settings.needed_gradient();
         let light = DeclaredLight::new(settings, self.volume.description().grid());
-        let surfaces = self.declared_surfaces();
+        let surfaces = self.surface_sizes();
         let declaring = Declaring { gradient, light, surfaces, ..Declaring::new(shape, &tables, self.device.tuning(), viewport) };
         Stage::from_plan(plan, Output::Floats, false, &declaring).resources.bytes()
     }

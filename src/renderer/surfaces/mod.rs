@@ -4,5 +4,5 @@ mod pass;
 mod uploaded;
 mod view;
 
-pub(super) use pass::{DeclaredSurfaces, Pending, SurfacePass};
-pub(super) use uploaded::UploadedSurfaces;
+pub(super) use pass::{Pending, SurfacePass, declare_surfaces};
+pub(super) use uploaded::{SurfaceSizes, UploadedSurfaces};

@@ -10,7 +10,7 @@ use super::super::rays::{AXIS, RayOutput};
 use super::super::region::Region;
 use super::super::scene::Scene;
 use super::super::tiles::Target;
-use super::uploaded::UploadedSurfaces;
+use super::uploaded::{SurfaceSizes, UploadedSurfaces};
 use super::view::{ray_ends, surface_view};
 use crate::device::launch::structs::{Float4, RayEnds, SurfaceSet, SurfaceView, WarpParams};
 use crate::device::launch::surfaces::{
@@ -73,38 +73,35 @@ pub(in crate::renderer) struct Pending {
     pub find: bool,
 }
 
-/// Sizes of surfaces.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(in crate::renderer) struct DeclaredSurfaces {
-    pub points: usize,
-    pub cells: usize,
-}
-
 /// Entries of lists that are declared, for each cell and for each tile. Cells are in as many tiles as they cover: usually one or two.
 const ENTRIES_PER_CELL: usize = 3;
 const ENTRIES_PER_TILE: usize = 16;
 
-impl DeclaredSurfaces {
-    /// Declares the resources of [`SurfacePass`].
-    pub fn declare(self, lattice: Option<&Lattice>, viewport: Viewport, tuning: &Tuning, resources: &mut Resources) {
-        if let Some(lattice) = lattice {
-            resources.host(&SAMPLE_CUTS, lattice.samples());
-        }
-        let pixels = viewport.pixels();
-        let tiles: usize = [viewport.width, viewport.height].map(|n| n.div_ceil(SURFACE_TILE) as usize).iter().product();
-        resources.host(&LISTS, (self.cells * tiles).min(ENTRIES_PER_CELL * self.cells + ENTRIES_PER_TILE * tiles));
-        resources.frame(&POINTS, self.points);
-        resources.frame(&COUNTS, tuning.splat_chunks * tiles);
-        resources.frame(&TOTAL, 1);
-        resources.frame(&DEPTHS, FRAGMENTS * pixels);
-        resources.frame(&COLORS, FRAGMENTS * pixels);
-        resources.frame(&CROSSINGS, pixels);
-        resources.frame(&STATES, pixels);
-        resources.frame(&NEXT, pixels);
-        resources.frame(&PENDING, viewport.height as usize);
-        resources.frame(&CUTS, pixels);
-        resources.frame(&PICTURE, pixels);
+/// Declares the resources of [`SurfacePass`].
+pub(in crate::renderer) fn declare_surfaces(
+    sizes: SurfaceSizes,
+    lattice: Option<&Lattice>,
+    viewport: Viewport,
+    tuning: &Tuning,
+    resources: &mut Resources,
+) {
+    if let Some(lattice) = lattice {
+        resources.host(&SAMPLE_CUTS, lattice.samples());
     }
+    let pixels = viewport.pixels();
+    let tiles: usize = [viewport.width, viewport.height].map(|n| n.div_ceil(SURFACE_TILE) as usize).iter().product();
+    resources.host(&LISTS, (sizes.cells * tiles).min(ENTRIES_PER_CELL * sizes.cells + ENTRIES_PER_TILE * tiles));
+    resources.frame(&POINTS, sizes.points);
+    resources.frame(&COUNTS, tuning.splat_chunks * tiles);
+    resources.frame(&TOTAL, 1);
+    resources.frame(&DEPTHS, FRAGMENTS * pixels);
+    resources.frame(&COLORS, FRAGMENTS * pixels);
+    resources.frame(&CROSSINGS, pixels);
+    resources.frame(&STATES, pixels);
+    resources.frame(&NEXT, pixels);
+    resources.frame(&PENDING, viewport.height as usize);
+    resources.frame(&CUTS, pixels);
+    resources.frame(&PICTURE, pixels);
 }
 
 impl SurfacePass {

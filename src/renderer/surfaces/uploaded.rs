@@ -1,6 +1,5 @@
 //! Surfaces on a device.
 
-use super::pass::DeclaredSurfaces;
 use crate::device::launch::structs::{Float4, SurfaceSet};
 use crate::device::launch::surfaces::SURFACE_COLORS;
 use crate::device::{Buffer, Device};
@@ -35,6 +34,13 @@ pub(in crate::renderer) struct UploadedSurfaces {
     pub normals: Buffer<Float4>,
     pub tables: Buffer<Float4>,
     pub cell_count: usize,
+}
+
+/// Numbers of points and cells.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(in crate::renderer) struct SurfaceSizes {
+    pub points: usize,
+    pub cells: usize,
 }
 
 /// A set, and its points.
@@ -76,9 +82,9 @@ impl UploadedSurfaces {
         }))
     }
 
-    /// Sizes of what frames write.
-    pub fn declared(&self) -> DeclaredSurfaces {
-        DeclaredSurfaces { points: self.sets.last().map_or(0, |set| set.points.end), cells: self.cell_count }
+    /// Their sizes.
+    pub fn sizes(&self) -> SurfaceSizes {
+        SurfaceSizes { points: self.sets.last().map_or(0, |set| set.points.end), cells: self.cell_count }
     }
 
     /// The points of each set.
