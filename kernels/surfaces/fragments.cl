@@ -88,9 +88,9 @@ static inline float4 lit_fragment(const Pixel *pixel, const SurfaceView *view, c
         FOR_LIT_COMPONENTS(i)
             lighting.factor[i] = 1.0f, lighting.highlight[i] = 0.0f;
     }
-    color.x = lit_red(sample, color.x, &lighting);
-    color.y = lit_green(sample, color.y, &lighting);
-    color.z = lit_blue(sample, color.z, &lighting);
+    color.x = lit_red(sample, LIT_COLOR(color.x), &lighting);
+    color.y = lit_green(sample, LIT_COLOR(color.y), &lighting);
+    color.z = lit_blue(sample, LIT_COLOR(color.z), &lighting);
     return color;
 }
 

@@ -2,7 +2,8 @@
 
 use crate::common::*;
 use glam::DVec3;
-use layersplat::settings::{Blend, Shadows};
+use layersplat::color::reflectance;
+use layersplat::settings::{Blend, Light, Lights, Look, Shading, Shadows, Sky, Studio};
 use layersplat::surface::{Ends, Per, Spheres, Surface, SurfaceShading, Triangles, Tubes};
 use layersplat::volume::Voxels;
 use layersplat::{Camera, Frame, Orbit, Projection, Renderer, Settings, TransferFunction, Viewport, Volume};
@@ -216,6 +217,48 @@ fn iso_surfaces_and_maxima_have_surfaces_before_and_over_them() {
     assert_eq!(picture(Blend::Iso(100.0), 30.0)[..3], [1.0, 0.0, 0.0]);
     assert!(picture(Blend::Iso(100.0), 5.0)[1] > 0.3, "{:?}", picture(Blend::Iso(100.0), 5.0));
     assert_eq!(picture(Blend::Maximum, 5.0)[..3], [1.0, 0.0, 0.0]);
+}
+
+/// In the studio, colours are reflectances in linear light, of lights and of an even sky. An iso-surface reflects lights alike; of the light that
+/// cells scatter it has a tenth too much.
+#[test]
+fn squares_reflect_the_light_of_the_studio() {
+    /// Of an iso-surface, whose light is interpolated between voxels.
+    const AS_ISO: f64 = 2.0 / 255.0;
+    let size = viewport(12, 12);
+    let bytes = (0..8000).map(|n| if n / 400 < 10 { 200 } else { 0 }).collect();
+    let step = volume([20; 3], DVec3::ONE, Voxels::Uint8(bytes));
+    for (direction, strength, sky) in
+        [(DVec3::Z, 0.8, 0.0), (DVec3::new(3.0_f64.sqrt(), 0.0, 1.0), 0.8, 0.0), (DVec3::Z, 0.0, 1.0), (DVec3::Z, 0.3, 0.4)]
+    {
+        let lights = Lights::new(&[Light { strength, ..Light::towards(direction) }]).unwrap();
+        let sky = Sky { top: [1.0; 3], bottom: [1.0; 3], strength: sky, ..Sky::default() };
+        let settings = Settings {
+            shading: Some(Shading { lights, specular: 0.0, ..Shading::default() }),
+            studio: Some(Studio { sky, ..Studio::default() }),
+            ..Settings::default().with_look(Look::Studio)
+        };
+        let arriving = strength * direction.normalize().z + sky.strength;
+        for grey in [1.0, 0.5] {
+            let pixel = |opacity: f32| {
+                let mut square = square(14.0, 30.0, opacity);
+                square.color = [grey as f32; 3];
+                let (volume, transfer) = clear();
+                drawn_with((&volume, &transfer), &[square], &along_z(0.0), size, &settings).pixel(6, 6)
+            };
+            let expected = reflectance(grey) * arriving;
+            for opacity in [1.0, 0.5] {
+                let found = pixel(opacity);
+                let off = (f64::from(found[1]) - expected * f64::from(opacity)).abs();
+                assert!(off < ROUNDED && found[3] == opacity, "{direction}, {grey}: {found:?}, expected {expected}");
+            }
+            let solid = TransferFunction::new("solid", vec![(0.0, [grey; 3])], vec![(0.0, 0.0), (200.0, 1.0)]).unwrap();
+            let iso = Settings { blend: Blend::Iso(100.0), ..settings };
+            let iso = drawn_with((&step, &solid), &[], &along_z(0.0), size, &iso).pixel(6, 6);
+            let off = (f64::from(iso[1]) - expected).abs();
+            assert!(sky.strength > 0.0 || off < AS_ISO, "{direction}, {grey}: {iso:?} of an iso-surface, expected {expected}");
+        }
+    }
 }
 
 #[test]

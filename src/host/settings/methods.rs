@@ -107,10 +107,9 @@ impl Settings {
     /// Fails for settings with which no surfaces are drawn.
     ///
     /// # Errors
-    /// [`Error::Settings`]: splatted layers, the systems that the paper compares with, and the studio.
+    /// [`Error::Settings`]: splatted layers, and the systems that the paper compares with.
     pub fn check_surfaces(&self) -> Result<(), Error> {
         let (field, problem) = match Method::of(self.algorithm) {
-            _ if self.studio.is_some() => ("look", "the studio draws no surfaces yet: choose plain, or no surfaces"),
             Method::Splats | Method::SplatPixels => (
                 "classification",
                 "splatted layers draw no surfaces: choose pre-integrated layers or ray casting, or no surfaces",
