@@ -311,12 +311,11 @@ impl Renderer {
 
     /// Draws surfaces in and around the volume, from the next frame on, in place of those before: a list of Mesh, Spheres and Tubes.
     ///
-    /// Slices show none. Enqueued frames, splatted layers, sheets, slicing and the look studio raise InvalidValue while there are visible ones,
-    /// and so do renderers that stream.
+    /// Slices show none. Enqueued frames, splatted layers, sheets and slicing raise InvalidValue while there are visible ones.
     fn set_surfaces(&self, py: Python, surfaces: Argument<Vec<Bound<Surface>>>) -> Result<()> {
         extract!(surfaces);
         let surfaces: Vec<_> = surfaces.iter().map(|surface| surface.get().ours().clone()).collect();
-        self.shared.interruptible(py, move |renderer| renderer.require_whole("Renderer.set_surfaces")?.set_surfaces(&surfaces))
+        self.shared.interruptible(py, move |renderer| renderer.set_surfaces(&surfaces))
     }
 
     /// Builds the kernels, tables and layouts that pictures with these settings need, for every view direction, and waits for them.

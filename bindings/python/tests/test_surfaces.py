@@ -195,10 +195,6 @@ def test_views_are_fitted_to_surfaces(array):
         (lambda: Surface.open("missing.stl"), "cannot read missing.stl"),
         (lambda: Renderer(np.zeros((4, 4, 4))).set_surfaces([CORNERS]), "expected a list of layersplat.Mesh, Spheres and Tubes"),
         (lambda: layersplat.volshow(np.zeros((4, 4, 4)), surfaces=[]), "live views draw none"),
-        (
-            lambda: Renderer(np.zeros((4, 4, 4)), device=layersplat.Device(memory=10**6)).set_surfaces([]),
-            "Renderer.set_surfaces needs a renderer that holds the whole volume",
-        ),
     ],
 )
 def test_what_is_wrong_is_named(make, words):

@@ -910,8 +910,7 @@ class Renderer:
     def set_surfaces(self, surfaces: Sequence[Surface]) -> None:
         """Draws surfaces in and around the volume, from the next frame on, in place of those before: a list of Mesh, Spheres and Tubes.
 
-        Slices show none. Enqueued frames, splatted layers, sheets, slicing and the look studio raise InvalidValue while there are
-        visible ones, and so do renderers that stream.
+        Slices show none. Enqueued frames, splatted layers, sheets and slicing raise InvalidValue while there are visible ones.
         """
     def stream_plan(self, camera: Camera, size: Size, settings: Optional[Settings] = None) -> Optional[Dict[str, Any]]:
         """The streaming plan of a view, a dict; None if the renderer holds all voxels.
