@@ -1,8 +1,9 @@
 //! `layersplat info` of a URL: what its metadata state. No voxels are read.
 
-use super::info::{Arguments, ChannelReport, bounds, position, several};
+use super::info::{Arguments, ChannelReport, several};
 use super::numbers::bytes_in_words;
 use super::option_names;
+use super::surfaces::{bounds_of, position};
 use crate::error::Error;
 use crate::viewport::Viewport;
 use crate::volume::{ChannelDescription, Contents, Level, OpenOptions, Stated};
@@ -41,7 +42,11 @@ struct LevelReport {
     bytes: u64,
 }
 
-pub(super) fn run(Arguments { volume, json, .. }: &Arguments) -> Result<ExitCode, Error> {
+pub(super) fn run(Arguments { volume, json, surfaces, .. }: &Arguments) -> Result<ExitCode, Error> {
+    if surfaces.are_given() {
+        let problem = "lies beside a volume that is read, and of a URL only metadata are: omit it".into();
+        return Err(Error::Settings { field: "surface", problem });
+    }
     let options = volume.opening(None)?;
     // Chosen, so that nothing warns of a default, or of many bytes.
     let (frame, channel) = (options.frame.or(Some(0)), options.channel.or(options.channel_name.is_none().then_some(0)));
@@ -71,7 +76,7 @@ pub(super) fn run(Arguments { volume, json, .. }: &Arguments) -> Result<ExitCode
         spacing: grid.spacing().to_array(),
         length_unit: contents.length_unit.clone(),
         origin: grid.origin().to_array(),
-        bounds: bounds(&grid),
+        bounds: bounds_of(&grid).corners(),
         picture_level: picture.as_ref().ok().copied(),
     };
     super::report(*json, &info, || text(&info, &contents, &picture))?;

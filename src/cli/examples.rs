@@ -63,7 +63,7 @@ Examples:
 Cameras (--cameras FILE): one JSON object per line, for example
   {\"output\": \"a.png\", \"azimuth\": 30, \"elevation\": 20}
   {\"output\": \"b.png\", \"position\": [0, 0, 90], \"focal_point\": [9, 9, 9], \"view_up\": [0, 1, 0], \"perspective\": 30}
-  Other fields: roll, center, distance, parallel_scale, size, and the options of light (shadows, light_space …).
+  Other fields: roll, center, distance, parallel_scale, size, show and hide with names of surfaces, and the options of light (shadows …).
   The command line sets the fields that a line omits.
   For each picture, one line of JSON is printed.",
     volumes!(),

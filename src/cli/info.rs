@@ -6,14 +6,15 @@ use super::options::{Described, LabelOptions, TransferOptions, VolumeOptions};
 use super::orientation::{self, UpReport};
 use super::remarks::describe;
 use super::scene::open_transfer;
-use super::surface_info;
+use super::surface_info::{self, PlaceReport};
+use super::surfaces::{SurfaceArguments, bounds_of, position};
 use super::transfer::TransferReport;
 use crate::error::Error;
 use crate::framing::Orientation;
 use crate::settings::Blend;
 use crate::surface::SurfaceFile;
 use crate::transfer::TransferFunction;
-use crate::volume::{ChannelDescription, Contents, FrameSpacing, Grid, Statistics, Volume};
+use crate::volume::{ChannelDescription, Contents, FrameSpacing, Statistics, Volume};
 use glam::DVec3;
 use serde::Serialize;
 use std::process::ExitCode;
@@ -26,6 +27,8 @@ pub(super) struct Arguments {
     labels: LabelOptions,
     #[command(flatten)]
     transfer: TransferOptions,
+    #[command(flatten)]
+    pub surfaces: SurfaceArguments,
     /// Print the report as one line of JSON
     #[arg(long)]
     pub json: bool,
@@ -81,6 +84,9 @@ struct Info {
     transfer: TransferReport,
     /// Labels that voxels have, if the voxels are labels.
     labels: Option<Vec<LabelReport>>,
+    /// Those of `--surface`.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    surfaces: Vec<PlaceReport>,
 }
 
 /// A component of the file.
@@ -119,6 +125,10 @@ impl ChannelReport {
 
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     if SurfaceFile::is_one(&arguments.volume.volume) {
+        if arguments.surfaces.are_given() {
+            let problem = "says where surfaces lie beside a volume, and the file holds surfaces, too: omit it".into();
+            return Err(Error::Settings { field: "surface", problem });
+        }
         return surface_info::run(&arguments.volume.volume, arguments.json);
     }
     let Described { volume, labels, channels } = arguments.volume.open_described(&arguments.labels)?;
@@ -132,6 +142,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let statistics = volume.statistics();
     let (grid, contents) = (volume.grid(), volume.contents());
     let direction = grid.direction();
+    let surfaces = arguments.surfaces.open(&volume)?;
+    let surfaces = surfaces.iter().map(|surface| PlaceReport::new(surface, grid)).collect();
     let info = Info {
         dims: grid.dims(),
         voxel_type: volume.voxel_type().to_string(),
@@ -152,7 +164,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         length_unit: contents.length_unit.clone().filter(|_| !arguments.volume.has_spacing()),
         origin: grid.origin().to_array(),
         direction: direction.to_cols_array_2d(),
-        bounds: bounds(grid),
+        bounds: bounds_of(grid).corners(),
         anatomy: grid.has_anatomy().then(|| [direction.x_axis, direction.y_axis, direction.z_axis].map(side_of_patient)),
         up: UpReport::new(&Orientation::of(grid)),
         min: statistics.min,
@@ -163,6 +175,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         effective_splats,
         transfer: TransferReport::new(&transfer),
         labels: labels.as_ref().map(LabelReport::all),
+        surfaces,
     };
     super::report(arguments.json, &info, || text(&info, &transfer, &statistics, &volume))?;
     Ok(ExitCode::SUCCESS)
@@ -200,6 +213,7 @@ fn text(info: &Info, transfer: &TransferFunction, statistics: &Statistics, volum
     }
     lines.push(format!("transfer  {}", describe(transfer)));
     lines.extend(info.labels.iter().flat_map(|reports| labels::lines(reports)));
+    lines.extend(info.surfaces.iter().map(PlaceReport::line));
     lines.extend(histogram(statistics));
     lines.join("\n")
 }
@@ -236,25 +250,11 @@ pub(super) fn several(contents: &Contents) -> Vec<String> {
     lines
 }
 
-/// Lowest and highest world coordinates of the corners.
-pub(super) fn bounds(grid: &Grid) -> [[f64; 3]; 2] {
-    let last = DVec3::from_array(grid.dims().map(|n| n as f64 - 1.0));
-    let corner = |n: u32| last * DVec3::new(f64::from(n & 1), f64::from(n >> 1 & 1), f64::from(n >> 2 & 1));
-    let corners = (0..8).map(|n| grid.index_to_world().transform_point3(corner(n)));
-    let (lowest, highest) =
-        corners.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(lowest, highest), point| (lowest.min(point), highest.max(point)));
-    [lowest.to_array(), highest.to_array()]
-}
-
 /// The side of a patient that a direction in RAS coordinates points to most.
 fn side_of_patient(direction: DVec3) -> &'static str {
     let axis = direction.abs().max_position();
     let names = [["left", "right"], ["posterior", "anterior"], ["inferior", "superior"]];
     names[axis][usize::from(direction[axis] > 0.0)]
-}
-
-pub(super) fn position(point: [f64; 3]) -> String {
-    point.map(shortened).join(",")
 }
 
 /// A heading and sixteen rows of bars on a logarithmic scale, so that rare values are visible beside a background of millions.
@@ -278,8 +278,9 @@ mod tests {
     #[test]
     fn bounds_and_sides_follow_the_direction() {
         let turned = glam::DMat3::from_cols(DVec3::NEG_X, DVec3::Z, DVec3::Y);
-        let grid = Grid::oriented([3, 4, 5], DVec3::new(1.0, 2.0, 3.0), DVec3::new(10.0, 0.0, 0.0), turned).unwrap();
-        assert_eq!(bounds(&grid), [[8.0, 0.0, 0.0], [10.0, 12.0, 6.0]]);
+        let grid =
+            crate::volume::Grid::oriented([3, 4, 5], DVec3::new(1.0, 2.0, 3.0), DVec3::new(10.0, 0.0, 0.0), turned).unwrap();
+        assert_eq!(bounds_of(&grid).corners(), [[8.0, 0.0, 0.0], [10.0, 12.0, 6.0]]);
         assert_eq!([turned.x_axis, turned.y_axis, turned.z_axis].map(side_of_patient), ["left", "superior", "anterior"]);
     }
 }

@@ -8,12 +8,13 @@ use super::pictures::Pictures;
 use super::processes::Processes;
 use super::render::Arguments;
 use super::scene::OpenedScene;
-use super::{check, parse, progress};
+use super::{check, parse, progress, surfaces};
 use crate::camera::Camera;
 use crate::check::Family;
 use crate::error::Error;
 use crate::image::{Depths, Frame, ImageFormat};
 use crate::settings::Settings;
+use crate::surface::Surface;
 use crate::viewport::Viewport;
 use indicatif::ProgressBar;
 use serde::Serialize;
@@ -40,6 +41,8 @@ struct Line {
     size: Option<Viewport>,
     /// Options of light that the line gives.
     light: LightOptions,
+    /// Surfaces that it shows or hides, by name.
+    shown: Vec<(String, bool)>,
 }
 
 /// A rendered picture.
@@ -83,6 +86,11 @@ pub(super) fn run(arguments: &Arguments, source: &Path, processes: &Processes) -
     let scene = OpenedScene::open(&arguments.scene, processes)?;
     let cameras = arguments.pictures.cameras(&arguments.scene.camera, &scene);
     let pictures = Pictures::new(&scene, &arguments.pictures, arguments.scene.camera.background)?;
+    if !from_pipe {
+        // Names of surfaces are known now.
+        Lines::open(source, processes)?
+            .try_for_each(|line| line?.surfaces(&scene).map(drop).map_err(|e| e.into_error(source)))?;
+    }
     let lines = Lines::open(source, processes)?;
     let exit_code = std::thread::scope(|threads| {
         let (sender, receiver) = sync_channel(QUEUED);
@@ -121,6 +129,7 @@ fn render_all(
         arguments.require_shared(pictures.scene(), camera, inner, &settings)?;
         require_checked(arguments, &pictures, (camera, &settings), inner, &mut checked)?;
         pictures.set_format(ImageFormat::from_path(&line.output)?);
+        pictures.set_surfaces(line.surfaces(pictures.scene()).map_err(|e| e.into_error(&source))?)?;
         let started = Instant::now();
         let (Some(frame), _) = pictures.picture_with(&camera, size, &settings)? else { continue };
         let depths = if arguments.depth { Some(pictures.depths(&camera, size)?) } else { None };
@@ -188,8 +197,18 @@ impl Line {
         };
         let size = fields.remove("size").map(|size| parse_size(&size)).transpose().map_err(invalid)?;
         let light = LightOptions::from_fields(&mut fields).map_err(invalid)?;
+        let mut shown = Vec::new();
+        for (key, is_shown) in [("show", true), ("hide", false)] {
+            let names = fields.remove(key).map(|names| parse_names(key, names)).transpose().map_err(invalid)?;
+            shown.extend(names.into_iter().flatten().map(|name| (name, is_shown)));
+        }
         let view = View::from_fields(fields).map_err(invalid)?;
-        Ok(Self { number, view, output, size, light })
+        Ok(Self { number, view, output, size, light, shown })
+    }
+
+    /// The surfaces of a scene as the line shows them.
+    fn surfaces(&self, scene: &OpenedScene) -> Result<Vec<Surface>, InvalidLine> {
+        surfaces::shown(&scene.surfaces, &self.shown).map_err(|problem| self.invalid(problem))
     }
 
     fn invalid(&self, problem: String) -> InvalidLine {
@@ -219,6 +238,19 @@ fn parse_size(value: &Value) -> Result<Viewport, String> {
         },
         _ => Err(r#"size must be "WxH" or [W, H] in pixels"#.into()),
     }
+}
+
+/// Parses names: a text, or a list of texts.
+fn parse_names(key: &str, value: Value) -> Result<Vec<String>, String> {
+    let names = match value {
+        Value::Array(names) => names,
+        name => vec![name],
+    };
+    let name = |name: Value| match name {
+        Value::String(name) => Ok(name),
+        _ => Err(format!(r#"{key} must be a list of names of surfaces, such as ["implant"]"#)),
+    };
+    names.into_iter().map(name).collect()
 }
 
 /// Iterator over lines of JSON; skips blank lines.

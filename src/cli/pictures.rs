@@ -17,6 +17,7 @@ use crate::image::{Background, Depths, Frame, ImageFormat};
 use crate::renderer::{Channel, FrameReport, StreamPlan};
 use crate::settings::Settings;
 use crate::shown::Shown;
+use crate::surface::Surface;
 use crate::viewport::Viewport;
 use crate::volume::Grid;
 use clap::{Args, ValueEnum};
@@ -74,6 +75,8 @@ pub(super) struct Pictures<'a> {
     scene_renderer: SceneRenderer,
     /// Grid of the volume that is drawn.
     grid: Grid,
+    /// The surfaces that are drawn.
+    surfaces: Vec<Surface>,
     /// The fields beside it on the device, once a step was changed; hidden ones stay `None`.
     others: Vec<Option<Channel>>,
     /// Whether the first picture was checked for being empty or of one colour.
@@ -94,6 +97,7 @@ impl<'a> Pictures<'a> {
             keeps_floats: false,
             scene_renderer: SceneRenderer::new(scene)?,
             grid: scene.volume.grid().clone(),
+            surfaces: scene.surfaces.clone(),
             others: vec![None; scene.others.len()],
             first_checked: false,
             has_empty_picture: false,
@@ -108,6 +112,16 @@ impl<'a> Pictures<'a> {
     /// Enables or disables the legend of the following pictures.
     pub fn set_legend(&mut self, legend: bool) {
         self.annotations.legend = legend;
+    }
+
+    /// Draws the surfaces of the scene in the following pictures, of which others may be visible. All visible ones are uploaded then.
+    pub fn set_surfaces(&mut self, surfaces: Vec<Surface>) -> Result<(), Error> {
+        let visible = |surfaces: &[Surface]| surfaces.iter().map(|surface| surface.is_visible).collect::<Vec<_>>();
+        if visible(&surfaces) != visible(&self.surfaces) {
+            self.scene_renderer.renderer().set_surfaces(&surfaces)?;
+            self.surfaces = surfaces;
+        }
+        Ok(())
     }
 
     /// Draws another step of a sequence in the following pictures.

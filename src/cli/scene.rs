@@ -11,7 +11,7 @@ use super::orientation::describe;
 use super::processes::{Processes, TeamOptions};
 use super::remarks::{remark_on_components, remark_on_transfer, remark_on_volume};
 use super::shown_steps::ShownSteps;
-use super::surfaces::{self, SurfaceArguments, empty_volume, is_surface_file};
+use super::surfaces::{self, SurfaceArguments, is_surface_file};
 use super::values::Tent;
 use crate::annotation::{Legend, LegendEntry};
 use crate::camera::Camera;
@@ -160,28 +160,20 @@ impl OpenedScene {
         if options.has_surfaces() {
             settings.check_surfaces()?;
         }
-        let alone = match sequence {
-            None if is_surface_file(&options.volume.volume) => {
-                let surfaces = options.surfaces.open_alone(&options.volume.volume)?;
-                let (volume, transfer) = empty_volume(&options.volume.volume, &surfaces)?;
-                Some((volume, transfer, surfaces))
-            }
-            _ => None,
-        };
-        let shown = match (sequence, in_time) {
-            _ if alone.is_some() => None,
-            (None, _) => options.colors.open(options)?,
-            (Some(_), in_time) => in_time.map(|steps| steps.step(0)).transpose()?,
+        let (alone, shown) = match sequence {
+            None if is_surface_file(&options.volume.volume) => (Some(options.surfaces.open_alone(&options.volume.volume)?), None),
+            None => (None, options.colors.open(options)?),
+            Some(_) => (None, in_time.map(|steps| steps.step(0)).transpose()?),
         };
         shown.as_ref().map_or(Ok(()), |shown| reject_value_options(shown, options))?;
-        let volume = match sequence {
-            _ if shown.is_some() => shown.as_ref().map(|shown| shown.volume().clone()).expect("colours or labels"),
-            _ if alone.is_some() => alone.as_ref().map(|(volume, ..)| volume.clone()).expect("surfaces alone"),
-            None => match options.channels.first_component() {
+        let volume = match (&alone, &shown, sequence) {
+            (Some(alone), ..) => alone.volume.clone(),
+            (_, Some(shown), _) => shown.volume().clone(),
+            (_, _, Some(sequence)) => sequence.step(0)?,
+            _ => match options.channels.first_component() {
                 Some(first) => options.volume.open_component(&first, Some(options.camera.size))?,
                 None => processes.open(&options.volume, Some(options.camera.size), memory)?,
             },
-            Some(sequence) => sequence.step(0)?,
         };
         let mut fields = options.channels.open(&options.volume, (&volume, shown.as_ref()), options.camera.size, others)?;
         let (first, first_shown) = (fields.first.take(), fields.first_shown.take());
@@ -205,10 +197,10 @@ impl OpenedScene {
                 "maximum, minimum and average are taken between voxels, but the volume has a single one: omit the option";
             return Err(Error::Settings { field: "blend", problem: problem.into() });
         }
-        let transfer = match surface_color {
-            _ if alone.is_some() => alone.as_ref().map(|(_, transfer, _)| transfer.clone()).expect("surfaces alone"),
-            Some(color) => TransferFunction::new("surface", vec![(0.0, color)], vec![(0.0, 1.0)])?,
-            None => match shown.as_ref().filter(|_| options.transfer.transfer.is_none()).and_then(Shown::opacities) {
+        let transfer = match (&alone, surface_color) {
+            (Some(alone), _) => alone.transfer.clone(),
+            (_, Some(color)) => TransferFunction::new("surface", vec![(0.0, color)], vec![(0.0, 1.0)])?,
+            (None, None) => match shown.as_ref().filter(|_| options.transfer.transfer.is_none()).and_then(Shown::opacities) {
                 Some(opacities) => adjusted(&options.transfer, values, opacities)?,
                 None => match fields.first_transfer(values, settings.blend)?.filter(|_| !options.transfer.is_given()) {
                     Some(transfer) => adjusted(&options.transfer, values, transfer)?,
@@ -231,10 +223,14 @@ impl OpenedScene {
             _ => legend,
         };
         let is_alone = alone.is_some();
+        let of_scene = surfaces::open_scene(&fields.surfaces, Some(&volume).filter(|_| !is_alone))?;
         let surfaces = match alone {
-            Some((.., surfaces)) => surfaces,
-            None => options.surfaces.open(&volume)?,
+            Some(alone) => [alone.surfaces, of_scene].concat(),
+            None => [options.surfaces.open(&volume)?, of_scene].concat(),
         };
+        if processes.leads() && !is_alone {
+            surfaces::warn_of_those_outside(&surfaces, volume.grid());
+        }
         let legend = match legend {
             None if surfaces.is_empty() => None,
             listed => {

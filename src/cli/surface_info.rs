@@ -1,9 +1,10 @@
 //! `layersplat info` of a surface.
 
-use super::info::position;
 use super::numbers::shortened;
+use super::surfaces::{Place, position};
 use crate::error::Error;
-use crate::surface::{Per, SurfaceArray, SurfaceFile};
+use crate::surface::{Per, Shape, Surface, SurfaceArray, SurfaceFile};
+use crate::volume::Grid;
 use serde::Serialize;
 use std::path::Path;
 use std::process::ExitCode;
@@ -27,6 +28,44 @@ struct Info {
     /// The axes of a patient, if the file states them.
     space: Option<&'static str>,
     header: String,
+}
+
+/// A surface beside a volume.
+#[derive(Serialize)]
+pub(super) struct PlaceReport {
+    name: String,
+    points: usize,
+    cells: usize,
+    /// Without points there are none.
+    bounds: Option<[[f64; 3]; 2]>,
+    /// Whether its bounds meet those of the volume.
+    meets_volume: bool,
+    #[serde(skip)]
+    described: String,
+}
+
+impl PlaceReport {
+    pub fn new(surface: &Surface, grid: &Grid) -> Self {
+        let (points, cells, place) = (surface.shape().points(), surface.shape().cells(), Place::of(surface, grid));
+        let kind = match surface.shape() {
+            Shape::Triangles(_) => "triangles",
+            Shape::Spheres(_) => "spheres",
+            Shape::Tubes(_) => "lines",
+        };
+        let where_ = place.as_ref().map_or("has no points".into(), Place::to_string);
+        Self {
+            name: surface.name.clone(),
+            points,
+            cells,
+            bounds: place.as_ref().map(|place| place.bounds.corners()),
+            meets_volume: place.is_some_and(|place| place.meets),
+            described: format!("{cells} {kind} of {points} points, {where_}"),
+        }
+    }
+
+    pub fn line(&self) -> String {
+        format!("surface   {}: {}", self.name, self.described)
+    }
 }
 
 #[derive(Serialize)]

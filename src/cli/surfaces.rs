@@ -1,6 +1,7 @@
 //! Surfaces in and around the volume: `--surface FILE,KEY=VALUE,…`.
 
-use super::channels::{Pairs, read_transform, split};
+use super::channels::{Pairs, SceneSurface, read_transform, split};
+use super::numbers::shortened;
 use super::parse;
 use crate::annotation::LegendEntry;
 use crate::choice::Choice;
@@ -11,6 +12,7 @@ use crate::transfer::TransferFunction;
 use crate::volume::{Grid, Volume};
 use clap::Args;
 use glam::{DMat4, DVec3};
+use std::fmt;
 use std::path::{Path, PathBuf};
 
 /// Options of surfaces.
@@ -53,9 +55,28 @@ impl SurfaceSpec {
         if file.is_empty() {
             return Err("it names no file; use FILE,KEY=VALUE".into());
         }
-        let mut spec = Self { file: file.into(), ..Self::default() };
-        pairs.iter().try_for_each(|(key, value)| spec.set(key, value).map_err(|problem| format!("{key}: {problem}")))?;
-        Ok(spec)
+        Self { file: file.into(), ..Self::default() }.with(&pairs)
+    }
+
+    /// A surface of a scene. Names of files are relative to that of the scene.
+    fn of_scene(surface: &SceneSurface) -> Result<Self, Error> {
+        let is_file = |(key, _): &&(String, String)| key == "file";
+        let Some((_, file)) = surface.keys.iter().find(is_file) else {
+            return Err(surface.error(r#"it names no file: add "file": "…""#));
+        };
+        let looks: Pairs = surface.keys.iter().filter(|pair| !is_file(pair)).cloned().collect();
+        let spec = Self { file: surface.path(Path::new(file)), ..Self::default() };
+        let spec = spec.with(&looks).map_err(|problem| surface.error(&problem))?;
+        let transfer = spec.transfer.map(|name| {
+            let beside = surface.path(Path::new(&name));
+            if beside.exists() { beside.to_string_lossy().into_owned() } else { name }
+        });
+        Ok(Self { at: spec.at.map(|at| surface.path(&at)), transfer, ..spec })
+    }
+
+    fn with(mut self, pairs: &Pairs) -> Result<Self, String> {
+        pairs.iter().try_for_each(|(key, value)| self.set(key, value).map_err(|problem| format!("{key}: {problem}")))?;
+        Ok(self)
     }
 
     fn set(&mut self, key: &str, value: &str) -> Result<(), String> {
@@ -129,23 +150,109 @@ impl SurfaceArguments {
 
     /// Opens all surfaces around a volume.
     pub fn open(&self, volume: &Volume) -> Result<Vec<Surface>, Error> {
-        self.open_specs(&self.surfaces, Some(volume))
+        open_all(&self.surfaces, Some(volume))
     }
 
     /// Opens the surfaces of a file that stands in place of a volume, and all others.
-    pub fn open_alone(&self, file: &Path) -> Result<Vec<Surface>, Error> {
+    pub fn open_alone(&self, file: &Path) -> Result<SurfacesAlone, Error> {
         let first = SurfaceSpec { file: file.into(), ..SurfaceSpec::default() };
         let all: Vec<_> = std::iter::once(first).chain(self.surfaces.iter().cloned()).collect();
-        self.open_specs(&all, None)
+        let surfaces = open_all(&all, None)?;
+        let (volume, transfer) = empty_volume(file, &surfaces)?;
+        Ok(SurfacesAlone { volume, transfer, surfaces })
     }
+}
 
-    fn open_specs(&self, specs: &[SurfaceSpec], volume: Option<&Volume>) -> Result<Vec<Surface>, Error> {
-        let mut all = Vec::new();
-        for spec in specs {
-            all.extend(spec.open(volume)?);
+/// Surfaces without a volume.
+pub(super) struct SurfacesAlone {
+    /// Shows nothing.
+    pub volume: Volume<'static>,
+    pub transfer: TransferFunction,
+    pub surfaces: Vec<Surface>,
+}
+
+/// Opens the surfaces of a scene file. `volume`: that of the scene, if there is one.
+pub(super) fn open_scene(surfaces: &[SceneSurface], volume: Option<&Volume>) -> Result<Vec<Surface>, Error> {
+    let specs = surfaces.iter().map(SurfaceSpec::of_scene).collect::<Result<Vec<_>, _>>()?;
+    open_all(&specs, volume)
+}
+
+fn open_all(specs: &[SurfaceSpec], volume: Option<&Volume>) -> Result<Vec<Surface>, Error> {
+    let opened: Result<Vec<_>, Error> = specs.iter().map(|spec| spec.open(volume)).collect();
+    Ok(opened?.concat())
+}
+
+/// Says which surfaces lie wholly outside a volume.
+pub(super) fn warn_of_those_outside(surfaces: &[Surface], grid: &Grid) {
+    for surface in surfaces.iter().filter(|surface| surface.is_visible) {
+        if let Some(place) = Place::of(surface, grid).filter(|place| !place.meets) {
+            tracing::warn!("surface {} {place}", surface.name);
         }
-        Ok(all)
     }
+}
+
+/// Where a surface lies beside a volume.
+pub(super) struct Place {
+    pub bounds: Bounds,
+    /// Whether its bounds meet those of the volume.
+    pub meets: bool,
+    of_volume: Bounds,
+}
+
+impl Place {
+    /// The place of a surface; `None` if it has no points.
+    pub fn of(surface: &Surface, grid: &Grid) -> Option<Self> {
+        let (bounds, of_volume) = (surface.bounds()?, bounds_of(grid));
+        Some(Self { bounds, meets: bounds.meets(of_volume), of_volume })
+    }
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let [from, to] = self.bounds.corners().map(position);
+        if self.meets {
+            return write!(f, "meets the volume: {from} to {to}");
+        }
+        let [first, last] = self.of_volume.corners().map(position);
+        write!(
+            f,
+            "lies outside the volume: {from} to {to}, and the volume {first} to {last}; give its axes by space=LPS or RAS, or a matrix by at=FILE"
+        )
+    }
+}
+
+/// Lowest and highest world coordinates of the voxels' centres.
+pub(super) fn bounds_of(grid: &Grid) -> Bounds {
+    let last = DVec3::from_array(grid.dims().map(|n| n as f64 - 1.0));
+    let corner = |n: u32| last * DVec3::new(f64::from(n & 1), f64::from(n >> 1 & 1), f64::from(n >> 2 & 1));
+    let corners = (0..8).map(|n| grid.index_to_world().transform_point3(corner(n)));
+    let [lowest, highest] = [DVec3::INFINITY, DVec3::NEG_INFINITY];
+    corners.fold(Bounds { lowest, highest }, |box_, point| box_.and(Bounds { lowest: point, highest: point }))
+}
+
+/// A point, as text.
+pub(super) fn position(point: [f64; 3]) -> String {
+    point.map(shortened).join(",")
+}
+
+/// The surfaces that some names choose, which are shown or hidden.
+///
+/// # Errors
+/// A description of the problem for a name that none has.
+pub(super) fn shown(surfaces: &[Surface], names: &[(String, bool)]) -> Result<Vec<Surface>, String> {
+    let mut chosen = surfaces.to_vec();
+    for (name, is_visible) in names {
+        let mut named = chosen.iter_mut().filter(|surface| surface.name == *name).peekable();
+        if named.peek().is_none() {
+            let known: Vec<&str> = surfaces.iter().map(|surface| surface.name.as_str()).collect();
+            return Err(match known.as_slice() {
+                [] => format!("there is no surface '{name}': give surfaces by --surface or --scene"),
+                known => format!("there is no surface '{name}': use {}", known.join(", ")),
+            });
+        }
+        named.for_each(|surface| surface.is_visible = *is_visible);
+    }
+    Ok(chosen)
 }
 
 /// Whether a file that is named as a volume holds surfaces.
@@ -154,7 +261,7 @@ pub(super) fn is_surface_file(path: &Path) -> bool {
 }
 
 /// A volume that shows nothing, around surfaces, and its transfer function.
-pub(super) fn empty_volume(file: &Path, surfaces: &[Surface]) -> Result<(Volume<'static>, TransferFunction), Error> {
+fn empty_volume(file: &Path, surfaces: &[Surface]) -> Result<(Volume<'static>, TransferFunction), Error> {
     let bounds = bounds(surfaces).unwrap_or(Bounds { lowest: DVec3::ZERO, highest: DVec3::ONE });
     let extent = bounds.highest - bounds.lowest;
     let least = if extent.max_element() > 0.0 { THINNEST * extent.max_element() } else { 1.0 };

@@ -17,6 +17,7 @@ mod sequences;
 mod settings;
 mod slices;
 mod streams;
+mod surfaces;
 mod transfer;
 mod urls;
 mod volumes;

@@ -85,16 +85,19 @@ impl Arguments {
 
     /// Opens the volume, or the first step of a sequence.
     fn open(&self, processes: &Processes) -> Result<(OpenedScene, Option<Sequence>), Error> {
+        let refuse = || {
+            let problem = "the viewer draws no surfaces yet: use render, rotate or views".into();
+            Err(Error::Settings { field: "surface", problem })
+        };
         if self.scene.has_surfaces() {
-            let problem = "the viewer draws no surfaces yet: use render, rotate or views";
-            return Err(Error::Settings { field: "surface", problem: problem.into() });
+            return refuse();
         }
         let sequence = self.sequence(processes)?;
         let scene = match &sequence {
             Some(sequence) => OpenedScene::open_sequence(&self.scene, processes, sequence, &[], None)?,
             None => OpenedScene::open(&self.scene, processes)?,
         };
-        Ok((scene, sequence))
+        if scene.surfaces.is_empty() { Ok((scene, sequence)) } else { refuse() }
     }
 }
 

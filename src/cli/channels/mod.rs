@@ -21,6 +21,8 @@ use crate::volume::{ChannelDescription, OpenOptions, Volume};
 use clap::Args;
 pub(super) use field::{Field, FieldLook};
 use opening::Opened;
+use scene_file::SceneFile;
+pub(super) use scene_file::SceneSurface;
 use spec::{FieldChange, FieldSpec};
 pub(super) use spec::{Pairs, split};
 use std::path::{Path, PathBuf};
@@ -95,6 +97,8 @@ pub(super) struct Fields {
     opened: Vec<Opened>,
     /// Of fields in time, the values of all steps.
     overviews: Vec<Volume<'static>>,
+    /// Surfaces of the scene file.
+    pub surfaces: Vec<SceneSurface>,
     /// Whether the fields are channels of one picture, each in its colour.
     has_channel_colors: bool,
 }
@@ -164,6 +168,7 @@ impl ChannelOptions {
             others: Vec::new(),
             opened: Vec::new(),
             overviews: Vec::new(),
+            surfaces: Vec::new(),
             has_channel_colors: self.channels.is_some(),
         };
         if let Some(components) = &self.channels {
@@ -188,8 +193,12 @@ impl ChannelOptions {
         let unstated = options.placement();
         let mut specs = self.with.clone();
         if let Some(path) = &self.scene {
-            specs = scene_file::read(path)?;
-            if options.is_default() || specs[0].file.is_none() {
+            SceneFile { fields: specs, surfaces: fields.surfaces } = scene_file::read(path)?;
+            if options.is_default() && specs.is_empty() {
+                let problem = "it has surfaces alone: name a volume, or one of their files in its place".into();
+                return Err(Error::Keys { path: path.clone(), problem });
+            }
+            if options.is_default() || specs.first().is_some_and(|first| first.file.is_none()) {
                 let spec = specs.remove(0);
                 match &spec.file {
                     Some(_) => {

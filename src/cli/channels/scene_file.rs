@@ -1,61 +1,103 @@
-//! Scenes of fields in JSON: a list of fields, or an object with the list `fields`. Each field is an object with the keys of `--with`, and
-//! `file`. Without `file`, the first field is the volume of the command.
+//! Scenes in JSON: a list of fields, or an object with the lists `fields` and `surfaces`. Each field is an object with the keys of `--with`,
+//! and `file`; without `file`, the first field is the volume of the command. Surfaces have the keys of `--surface`, and `file`.
 
-use super::spec::FieldSpec;
+use super::spec::{FieldSpec, Pairs};
 use crate::error::Error;
 use crate::files;
 use serde_json::{Map, Value};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Largest file in bytes.
 const MAX_BYTES: u64 = 1 << 20;
 
-/// Reads at least one field.
+/// What a scene names.
+#[derive(Default)]
+pub(super) struct SceneFile {
+    /// None only if it has surfaces.
+    pub fields: Vec<FieldSpec>,
+    pub surfaces: Vec<SceneSurface>,
+}
+
+/// A surface of a scene.
+pub(in crate::cli) struct SceneSurface {
+    scene: PathBuf,
+    /// Counted from 1, for messages.
+    number: usize,
+    pub keys: Pairs,
+}
+
+impl SceneSurface {
+    /// The error of a problem with its keys.
+    pub fn error(&self, problem: &str) -> Error {
+        Error::Keys { path: self.scene.clone(), problem: format!("surface {}: {problem}", self.number) }
+    }
+
+    /// A name of a file, which is relative to that of the scene.
+    pub fn path(&self, name: &Path) -> PathBuf {
+        self.scene.parent().unwrap_or(Path::new("")).join(name)
+    }
+}
+
+/// Reads at least one field or surface.
 ///
 /// # Errors
 /// [`Error::Read`], or [`Error::Keys`] for a malformed scene.
-pub(super) fn read(path: &Path) -> Result<Vec<FieldSpec>, Error> {
+pub(super) fn read(path: &Path) -> Result<SceneFile, Error> {
     let wrong = |problem: String| Error::Keys { path: path.into(), problem };
     let text = files::read_text(path, MAX_BYTES)?;
     let scene: Value = serde_json::from_str(&text).map_err(|e| wrong(format!("it is not JSON: {e}")))?;
-    let list = match scene {
-        Value::Array(list) => list,
-        Value::Object(mut scene) => match scene.remove("fields") {
-            Some(Value::Array(list)) if scene.is_empty() => list,
-            Some(Value::Array(_)) => {
-                let key = scene.keys().next().cloned().unwrap_or_default();
-                return Err(wrong(format!("the scene has the unknown key {key:?}; it has \"fields\" alone")));
-            }
-            _ => return Err(wrong(r#"the scene has no list of fields: add "fields": [{"file": "…"}]"#.into())),
-        },
+    let mut lists = match scene {
+        Value::Array(fields) => Map::from_iter([("fields".into(), Value::Array(fields))]),
+        Value::Object(lists) => lists,
         _ => return Err(wrong(r#"it is no scene: expected {"fields": [{"file": "…"}]}"#.into())),
     };
-    let folder = path.parent().unwrap_or(Path::new(""));
-    let mut fields = Vec::new();
-    for (n, field) in list.into_iter().enumerate() {
-        let wrong = |problem: String| wrong(format!("field {}: {problem}", n + 1));
-        let Value::Object(keys) = field else { return Err(wrong(r#"it is no object such as {"file": "…"}"#.into())) };
-        let spec = spec_from(keys).map_err(wrong)?;
-        if spec.file.is_none() && n > 0 {
-            return Err(wrong(r#"it names no file: add "file": "…""#.into()));
-        }
-        fields.push(spec.relative_to(folder));
+    let mut list = |name: &str| match lists.remove(name) {
+        None => Ok(None),
+        Some(Value::Array(list)) => Ok(Some(list)),
+        Some(_) => Err(wrong(format!(r#"its {name} are no list: expected "{name}": [{{"file": "…"}}]"#))),
+    };
+    let (fields, surfaces) = (list("fields")?, list("surfaces")?);
+    if let Some(key) = lists.keys().next() {
+        return Err(wrong(format!("the scene has the unknown key {key:?}; its keys are \"fields\" and \"surfaces\"")));
     }
-    if fields.is_empty() {
+    if fields.is_none() && surfaces.is_none() {
+        return Err(wrong(r#"the scene has no list of fields: add "fields": [{"file": "…"}]"#.into()));
+    }
+    let keys = |what: &str, n: usize, value: Value| {
+        let wrong = |problem: String| wrong(format!("{what} {}: {problem}", n + 1));
+        let Value::Object(keys) = value else { return Err(wrong(r#"it is no object such as {"file": "…"}"#.into())) };
+        pairs_from(keys).map_err(wrong)
+    };
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let mut scene = SceneFile::default();
+    for (n, field) in fields.into_iter().flatten().enumerate() {
+        let mut spec = FieldSpec::default();
+        for (key, value) in keys("field", n, field)? {
+            spec.set(&key, &value).map_err(|problem| wrong(format!("field {}: {key}: {problem}", n + 1)))?;
+        }
+        if spec.file.is_none() && n > 0 {
+            return Err(wrong(format!(r#"field {}: it names no file: add "file": "…""#, n + 1)));
+        }
+        scene.fields.push(spec.relative_to(folder));
+    }
+    for (n, surface) in surfaces.into_iter().flatten().enumerate() {
+        scene.surfaces.push(SceneSurface { scene: path.into(), number: n + 1, keys: keys("surface", n, surface)? });
+    }
+    if scene.fields.is_empty() && scene.surfaces.is_empty() {
         return Err(wrong("it has no fields".into()));
     }
-    Ok(fields)
+    Ok(scene)
 }
 
-fn spec_from(keys: Map<String, Value>) -> Result<FieldSpec, String> {
-    let mut spec = FieldSpec::default();
-    for (key, value) in keys {
+/// Keys and values as options write them.
+fn pairs_from(keys: Map<String, Value>) -> Result<Pairs, String> {
+    let pair = |(key, value): (String, Value)| {
         let key = key.replace('_', "-");
         let text =
             text_of(&value).ok_or_else(|| format!("{key}: invalid value {value}; use a text, a number, or a list of numbers"))?;
-        spec.set(&key, &text).map_err(|problem| format!("{key}: {problem}"))?;
-    }
-    Ok(spec)
+        Ok((key, text))
+    };
+    keys.into_iter().map(pair).collect()
 }
 
 /// A value as options write it: `[1, 2]` is `1,2`, and `[[1, 0], [2, 0.5]]` is `1:0,2:0.5`.
@@ -88,7 +130,7 @@ fn text_of(value: &Value) -> Option<String> {
 mod tests {
     use super::*;
 
-    fn read_text(text: &str) -> Result<Vec<FieldSpec>, String> {
+    fn read_text(text: &str) -> Result<SceneFile, String> {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("scene.json");
         std::fs::write(&path, text).unwrap();
@@ -98,10 +140,13 @@ mod tests {
     #[test]
     fn scenes_have_the_keys_of_the_option() {
         let text = r##"{"fields": [{"color": "#ff0000"}, {"file": "b.nii", "opacity": [[0, 0], ["p99", 0.5]], "factor": 2, "visible": false}]}"##;
-        let fields = read_text(text).unwrap();
+        let fields = read_text(text).unwrap().fields;
         assert!(fields[0].file.is_none() && fields[0].chooses_transfer());
         assert!(fields[1].file.as_ref().unwrap().ends_with("b.nii") && fields[1].file.as_ref().unwrap().is_absolute());
-        assert_eq!(read_text(r#"[{"file": "a.nii"}]"#).unwrap().len(), 1);
+        assert_eq!(read_text(r#"[{"file": "a.nii"}]"#).unwrap().fields.len(), 1);
+        let scene = read_text(r#"{"surfaces": [{"file": "a.stl", "opacity": 0.4, "clip": false}]}"#).unwrap();
+        let expected = [("clip", "off"), ("file", "a.stl"), ("opacity", "0.4")].map(|(key, value)| (key.into(), value.into()));
+        assert!(scene.fields.is_empty() && scene.surfaces[0].keys == expected);
     }
 
     #[test]
@@ -110,7 +155,9 @@ mod tests {
             ("{", "not JSON"),
             ("3", "no scene"),
             ("[]", "no fields"),
-            (r#"{"fields": 3}"#, "no list of fields"),
+            ("{}", "no list of fields"),
+            (r#"{"fields": 3}"#, "its fields are no list"),
+            (r#"{"surfaces": [{"file": {}}]}"#, "surface 1: file: invalid value"),
             (r#"{"fields": [], "camera": 1}"#, "unknown key"),
             (r#"[{"file": "a"}, {}]"#, "field 2: it names no file"),
             (r#"[{"file": "a", "sise": 1}]"#, "field 1: sise: unknown key"),

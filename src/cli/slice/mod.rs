@@ -212,6 +212,10 @@ impl Arguments {
             None => self.volume.open(Some(size), None)?,
         };
         let mut fields = self.channels.open(&self.volume, (&volume, None), size, &[])?;
+        if !fields.surfaces.is_empty() {
+            let problem = "has surfaces, which slices do not show: take them out of the scene".into();
+            return Err(Error::Settings { field: "scene", problem });
+        }
         if fields.first_shown.is_some() {
             let problem =
                 "begins with colours or labels, which slices draw alone: slice their file, or name the scan first".into();

@@ -47,6 +47,16 @@ impl Bounds {
         Self { lowest: self.lowest.min(other.lowest), highest: self.highest.max(other.highest) }
     }
 
+    /// The lowest and the highest corner.
+    pub fn corners(self) -> [[f64; 3]; 2] {
+        [self.lowest.to_array(), self.highest.to_array()]
+    }
+
+    /// Whether they have a point in common.
+    pub fn meets(self, other: Self) -> bool {
+        self.lowest.cmple(other.highest).all() && other.lowest.cmple(self.highest).all()
+    }
+
     /// The smallest box around balls: centres and radii.
     pub(super) fn around(balls: impl Iterator<Item = (DVec3, f64)>) -> Option<Self> {
         balls.map(|(centre, radius)| Self { lowest: centre - radius, highest: centre + radius }).reduce(Self::and)
