@@ -87,34 +87,42 @@ typedef int4 Pixels;
 
 static inline Pixels all_pixels(const SurfaceView *view) { return (int4)(0, view->width - 1, 0, view->height - 1); }
 
-static inline Pixels pixels_between(const SurfaceView *view, float2 lowest, float2 highest) {
+// A box on the screen, which may reach beyond it, or be infinite. Behind the eye it is empty: its lowest place is infinite.
+typedef struct {
+    float2 lowest, highest;
+} ScreenBox;
+
+static inline Pixels pixels_of_box(const SurfaceView *view, ScreenBox box) {
     const float2 size = {view->width, view->height};
-    if (!(lowest.x < size.x && lowest.y < size.y && highest.x > 0.0f && highest.y > 0.0f))
+    if (!(box.lowest.x < size.x && box.lowest.y < size.y && box.highest.x > 0.0f && box.highest.y > 0.0f))
         return NO_PIXELS;
-    const int2 first = convert_int2(max(lowest, (float2)(0.0f))), last = convert_int2(min(highest, size - 1.0f));
+    const int2 first = convert_int2(max(box.lowest, (float2)(0.0f))), last = convert_int2(min(box.highest, size - 1.0f));
     return (int4)(first.x, last.x, first.y, last.y);
 }
 
-// A box around a ball, on the screen. The eye may be in it.
-static inline Pixels pixels_of_ball(const SurfaceView *view, float3 centre, float radius) {
-    float2 lowest = INFINITY, highest = -INFINITY;
+// A box around a ball. The eye may be in it.
+static inline ScreenBox box_of_ball(const SurfaceView *view, float4 ball) {
+    ScreenBox box = {INFINITY, -INFINITY};
     for (int corner = 0; corner < 8; corner++) {
+        const float radius = ball.w;
         const float3 off = {corner & 1 ? radius : -radius, corner & 2 ? radius : -radius, corner & 4 ? radius : -radius};
-        const float3 screen = on_screen(view, centre + off);
-        if (screen.z <= view->nearest)
-            return on_screen(view, centre).z + view->depth_of_unit * radius > view->nearest ? all_pixels(view) : NO_PIXELS;
+        const float3 screen = on_screen(view, ball.xyz + off);
+        if (screen.z <= view->nearest) {
+            const bool is_ahead = on_screen(view, ball.xyz).z + view->depth_of_unit * radius > view->nearest;
+            box.lowest = is_ahead ? -INFINITY : INFINITY, box.highest = -box.lowest;
+            return box;
+        }
         const float2 at = screen.xy / screen.z;
-        lowest = min(lowest, at), highest = max(highest, at);
+        box.lowest = min(box.lowest, at - 1.0f), box.highest = max(box.highest, at + 1.0f);
     }
-    return pixels_between(view, lowest - 1.0f, highest + 1.0f);
+    return box;
 }
 
-static inline Pixels both_pixels(Pixels one, Pixels other) {
-    if (one.x > one.y || one.z > one.w)
-        return other;
-    if (other.x > other.y || other.z > other.w)
-        return one;
-    return (int4)(min(one.x, other.x), max(one.y, other.y), min(one.z, other.z), max(one.w, other.w));
+// The box around what lies between two boxes. What begins behind the eye may be anywhere.
+static inline ScreenBox box_between(ScreenBox one, ScreenBox other) {
+    const bool is_anywhere = (one.lowest.x == INFINITY) != (other.lowest.x == INFINITY);
+    const ScreenBox between = {min(one.lowest, other.lowest), max(one.highest, other.highest)}, anywhere = {-INFINITY, INFINITY};
+    return is_anywhere ? anywhere : between;
 }
 
 static inline Pixels pixels_of_triangle(const SurfaceView *view, __global const float4 *points, int4 cell) {
@@ -140,10 +148,10 @@ static inline Pixels pixels_of_cell(const SurfaceView *view, __global const floa
         return pixels_of_triangle(view, points, cell);
     const float4 first = points[cell.x];
     if (kind != CONE)
-        return first.w > 0.0f ? pixels_of_ball(view, first.xyz, first.w) : NO_PIXELS;
+        return first.w > 0.0f ? pixels_of_box(view, box_of_ball(view, first)) : NO_PIXELS;
     const float4 second = points[cell.y];
     return first.w > 0.0f || second.w > 0.0f
-               ? both_pixels(pixels_of_ball(view, first.xyz, first.w), pixels_of_ball(view, second.xyz, second.w))
+               ? pixels_of_box(view, box_between(box_of_ball(view, first), box_of_ball(view, second)))
                : NO_PIXELS;
 }
 

@@ -60,11 +60,13 @@ pub enum Family {
     Light,
     /// Point-sampled layers on a lattice in the studio.
     Studio,
+    /// Triangles, spheres and tubes, and point-sampled layers on a lattice between them.
+    Surfaces,
 }
 
 impl Family {
     /// All families that are built.
-    pub const ALL: [Family; if cfg!(feature = "paper") { 18 } else { 15 }] = [
+    pub const ALL: [Family; if cfg!(feature = "paper") { 19 } else { 16 }] = [
         Family::PointLattice,
         Family::Spline,
         Family::PointValues,
@@ -86,6 +88,7 @@ impl Family {
         Family::ViewSheets,
         Family::Light,
         Family::Studio,
+        Family::Surfaces,
     ];
 
     /// Name in reports.
@@ -109,6 +112,7 @@ impl Family {
             Family::ViewSheets => "view-sheets",
             Family::Light => "light",
             Family::Studio => "studio",
+            Family::Surfaces => "surfaces",
         }
     }
 

@@ -29,7 +29,7 @@ static SHEET: LazyLock<Vec<[f32; 4]>> = LazyLock::new(|| {
         image::load_from_memory_with_format(FILE, image::ImageFormat::Png).expect("figures.png is a picture").into_rgba16();
     assert_eq!(
         sheet.dimensions(),
-        (columns() as u32, (Family::Studio as u32 + 1) * SIZE.height),
+        (columns() as u32, (Family::Surfaces as u32 + 1) * SIZE.height),
         "figures.png has an unexpected size"
     );
     sheet.pixels().map(|pixel| pixel.0.map(|c| f32::from(c) / f32::from(u16::MAX))).collect()
@@ -113,7 +113,7 @@ mod tests {
     /// The path tracer has the linear kernel and central differences: of smooth bumps that is nearly the same.
     #[test]
     fn the_studio_is_near_the_path_tracer() {
-        for (n, Picture { settings, camera }) in views(Family::Studio).iter().enumerate() {
+        for (n, Picture { settings, camera, .. }) in views(Family::Studio).iter().enumerate() {
             let (volume, transfer) = (volume(), transfer());
             let truth = PathTracer::new(&volume, &transfer, settings).halves(camera, SIZE, 1, 64).unwrap();
             let (squares, brightness) = against_halves(&expected(Family::Studio, n), &truth, 1);

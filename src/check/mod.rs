@@ -147,8 +147,9 @@ impl Device {
     fn largest_difference(&self, family: Family) -> Result<f64, Error> {
         let mut renderer = Renderer::new(self, &pictures::volume(), &pictures::transfer())?;
         let mut largest: f64 = 0.0;
-        for (n, Picture { settings, camera }) in pictures::views(family).into_iter().enumerate() {
+        for (n, Picture { settings, camera, surfaces }) in pictures::views(family).into_iter().enumerate() {
             let expected = figures::expected(family, n);
+            renderer.set_surfaces(&surfaces)?;
             let (frame, _) = renderer.render(&camera, SIZE, &settings)?;
             let (shown, _) = renderer.render_rgba8(&camera, SIZE, &settings, figures::BACKGROUND)?;
             let differences =
@@ -167,7 +168,7 @@ mod tests {
 
     /// These kernels render nothing for a frame of one field at full resolution; tests/shadows, tests/slices and tests/embedding check their
     /// results, and tests/channels and tests/colors those of several fields and of colours.
-    const NOT_CHECKED: [&str; 28] = [
+    const NOT_CHECKED: [&str; 21] = [
         "layered/channel_apart.cl",
         "layered/channel_lattice.cl",
         "layered/channels.cl",
@@ -181,13 +182,6 @@ mod tests {
         "shared/color_absorption.cl",
         "shared/label_surface.cl",
         "slice/slice.cl",
-        "surfaces/bins.cl",
-        "surfaces/cells.cl",
-        "surfaces/fragment_states.cl",
-        "surfaces/fragments.cl",
-        "surfaces/over_fragments.cl",
-        "surfaces/place_points.cl",
-        "surfaces/surface_colors.cl",
         "volume/color_voxels.cl",
         "volume/label_at.cl",
         "volume/label_moments.cl",
@@ -210,6 +204,7 @@ mod tests {
                 | Family::SplatPerspective
                 | Family::Light
                 | Family::Studio
+                | Family::Surfaces
         )
     }
 

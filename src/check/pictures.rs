@@ -6,6 +6,7 @@ use crate::layers::{Correction, Density, Kernel};
 use crate::settings::{
     Algorithm, Blend, Classification, Evaluation, Footprints, Layered, Light, Lights, Look, Settings, Shading, Shadows,
 };
+use crate::surface::{Ends, Per, Spheres, Surface, Triangles, Tubes};
 use crate::transfer::TransferFunction;
 use crate::viewport::Viewport;
 use crate::volume::{Grid, Volume, Voxels};
@@ -22,10 +23,11 @@ const HALF_HEIGHT: f64 = 5.5;
 /// An iso-value half-way up both bumps.
 const ISO: f64 = 60.0;
 
-/// Settings and camera of a picture.
+/// Settings and camera of a picture, and its surfaces.
 pub(super) struct Picture {
     pub settings: Settings,
     pub camera: Camera,
+    pub surfaces: Vec<Surface>,
 }
 
 /// Two smooth bumps in empty space, without symmetry and without edges, so that no pixel depends on rounding at an edge.
@@ -56,7 +58,7 @@ pub(super) fn views(family: Family) -> [Picture; VIEWS] {
     let [along_z, along_x] = [view(25.0, 15.0, ROLL), view(105.0, -20.0, ROLL)];
     let lit = settings(family);
     let unlit = Settings { shading: None, ..lit };
-    let picture = |settings, camera| Picture { settings, camera };
+    let picture = |settings, camera| Picture { settings, camera, surfaces: Vec::new() };
     match family {
         Family::SplatPerspective => [picture(lit, perspective(along_z, 30.0)), picture(lit, perspective(along_x, 40.0))],
         // From inside the volume, where no lattice covers the view.
@@ -68,6 +70,9 @@ pub(super) fn views(family: Family) -> [Picture; VIEWS] {
         // A light that takes several sweeps, and one that takes one.
         Family::Light => [picture(lit, along_z), picture(with_light(unlit, 0.0), perspective(along_x, 30.0))],
         Family::Studio => [picture(lit, along_z), picture(lit, perspective(along_x, 30.0))],
+        // Lattices whose samples are the pixels.
+        Family::Surfaces => [view(25.0, 15.0, 0.0), view(105.0, -20.0, 0.0)]
+            .map(|camera| Picture { surfaces: surfaces(&camera), ..picture(lit, camera) }),
         // A lattice aligned with pixels, and an interpolated one.
         Family::PointLattice => [picture(lit, view(25.0, 15.0, 0.0)), picture(unlit, perspective(along_x, 30.0))],
         _ => [picture(lit, along_z), picture(unlit, perspective(along_x, 30.0))],
@@ -89,8 +94,8 @@ fn settings(family: Family) -> Settings {
     };
     let (algorithm, blend): (Algorithm, Blend) = match family {
         Family::PointLattice | Family::Light | Family::Studio => (points(Kernel::Cubic, 1).into(), Blend::Composite),
-        // 8 samples per layer in steps of 1/32, like the reference integral.
-        Family::CastSegments => (points(Kernel::Cubic, 8).into(), Blend::Composite),
+        // 8 samples per layer, in steps of 1/32 if rays are cast, like the reference integral.
+        Family::CastSegments | Family::Surfaces => (points(Kernel::Cubic, 8).into(), Blend::Composite),
         Family::Spline => (points(Kernel::BSpline, 2).into(), Blend::Composite),
         Family::PointValues => (points(Kernel::Cubic, 1).into(), Blend::Maximum),
         Family::PointSurface => (points(Kernel::Cubic, 1).into(), Blend::Iso(ISO)),
@@ -113,6 +118,24 @@ fn settings(family: Family) -> Settings {
         Family::Studio => in_studio(lit),
         _ => lit,
     }
+}
+
+/// Surfaces through the volume of such a view: translucent triangles, a sphere before an opaque tube. They cover the whole picture, so that no pixel
+/// depends on rounding at an edge.
+fn surfaces(camera: &Camera) -> Vec<Surface> {
+    let basis = camera.basis().expect("the camera is valid");
+    let place =
+        |right: f64, up: f64, behind: f64| camera.focal_point + right * basis.right + up * basis.up + behind * basis.forward;
+    let corners = vec![place(-30.0, -30.0, -8.0), place(30.0, -30.0, 6.0), place(30.0, 30.0, 5.0), place(-30.0, 30.0, -9.0)];
+    let triangles = Triangles::new(corners, vec![[0, 1, 2], [0, 2, 3]]).expect("the triangles are valid");
+    let colors = vec![[0.9, 0.3, 0.1, 0.4], [0.1, 0.9, 0.3, 0.6], [0.2, 0.3, 0.9, 0.4], [0.9, 0.9, 0.2, 0.2]];
+    let triangles = Surface::new("triangles", triangles).with_colors(Per::Point(colors)).expect("each point has a colour");
+    let sphere = Spheres::new(vec![place(0.0, 0.0, 10.0)], vec![11.0]).expect("the sphere is valid");
+    let tube = vec![place(-40.0, 0.0, 13.0), place(40.0, 3.0, 13.0)];
+    let tube = Tubes::new(tube, vec![11.0; 2], &[2], Ends::Open).expect("the tube is valid");
+    let (mut sphere, mut tube) = (Surface::new("sphere", sphere), Surface::new("tube", tube));
+    (sphere.color, sphere.opacity, tube.color) = ([0.2, 0.7, 0.9], 0.3, [0.8, 0.6, 0.5]);
+    vec![triangles, sphere, tube]
 }
 
 /// The studio with a sky and lights of the world.
@@ -166,10 +189,14 @@ mod tests {
     fn every_picture_is_drawn_by_its_family() {
         let volume = volume();
         for family in Family::ALL {
-            for (n, Picture { settings, camera }) in views(family).into_iter().enumerate() {
+            for (n, Picture { settings, camera, surfaces }) in views(family).into_iter().enumerate() {
                 let rays = Rays::new(&camera, SIZE, volume.grid()).unwrap();
                 let plan = Plan::new(&rays, SIZE, volume.grid(), &settings).unwrap();
-                assert_eq!(Family::from_plan(&plan, &settings, rays.is_parallel()), family, "{n}: {plan}");
+                let has_surfaces = family == Family::Surfaces;
+                let plan = if has_surfaces { plan.with_surfaces(&rays, SIZE, volume.grid(), &settings).unwrap() } else { plan };
+                let drawing = if has_surfaces { Family::PointLattice } else { family };
+                assert_eq!(Family::from_plan(&plan, &settings, rays.is_parallel()), drawing, "{n}: {plan}");
+                assert_eq!(surfaces.is_empty(), !has_surfaces, "{family}");
                 if let (Family::PointLattice, Plan::Lattice(lattice, _)) = (family, &plan) {
                     assert_eq!(lattice.has_pixels_samples() && lattice.stagger.per_column != 0, n == 0);
                 }

@@ -10,8 +10,17 @@ use crate::renderer::{PaperPlan, Plan, Renderer};
 use glam::{DVec3, DVec4};
 
 /// Computes the reference picture; of the studio, draws it.
-pub(super) fn drawn(family: Family, Picture { settings, camera }: &Picture) -> Frame {
+pub(super) fn drawn(family: Family, Picture { settings, camera, surfaces }: &Picture) -> Frame {
     let (volume, transfer) = (&volume(), &transfer());
+    let integral = || {
+        let own = Integral::new(volume, transfer, None).with_gradient(Kernel::Cubic, settings.gradient_estimator());
+        let mut integral = own.with_surfaces(surfaces);
+        integral.shading = settings.shading;
+        integral
+    };
+    if family == Family::Surfaces {
+        return integral().render(camera, SIZE).unwrap();
+    }
     if family == Family::Studio {
         let mut renderer = Renderer::new(&Device::shared(), volume, transfer).unwrap();
         return renderer.render(camera, SIZE, settings).unwrap().0;
@@ -28,11 +37,7 @@ pub(super) fn drawn(family: Family, Picture { settings, camera }: &Picture) -> F
             return warped(&lattice, &samples, &rays, filter);
         }
         Plan::Direct(..) => layered.render(camera, SIZE, Some(Axis::most_parallel(rays.central_direction()))),
-        Plan::CastSegments(..) => {
-            let mut integral = Integral::new(volume, transfer, None).with_gradient(Kernel::Cubic, settings.gradient_estimator());
-            integral.shading = settings.shading;
-            integral.render(camera, SIZE)
-        }
+        Plan::CastSegments(..) => integral().render(camera, SIZE),
         Plan::Paper(PaperPlan::AxisSheets(_) | PaperPlan::ViewSheets(_)) => {
             Sheets::new(volume, transfer, settings).render(camera, SIZE)
         }

@@ -224,10 +224,10 @@ impl Arguments {
         size: Viewport,
         settings: &Settings,
     ) -> Result<BTreeSet<Family>, Error> {
-        let grid = scene.volume.grid();
-        let mut families = check::families(&[camera], self.pictures.rendered(size)?, grid, settings);
+        let (grid, has_surfaces) = (scene.volume.grid(), !scene.surfaces.is_empty());
+        let mut families = check::families(&[camera], self.pictures.rendered(size)?, grid, settings, has_surfaces);
         if self.depth {
-            families.extend(check::families(&[camera], size, grid, &depth_settings(settings)));
+            families.extend(check::families(&[camera], size, grid, &depth_settings(settings), has_surfaces));
         }
         Ok(families)
     }

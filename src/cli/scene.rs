@@ -390,7 +390,7 @@ impl OpenedScene {
     /// Fails if the device check of the kernels for these views failed, now or earlier.
     pub fn require_checked(&self, options: &SceneOptions, size: Viewport, cameras: &[Camera]) -> Result<(), Error> {
         self.require_shared(size, cameras, &self.settings)?;
-        let families = check::families(cameras, size, self.volume.grid(), &self.settings);
+        let families = check::families(cameras, size, self.volume.grid(), &self.settings, !self.surfaces.is_empty());
         self.processes.in_turn(|| check::require(&self.device, &families, &options.device))
     }
 }

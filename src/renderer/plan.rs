@@ -138,7 +138,7 @@ impl Plan {
     ///
     /// # Errors
     /// Those of [`Settings::check_surfaces`].
-    pub(super) fn with_surfaces(self, rays: &Rays, viewport: Viewport, grid: &Grid, settings: &Settings) -> Result<Self, Error> {
+    pub(crate) fn with_surfaces(self, rays: &Rays, viewport: Viewport, grid: &Grid, settings: &Settings) -> Result<Self, Error> {
         settings.check_surfaces()?;
         let (Self::Lattice(_, layered) | Self::Shared(_, layered) | Self::Direct(_, layered)) = self else { return Ok(self) };
         let Evaluation::Lattice(density) = layered.evaluation else {

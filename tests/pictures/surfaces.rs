@@ -261,6 +261,26 @@ fn squares_reflect_the_light_of_the_studio() {
     }
 }
 
+/// Of a tube, the part in the picture is drawn, wherever its ends are: beside the picture, or behind the eye.
+#[test]
+fn tubes_reach_into_the_picture_from_outside() {
+    let (size, scene) = (viewport(32, 32), clear());
+    let middle = DVec3::splat(9.5);
+    let perspective = Camera { projection: Projection::Perspective { field_of_view: 20.0 }, ..along_z(0.0) };
+    let (beside, behind) = (DVec3::new(300.0, 1.0, 20.0), DVec3::new(2.0, -6.0, 130.0));
+    for (camera, ends, least) in [
+        (along_z(0.0), [-beside, beside], 32 * 7),
+        (perspective, [-beside, beside], 32 * 3),
+        (along_z(0.0), [DVec3::ZERO, beside], 16 * 7),
+        (perspective, [-behind, behind], 40),
+    ] {
+        let tubes = Tubes::new(ends.map(|end| middle + end).to_vec(), vec![2.0; 2], &[2], Ends::Open).unwrap();
+        let frame = drawn(&scene, &[Surface::new("tube", tubes)], &camera, size);
+        let covered = frame.pixels().iter().filter(|pixel| pixel[3] == 1.0).count();
+        assert!(covered >= least, "{ends:?}: {covered} pixels");
+    }
+}
+
 #[test]
 fn repeated_points_of_lines_change_no_bit() {
     let (size, scene) = (viewport(50, 40), clear());

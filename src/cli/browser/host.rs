@@ -55,7 +55,7 @@ impl PageHost {
 
     /// Kernel families of a picture that are not checked yet.
     fn unchecked(&self, camera: &Camera, size: Viewport, settings: &Settings) -> BTreeSet<Family> {
-        let families = check::families(&[*camera], size, &self.grid, settings);
+        let families = check::families(&[*camera], size, &self.grid, settings, false);
         families.difference(&self.checked.lock().unwrap_or_else(PoisonError::into_inner)).copied().collect()
     }
 

@@ -21,12 +21,20 @@ use std::time::Duration;
 use verdicts::Verdicts;
 
 /// Kernel families that render these views. Views that cannot be rendered are skipped; the renderer reports them later.
-pub(super) fn families(cameras: &[Camera], size: Viewport, grid: &Grid, settings: &Settings) -> BTreeSet<Family> {
+pub(super) fn families(
+    cameras: &[Camera],
+    size: Viewport,
+    grid: &Grid,
+    settings: &Settings,
+    has_surfaces: bool,
+) -> BTreeSet<Family> {
     let family = |camera: &Camera| {
         let rays = Rays::new(camera, size, grid).ok()?;
-        Some(Family::from_plan(&Plan::new(&rays, size, grid, settings).ok()?, settings, rays.is_parallel()))
+        let plan = Plan::new(&rays, size, grid, settings).ok()?;
+        let plan = if has_surfaces { plan.with_surfaces(&rays, size, grid, settings).ok()? } else { plan };
+        Some(Family::from_plan(&plan, settings, rays.is_parallel()))
     };
-    cameras.iter().filter_map(family).collect()
+    cameras.iter().filter_map(family).chain(has_surfaces.then_some(Family::Surfaces)).collect()
 }
 
 /// Checks these families unless their verdicts are cached or `--device-unchecked` is given.
