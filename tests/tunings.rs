@@ -10,14 +10,21 @@ use layersplat::device::{DeviceKind, Tuning};
 use layersplat::layers::{Density, Kernel};
 use layersplat::renderer::{Channel, ColorOpacity, UploadedColors, UploadedVolume};
 use layersplat::settings::{Algorithm, Blend, Classification, Clipping, Evaluation, Layered, Look};
+use layersplat::surface::{Spheres, Surface, Triangles};
 use layersplat::volume::LabelSurfaces;
-use layersplat::{Camera, Device, Orbit, Projection, Renderer, Settings};
+use layersplat::{Camera, Device, Frame, Orbit, Projection, Renderer, Settings};
 
 /// Sums of floats in another order, because rows and tiles start elsewhere.
 const REORDERED: f64 = 2e-5;
 /// But for few rays, on which a value then rounds to another entry of the table.
 const ANOTHER_ENTRY: f64 = 2e-4;
 const ANOTHER_ENTRY_SHARE: f64 = 6e-3;
+
+/// Colours of fragments have half precision: lit in another order, they round to another one.
+const OF_COLORS: f64 = 1e-3;
+
+/// Samples of columns that lean are interpolated along them on CPUs, and along the axes on GPUs.
+const OF_LEANING_COLUMNS: f64 = 1e-2;
 
 /// Pixels aligned with samples compared with one ray per pixel: rounding of positions, amplified by a steep ramp.
 const OF_ONE_RAY: f64 = 2e-4;
@@ -113,6 +120,33 @@ fn staggered_columns_at_every_width() {
         }
         let shifted = compare(&shifted_by_half_a_pixel(&expected), &expected).max_difference;
         assert!(shifted > 100.0 * OF_ONE_RAY, "half a pixel must be noticed: {shifted}");
+    }
+}
+
+/// Surfaces: their fragments, the cuts of rays, and the volume between them.
+#[test]
+fn surfaces_at_every_width() {
+    let (volume, transfer, size) = (bump(), smooth_transfer(), viewport(53, 37));
+    let middle = volume.grid().centre();
+    let mut spheres = Surface::new("spheres", Spheres::new(vec![middle, middle + 3.0], vec![4.0, 2.0]).unwrap());
+    spheres.opacity = 0.4;
+    let corner = |x: f64, y: f64| middle + DVec3::new(9.0 * x, 7.0 * y, 2.0 * x - 3.0);
+    let corners = vec![corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
+    let surfaces = [spheres, Surface::new("square", Triangles::new(corners, vec![[0, 1, 2], [0, 2, 3]]).unwrap())];
+    let settings = Settings { early_termination: false, ..Settings::default() };
+    for camera in [parallel(&volume, size, 25.0, 15.0), perspective(&volume, 100.0, -20.0, 30.0)] {
+        let mut first: Option<Frame> = None;
+        for (name, device) in devices() {
+            let mut renderer = Renderer::new(&device, &volume, &transfer).unwrap();
+            let (without, _) = renderer.render(&camera, size, &settings).unwrap();
+            renderer.set_surfaces(&surfaces).unwrap();
+            let (found, _) = renderer.render(&camera, size, &settings).unwrap();
+            assert!(compare(&found, &without).max_difference > 0.1, "{name}: surfaces must be seen");
+            let first = first.get_or_insert_with(|| found.clone());
+            let leans = matches!(camera.projection, Projection::Perspective { .. }) && !name.starts_with("vectors");
+            let tolerance = if leans { OF_LEANING_COLUMNS } else { OF_COLORS };
+            assert_close(&format!("{name}, {:?}", camera.projection), &found, first, tolerance);
+        }
     }
 }
 

@@ -68,6 +68,9 @@ __kernel void point_lattice(SHADED_FIELD, __global const uchar *visible, __globa
         active_samples[id] = 0;
         return;
     }
+    float begins_at[TILE_ROWS], ends_at[TILE_ROWS];
+    for (int n = 0; n < patches; n++)
+        tile_bounds(intervals + n, 1, begins_at + n, ends_at + n);
 #endif
 #endif
 
@@ -93,6 +96,12 @@ __kernel void point_lattice(SHADED_FIELD, __global const uchar *visible, __globa
             passed += skip - 1;
             continue;
         }
+#ifdef CUT_RAYS
+        for (int n = 0; n < patches; n++)
+            over &= entry >= ends_at[n] || entry + 1.0f <= begins_at[n] ? ~(1 << n) : -1;
+        if (!(open & over))
+            continue;
+#endif
         fetch_ahead(voxels, &view, &p, &tile, q - RADIUS + 1 - enters + (RADIUS + 1) * p.layer_step);
         for (int i = 0; i < s; i++) {
             const int l0 = enters ? (q + 1) * s - i : q * s + i, l1 = l0 + p.layer_step;

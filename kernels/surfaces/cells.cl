@@ -1,7 +1,7 @@
 // Cells of surfaces, triangles and pieces of quadrics, and where rays cross them.
 //
 // Coordinates are along the axes of the grid, in world units, from the volume's centre, so that floats stay precise however far the eye is.
-// points: places of all sets in these coordinates, and radii. cells: points of a cell, and 8 times the number of its set plus its kind.
+// points: places of all sets in these coordinates, and radii. rounded: where they are on the screen. cells: points of a cell, and 8 times the number of its set plus its kind.
 // Kinds of cells, and what their three numbers are:
 
 // A triangle: its points.
@@ -46,39 +46,26 @@ static inline float3 on_screen(const SurfaceView *view, float3 p) {
 // share lose no pixel and draw none twice. Points that are not in front of the eye, or far outside the screen, are not rounded.
 #define SUBPIXELS 256
 #define FARTHEST_PIXEL 1048576.0f
+#define NOT_ROUNDED INT_MIN
 
-typedef struct {
-    float3 place;
-    int2 rounded;
-    bool is_rounded;
-} Corner;
-
-static inline Corner make_corner(const SurfaceView *view, float3 place) {
+static inline int2 rounded_pixel(const SurfaceView *view, float3 place) {
     const float3 screen = on_screen(view, place);
-    Corner corner;
-    corner.place = place;
-    corner.is_rounded = screen.z > view->nearest && fabs(screen.x) < FARTHEST_PIXEL * screen.z && fabs(screen.y) < FARTHEST_PIXEL * screen.z;
-    corner.rounded = corner.is_rounded ? convert_int2_rte(screen.xy * (SUBPIXELS / screen.z)) : (int2)(0);
-    return corner;
+    const bool is_near = screen.z > view->nearest && fabs(screen.x) < FARTHEST_PIXEL * screen.z && fabs(screen.y) < FARTHEST_PIXEL * screen.z;
+    return is_near ? convert_int2_rte(screen.xy * (SUBPIXELS / screen.z)) : (int2)(NOT_ROUNDED);
 }
 
-// An order of points that does not depend on the triangle.
-static inline bool is_before(float3 a, float3 b) { return a.x != b.x ? a.x < b.x : a.y != b.y ? a.y < b.y : a.z < b.z; }
+// A triangle on the screen: its points in 1/256 of a pixel.
+typedef struct {
+    int2 corners[3];
+} ScreenTriangle;
 
-// Whether a pixel is on the left of an edge. Pixels on the edge itself belong to one side, which does not depend on the triangle.
-static inline bool is_left_of(const SurfaceView *view, const Corner *from, const Corner *to, int x, int y, const SurfaceRay *ray) {
-    if (from->is_rounded && to->is_rounded) {
-        const int2 pixel = (int2)(x, y) * SUBPIXELS + SUBPIXELS / 2;
-        const long2 one = convert_long2(from->rounded - pixel), other = convert_long2(to->rounded - pixel);
-        const long area = one.x * other.y - one.y * other.x;
-        const int2 along = to->rounded - from->rounded;
-        return area > 0 || (area == 0 && (along.y > 0 || (along.y == 0 && along.x < 0)));
-    }
-    // The volume of the tetrahedron between the edge and the ray, computed alike for both directions of the edge.
-    const bool swapped = is_before(to->place, from->place);
-    const float3 first = swapped ? to->place : from->place, second = swapped ? from->place : to->place;
-    const float volume = view->handedness * dot(ray->direction, cross(first - ray->origin, second - ray->origin));
-    return (volume > 0.0f) != swapped;
+static inline ScreenTriangle on_pixels(__global const int2 *rounded, int4 cell) {
+    const ScreenTriangle triangle = {{rounded[cell.x], rounded[cell.y], rounded[cell.z]}};
+    return triangle;
+}
+
+static inline bool is_rounded(const ScreenTriangle *triangle) {
+    return triangle->corners[0].x != NOT_ROUNDED && triangle->corners[1].x != NOT_ROUNDED && triangle->corners[2].x != NOT_ROUNDED;
 }
 
 // Pixels that a cell can cover: first and last column, first and last row; empty where the first is behind the last.
@@ -125,29 +112,23 @@ static inline ScreenBox box_between(ScreenBox one, ScreenBox other) {
     return is_anywhere ? anywhere : between;
 }
 
-static inline Pixels pixels_of_triangle(const SurfaceView *view, __global const float4 *points, int4 cell) {
-    const Corner corners[3] = {make_corner(view, points[cell.x].xyz), make_corner(view, points[cell.y].xyz),
-                               make_corner(view, points[cell.z].xyz)};
-    if (!(corners[0].is_rounded && corners[1].is_rounded && corners[2].is_rounded)) {
-        bool is_ahead = false;
-        for (int i = 0; i < 3; i++)
-            is_ahead |= on_screen(view, corners[i].place).z > view->nearest;
+static inline Pixels pixels_of_triangle(const SurfaceView *view, __global const float4 *points, int4 cell, const ScreenTriangle *triangle) {
+    if (!is_rounded(triangle)) {
+        const bool is_ahead = on_screen(view, points[cell.x].xyz).z > view->nearest ||
+                              on_screen(view, points[cell.y].xyz).z > view->nearest || on_screen(view, points[cell.z].xyz).z > view->nearest;
         return is_ahead ? all_pixels(view) : NO_PIXELS;
     }
-    const int2 lowest = min(min(corners[0].rounded, corners[1].rounded), corners[2].rounded);
-    const int2 highest = max(max(corners[0].rounded, corners[1].rounded), corners[2].rounded);
+    const int2 lowest = min(min(triangle->corners[0], triangle->corners[1]), triangle->corners[2]);
+    const int2 highest = max(max(triangle->corners[0], triangle->corners[1]), triangle->corners[2]);
     // Columns and rows whose centres lie between.
     const int2 first = max((lowest + (SUBPIXELS / 2 - 1)) >> 8, 0);
     const int2 last = min((highest - SUBPIXELS / 2) >> 8, (int2)(view->width - 1, view->height - 1));
     return (int4)(first.x, last.x, first.y, last.y);
 }
 
-static inline Pixels pixels_of_cell(const SurfaceView *view, __global const float4 *points, int4 cell) {
-    const int kind = cell.w & 7;
-    if (kind == TRIANGLE)
-        return pixels_of_triangle(view, points, cell);
+static inline Pixels pixels_of_quadric(const SurfaceView *view, __global const float4 *points, int4 cell) {
     const float4 first = points[cell.x];
-    if (kind != CONE)
+    if ((cell.w & 7) != CONE)
         return first.w > 0.0f ? pixels_of_box(view, box_of_ball(view, first)) : NO_PIXELS;
     const float4 second = points[cell.y];
     return first.w > 0.0f || second.w > 0.0f
@@ -155,18 +136,17 @@ static inline Pixels pixels_of_cell(const SurfaceView *view, __global const floa
                : NO_PIXELS;
 }
 
+static inline Pixels pixels_of_cell(const SurfaceView *view, __global const float4 *points, __global const int2 *rounded, int4 cell) {
+    if ((cell.w & 7) != TRIANGLE)
+        return pixels_of_quadric(view, points, cell);
+    const ScreenTriangle triangle = on_pixels(rounded, cell);
+    const Pixels pixels = pixels_of_triangle(view, points, cell, &triangle);
+    return pixels.x <= pixels.y && pixels.z <= pixels.w ? pixels : NO_PIXELS;
+}
+
 // Where a ray crosses a cell: at most two ray parameters, NaN where it does not.
 typedef float2 Crossings;
 #define NO_CROSSINGS ((float2)(NAN, NAN))
-
-static inline Crossings triangle_crossings(const SurfaceView *view, const Corner *corners, int x, int y, const SurfaceRay *ray) {
-    const bool left = is_left_of(view, &corners[0], &corners[1], x, y, ray);
-    if (is_left_of(view, &corners[1], &corners[2], x, y, ray) != left || is_left_of(view, &corners[2], &corners[0], x, y, ray) != left)
-        return NO_CROSSINGS;
-    const float3 normal = cross(corners[1].place - corners[0].place, corners[2].place - corners[0].place);
-    const float along = dot(normal, ray->direction);
-    return (float2)(along == 0.0f ? NAN : dot(normal, corners[0].place - ray->origin) / along, NAN);
-}
 
 static inline bool is_in_sphere(float3 p, float4 sphere) {
     const float3 off = p - sphere.xyz;
@@ -243,11 +223,8 @@ static inline bool is_inside_tube(__global const float4 *points, int4 cell, floa
                             (cell.z & CONE_BEHIND && is_in_cone(p, points[cell.y], points[cell.y + 1])));
 }
 
-static inline Crossings cell_crossings(const SurfaceView *view, __global const float4 *points, int4 cell, const Corner *corners, int x, int y,
-                                       const SurfaceRay *ray) {
+static inline Crossings quadric_crossings(__global const float4 *points, int4 cell, const SurfaceRay *ray) {
     const int kind = cell.w & 7;
-    if (kind == TRIANGLE)
-        return triangle_crossings(view, corners, x, y, ray);
     Crossings t = kind == SPHERE ? sphere_crossings(points[cell.x], ray)
                   : kind == CONE ? cone_crossings(points[cell.x], points[cell.y], ray)
                                  : disc_crossings(points[cell.x], points[cell.y].xyz, ray);

@@ -106,6 +106,21 @@ impl<T: Copy> Buffer<T> {
         Ok(())
     }
 
+    /// Sets the first `len` values, on the device.
+    pub fn fill(&self, device: &Device, value: T, len: usize) -> Result<(), Error> {
+        assert!(len <= self.len, "cannot fill {len} values: the buffer has {}", self.len);
+        if len == 0 || device.rehearsal().is_some() {
+            return Ok(());
+        }
+        // A borrowed handle: nothing is released.
+        let mut to = ManuallyDrop::new(ClBuffer::<T>::new(self.memory.get()));
+        device.command("clEnqueueFillBuffer", |queue, wait| {
+            // SAFETY: the command copies the pattern; the range is checked above.
+            unsafe { queue.enqueue_fill_buffer(&mut to, &[value], 0, len * size_of::<T>(), wait) }
+        })?;
+        Ok(())
+    }
+
     /// Copies the first values into `values`.
     pub fn read(&self, device: &Device, values: &mut [T]) -> Result<(), Error> {
         self.read_at(device, 0, values)

@@ -313,3 +313,22 @@ fn depths_are_those_of_fragments() {
         assert!((first - 95.5).abs() < 1e-3 && (mean - 100.0).abs() < 1e-2, "{first}, {mean}");
     }
 }
+
+#[test]
+fn cells_found_for_a_view_serve_no_other() {
+    let scene = fog(0.05);
+    let (near, far) = (square(15.0, 5.0, 0.5), square(5.0, 5.0, 0.5));
+    let size = Viewport::new(40, 30).unwrap();
+    let cameras = [along_z(0.0), along_z(25.0), along_z(25.0), along_z(0.0)];
+    let mut renderer = Renderer::new(&device(), &scene.0, &scene.1).unwrap();
+    let settings = Settings { shading: None, early_termination: false, ..Settings::default() };
+    for surface in [&near, &far] {
+        renderer.set_surfaces(std::slice::from_ref(surface)).unwrap();
+        for camera in &cameras {
+            let (frame, _) = renderer.render(camera, size, &settings).unwrap();
+            let alone = drawn(&scene, std::slice::from_ref(surface), camera, size);
+            assert_eq!(frame.pixels(), alone.pixels(), "a frame after another");
+        }
+    }
+    assert_ne!(drawn(&scene, &[near], &cameras[0], size).pixels(), drawn(&scene, &[far], &cameras[0], size).pixels());
+}

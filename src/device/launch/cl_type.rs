@@ -30,6 +30,7 @@ cl_types!(
     u16 = "ushort",
     [f32; 2] = "float2",
     Float4 = "float4",
+    [i32; 2] = "int2",
     [i32; 4] = "int4",
     [u8; 4] = "uchar4",
     [u16; 4] = "ushort4"

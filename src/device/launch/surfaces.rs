@@ -42,7 +42,12 @@ kernel! {
 }
 
 fn defines() -> Defines {
-    Defines::new(1).with("SURFACE_TILE", SURFACE_TILE).with("SURFACE_COLORS", SURFACE_COLORS)
+    wide_defines(1)
+}
+
+/// For kernels that compute in vectors of `width` lanes.
+fn wide_defines(width: u32) -> Defines {
+    Defines::new(width).with("SURFACE_TILE", SURFACE_TILE).with("SURFACE_COLORS", SURFACE_COLORS)
 }
 
 kernel! {
@@ -57,7 +62,10 @@ kernel! {
         set: i32,
         first: i32,
         count: i32,
+        view: SurfaceView,
         points: &'a Buffer<Float4>,
+        /// Their places on the screen, in 1/256 of a pixel.
+        rounded: &'a Buffer<[i32; 2]>,
     }
 }
 
@@ -68,6 +76,7 @@ kernel! {
     items |a, _| a.chunks as usize;
     arguments BinsArguments<'a> {
         points: &'a Buffer<Float4>,
+        rounded: &'a Buffer<[i32; 2]>,
         /// Points, and set and kind.
         cells: &'a Buffer<[i32; 4]>,
         count: i32,
@@ -75,6 +84,8 @@ kernel! {
         chunks: i32,
         /// See [`Pass`].
         fill: i32,
+        /// Pixels that each cell can cover: first and last column and row.
+        bounds: &'a Buffer<[u16; 4]>,
         counts: &'a Buffer<u32>,
         lists: &'a Buffer<u32>,
     }
@@ -99,6 +110,8 @@ kernel! {
         normals: &'a Buffer<Float4>,
         /// Colours of values, [`SURFACE_COLORS`] per set that has them.
         tables: &'a Buffer<Float4>,
+        rounded: &'a Buffer<[i32; 2]>,
+        bounds: &'a Buffer<[u16; 4]>,
         /// Scanned counts of [`Bins`], and the lists.
         ends: &'a Buffer<u32>,
         lists: &'a Buffer<u32>,
@@ -127,7 +140,7 @@ fn raster(tuning: &Tuning) -> u32 {
 kernel! {
     /// Composites fragments and the volume between them.
     OverFragments = "surfaces/over_fragments.cl", over_fragments, "surfaces", Items::Tiles;
-    defines |_, depths: bool| defines().with_if(depths, "DEPTHS");
+    defines |tuning, depths: bool| wide_defines(tuning.vector_width).with_if(depths, "DEPTHS");
     items |a, _| a.view.size[1] as usize;
     arguments OverFragmentsArguments<'a> {
         view: SurfaceView,
@@ -145,7 +158,7 @@ kernel! {
         depths: &'a Buffer<f32>,
         colors: &'a Buffer<[u16; 4]>,
         states: &'a Buffer<u8>,
-        /// Number of the next fragment.
+        /// Number of the next fragment, and what the ray waits for.
         next: &'a Buffer<u8>,
         picture: &'a Buffer<Float4>,
         cuts: &'a Buffer<[f32; 2]>,

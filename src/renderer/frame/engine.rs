@@ -463,7 +463,7 @@ impl Engine {
     fn with_surfaces<T>(
         &mut self,
         view: View,
-        work: impl FnOnce(&mut SurfacePass, &UploadedSurfaces, &mut Scene, &mut Target) -> Result<T, Error>,
+        work: impl FnOnce(&mut SurfacePass, &Arc<UploadedSurfaces>, &mut Scene, &mut Target) -> Result<T, Error>,
     ) -> Result<T, Error> {
         let Self { fields, kernels, light, passes, target, surfaces, .. } = self;
         let surfaces = surfaces.as_ref().expect("frames with surfaces have them");
