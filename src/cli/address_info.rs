@@ -6,9 +6,10 @@ use super::option_names;
 use super::surfaces::{bounds_of, position};
 use crate::error::Error;
 use crate::viewport::Viewport;
-use crate::volume::{ChannelDescription, Contents, Level, OpenOptions, Stated};
+use crate::volume::{ChannelDescription, Contents, Grid, Level, OpenOptions, Stated};
 use serde::Serialize;
 use std::process::ExitCode;
+use tracing::subscriber::{NoSubscriber, with_default};
 
 /// Size of the pictures of `render` by default.
 const PICTURE: u32 = 768;
@@ -24,6 +25,8 @@ struct Info {
     frames: usize,
     /// Finest first.
     levels: Vec<LevelReport>,
+    /// The level that this and what follows describe.
+    level: usize,
     spacing: [f64; 3],
     length_unit: Option<String>,
     origin: [f64; 3],
@@ -50,14 +53,17 @@ pub(super) fn run(Arguments { volume, json, surfaces, .. }: &Arguments) -> Resul
     let options = volume.opening(None)?;
     // Chosen, so that nothing warns of a default, or of many bytes.
     let (frame, channel) = (options.frame.or(Some(0)), options.channel.or(options.channel_name.is_none().then_some(0)));
-    let level = options.level.or(Some(Level::Bytes(u64::MAX)));
+    // Larger levels have no grid.
+    let level = options.level.or(Some(Level::Bytes(Grid::MAX_VOXELS as u64)));
     let of_any = OpenOptions { frame, channel, level, download: Some(u64::MAX), ..options.clone() };
-    let Stated { grid, scalar, contents } = Stated::of_file(&volume.volume, &of_any)?;
+    let quietly = || Stated::of_file(&volume.volume, &of_any);
+    let Stated { grid, scalar, contents } = with_default(NoSubscriber::default(), quietly)?;
     let descriptions = if contents.channels > 1 { ChannelDescription::of_file(&volume.volume, &of_any)? } else { Vec::new() };
     let picture = volume.opening(Some(Viewport { width: PICTURE, height: PICTURE }))?;
-    // What is too much for a picture may still be described.
-    let picture = Contents::of_file(&volume.volume, &picture).map(|picture| picture.level);
     let size = scalar.bytes() as u64;
+    // What is too much for a picture may still be described.
+    let picture = Stated::of_file(&volume.volume, &OpenOptions { frame, channel, ..picture })
+        .map(|picture| (picture.contents.level, picture.grid.voxel_count() as u64 * size));
     let dims = if contents.levels.is_empty() { vec![grid.dims()] } else { contents.levels.clone() };
     let level = |(n, dims): (usize, &[usize; 3])| {
         let chunk = contents.chunks.get(n).copied();
@@ -67,23 +73,24 @@ pub(super) fn run(Arguments { volume, json, surfaces, .. }: &Arguments) -> Resul
     };
     let info = Info {
         url: volume.volume.display().to_string(),
-        dims: grid.dims(),
+        dims: dims[0],
         voxel_type: scalar.to_string(),
         channels: contents.channels,
         channel_descriptions: ChannelReport::all(&descriptions),
         frames: contents.frames,
         levels: dims.iter().enumerate().map(level).collect(),
         spacing: grid.spacing().to_array(),
+        level: contents.level,
         length_unit: contents.length_unit.clone(),
         origin: grid.origin().to_array(),
         bounds: bounds_of(&grid).corners(),
-        picture_level: picture.as_ref().ok().copied(),
+        picture_level: picture.as_ref().ok().map(|(level, _)| *level),
     };
     super::report(*json, &info, || text(&info, &contents, &picture))?;
     Ok(ExitCode::SUCCESS)
 }
 
-fn text(info: &Info, contents: &Contents, picture: &Result<usize, Error>) -> String {
+fn text(info: &Info, contents: &Contents, picture: &Result<(usize, u64), Error>) -> String {
     let unit = info.length_unit.as_ref().map_or(String::new(), |unit| format!(" {unit}"));
     let [lowest, highest] = info.bounds.map(position);
     let by = |[x, y, z]: [usize; 3]| format!("{x}x{y}x{z}");
@@ -99,13 +106,12 @@ fn text(info: &Info, contents: &Contents, picture: &Result<usize, Error>) -> Str
         lines.push(format!("level {n}   {}{}, {bytes}", by(level.dims), chunks.unwrap_or_default()));
     }
     let picture = match picture {
-        Ok(level) => {
-            format!("level {level}, {} unpacked", bytes_in_words(info.levels.get(*level).map_or(0, |level| level.bytes)))
-        }
+        Ok((level, bytes)) => format!("level {level}, {} unpacked", bytes_in_words(*bytes)),
         Err(error) => option_names::with_options(error),
     };
+    let of_level = if info.level > 0 { format!(" (level {})", info.level) } else { String::new() };
     lines.extend([
-        format!("spacing   {}{unit}", position(info.spacing)),
+        format!("spacing   {}{unit}{of_level}", position(info.spacing)),
         format!("origin    {}", position(info.origin)),
         format!("bounds    {lowest} to {highest}"),
         format!("picture   of {PICTURE}x{PICTURE} pixels: {picture}"),

@@ -8,7 +8,7 @@ use crate::renderer::ColorOpacity;
 use crate::settings::{AmbientOcclusion, ClipPlane, CropBox, Evaluation, GradientOpacity, Light, Number, Sky, WHITE};
 use crate::transfer::Value;
 use crate::viewport::Viewport;
-use crate::volume::LabelChange;
+use crate::volume::{LabelChange, VoxelBox};
 use glam::DVec3;
 use std::time::Duration;
 
@@ -152,6 +152,21 @@ pub(super) fn crop(text: &str) -> Result<CropBox, String> {
         return Err(format!("invalid box '{text}'; use X0:X1,Y0:Y1,Z0:Z1 in voxels, with X0 below X1 and so on"));
     };
     Ok(CropBox { lowest: DVec3::new(x.0, y.0, z.0), highest: DVec3::new(x.1, y.1, z.1) })
+}
+
+/// Parses `X0:X1,Y0:Y1,Z0:Z1` of whole numbers, the second behind the last voxel.
+pub(super) fn region(text: &str) -> Result<VoxelBox, String> {
+    let side = |side: &str, open: usize| if side.trim().is_empty() { Some(open) } else { side.trim().parse().ok() };
+    let extent = |extent: &str| {
+        let (lo, hi) = extent.split_once(':')?;
+        let (lo, hi) = (side(lo, 0)?, side(hi, usize::MAX)?);
+        (lo < hi).then(|| (lo, hi - lo))
+    };
+    let extents: Option<Vec<_>> = text.split(',').map(extent).collect();
+    let Some(&[x, y, z]) = extents.as_deref() else {
+        return Err(format!("invalid region '{text}'; use X0:X1,Y0:Y1,Z0:Z1 in voxels of level 0, with X0 below X1 and so on"));
+    };
+    Ok(VoxelBox { first: [x.0, y.0, z.0], dims: [x.1, y.1, z.1] })
 }
 
 /// Parses `X,Y,Z,NX,NY,NZ` with a non-zero normal.

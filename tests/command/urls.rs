@@ -91,4 +91,36 @@ fn downloads_are_bounded() {
     refused(f, &["render", &image, "--download", "100", "--level", "0"], 2, &["level 0", "120", "--download BYTES"]);
     refused(f, &["render", &image, "--download", "10"], 2, &["level 1", "24", "--download BYTES"]);
     refused(f, &["render", &array, "--download", "10"], 2, &["24000", "--download BYTES"]);
+    // A region has fewer.
+    let region = ["--region", "1:3,:2,2:"];
+    let path = files().join("zarr/ome_04.zarr");
+    let info = json(f, &[&["info", path.to_str().unwrap()], &region[..]].concat());
+    assert_eq!(info["dims"], serde_json::json!([2, 2, 1]));
+    assert!(
+        layersplat(
+            f,
+            &[&["render", &image, "--size", "9x9", "--download", "8", "--level", "0", "-o", "b.npy"], &region[..]].concat()
+        )
+        .status
+        .success()
+    );
+    refused(f, &["info", "builtin:cube@4", "--region", "a"], 2, &["--region", "X0:X1"]);
+    refused(f, &["info", "builtin:cube@4", "--region", ":,:,:"], 2, &["--region X0:X1", "files only"]);
+}
+
+/// Chunks that a server refuses are an error, or holes of which a message tells.
+#[test]
+fn refused_chunks_are_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let f = folder.path();
+    let server = Server::new(|request| match request.path.ends_with("/1.0.0") {
+        true => Reply::status(403),
+        false => Reply::file(file(&files(), request)),
+    });
+    let url = format!("{}/zarr/split.zarr", server.url);
+    let render = ["render", &url, "--size", "9x9", "-o", "a.npy"];
+    refused(f, &render, 1, &["split.zarr/1.0.0", "refuses it (403)"]);
+    let output = layersplat(f, &[&render[..], &["--missing", "fill"]].concat());
+    let told = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.success() && told.contains("refused 1 of 2 chunks"), "{told}");
 }

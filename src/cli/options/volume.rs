@@ -5,7 +5,9 @@ use crate::cli::values::{ChannelChoice, Component, LevelChoice};
 use crate::cli::{parse, standard};
 use crate::url;
 use crate::viewport::Viewport;
-use crate::volume::{ChannelDescription, Contents, Endian, Labels, Level, OpenOptions, Placement, ScalarType, Sequence, Volume};
+use crate::volume::{
+    ChannelDescription, Contents, Endian, Labels, Level, OpenOptions, Placement, ScalarType, Sequence, Volume, VoxelBox,
+};
 use clap::{Args, ValueEnum};
 use glam::DVec3;
 use std::path::{Path, PathBuf};
@@ -63,6 +65,9 @@ pub(in crate::cli) struct FileOptions {
     /// Resolution level from 0 (finest), or auto: the coarsest with a voxel per pixel [default: the finest that fits into memory; of a URL: auto]
     #[arg(long, value_parser = parse::level, value_name = "N|auto", help_heading = "Volume")]
     level: Option<LevelChoice>,
+    /// Part of a Zarr to read as if it were all, in voxels of level 0: from X0 to before X1, and so on; sides may be left out
+    #[arg(long, value_parser = parse::region, value_name = "X0:X1,Y0:Y1,Z0:Z1", help_heading = "Volume")]
+    region: Option<VoxelBox>,
     /// Most bytes of voxels, unpacked, that a URL may have, e.g. 800MB [default: 2GB]
     #[arg(long, value_parser = parse::bytes, value_name = "BYTES", allow_hyphen_values = true, help_heading = "Volume")]
     download: Option<u64>,
@@ -266,7 +271,7 @@ impl FileOptions {
             EndianName::Little => Endian::Little,
             EndianName::Big => Endian::Big,
         });
-        let Self { dims, voxel_type, spacing, origin, header_bytes, frame, download, missing, .. } = *self;
+        let Self { dims, voxel_type, spacing, origin, header_bytes, frame, region, download, missing, .. } = *self;
         let (array, series) = (self.array.clone(), self.series.clone());
         let level = match (self.level, size) {
             (None, _) => None,
@@ -292,6 +297,7 @@ impl FileOptions {
             array,
             series,
             level,
+            region,
             download,
             memory: None,
             fills_refused: missing == Some(MissingChunks::Fill),

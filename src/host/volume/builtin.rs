@@ -66,6 +66,7 @@ pub(super) fn sampled(source: &str, options: &OpenOptions) -> Result<(String, Gr
         ("frame", options.frame.is_some()),
         ("channel", options.channel.is_some() || options.channel_name.is_some() || options.magnitude),
         ("array", options.array.is_some()),
+        ("region", options.region.is_some()),
     ];
     if let Some(&(field, _)) = for_files.iter().find(|(_, given)| *given) {
         let problem = format!("applies to files only, and {name} is built-in: omit it; builtin:{name}@XxYxZ sets the size");

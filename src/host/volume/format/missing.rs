@@ -17,7 +17,7 @@ impl Format for Missing {
     }
 
     fn chooses(&self) -> &'static [&'static str] {
-        &["array", "level", "series"]
+        &["array", "level", "region", "series"]
     }
 
     fn open(&self, file: &Found, _options: &OpenOptions) -> Result<Opened, Error> {

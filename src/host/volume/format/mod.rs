@@ -351,6 +351,7 @@ fn open_file(path: &Path, options: &OpenOptions) -> Result<Opened, Error> {
     let given = [
         ("array", options.array.is_some()),
         ("level", options.level.is_some_and(Level::is_demanded)),
+        ("region", options.region.is_some()),
         ("series", options.series.is_some()),
     ];
     if let Some((field, _)) = given.iter().find(|(field, given)| *given && !format.chooses().contains(field)) {

@@ -1,7 +1,7 @@
 //! Options for opening volumes.
 
 use crate::error::Error;
-use crate::volume::{Endian, Grid, ScalarType};
+use crate::volume::{Endian, Grid, ScalarType, VoxelBox};
 use glam::{DMat3, DVec3};
 
 /// Properties that a file does not declare, or declares wrongly, and the selection of one of several volumes in it. Fields that are set
@@ -52,6 +52,8 @@ pub struct OpenOptions {
     /// Resolution level, in multiresolution formats. By default the finest that fits into half of the available memory, and into
     /// [`download`](Self::download).
     pub level: Option<Level>,
+    /// Part of the volume to read as if it were all, in voxels of the finest level; other levels have the voxels that cover it. Of Zarr.
+    pub region: Option<VoxelBox>,
     /// Most bytes of voxels, unpacked, to read from a server for one volume; 2 GB by default. More are an error, unless a coarser level has
     /// fewer and none is chosen by its number.
     pub download: Option<u64>,
@@ -112,7 +114,8 @@ impl Placement {
 pub enum Level {
     /// Level number; 0 is the finest.
     Number(usize),
-    /// The coarsest level with at least one voxel per pixel along every axis, if the longest side of the volume spans this many pixels.
+    /// The coarsest level with at least one voxel per pixel along every axis, if the longest side of the volume, or of its
+    /// [`region`](OpenOptions::region), spans this many pixels.
     /// The finest level if none qualifies. Also accepted by formats with one resolution.
     Pixels(usize),
     /// The finest level with at most this many bytes of voxels, else the coarsest. Also accepted by formats with one resolution.

@@ -65,7 +65,7 @@ impl Format for Surfaces {
     }
 
     fn chooses(&self) -> &'static [&'static str] {
-        &["array", "level", "series"]
+        &["array", "level", "region", "series"]
     }
 
     fn open(&self, file: &Found, _options: &OpenOptions) -> Result<Opened, Error> {

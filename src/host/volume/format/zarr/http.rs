@@ -23,6 +23,8 @@ mod tests;
 const AT_ONCE: usize = 16;
 /// Redirects that a request follows.
 const MOST_REDIRECTS: usize = 5;
+/// How much longer than the slowest answer another may take before its file is asked for again.
+const SLOWER: u32 = 4;
 /// Time for which metadata are kept: opening a volume asks for them several times.
 const KEPT_FOR: Duration = Duration::from_secs(60);
 /// Where S3 says in which region a bucket is.
@@ -35,7 +37,7 @@ struct Patience {
     attempts: u32,
     /// For a connection, and for more of an answer that has begun.
     pause: Duration,
-    /// For the first answer; each further attempt waits twice as long.
+    /// For an answer, and not much longer than the slowest has taken so far. From the third attempt on, each waits twice as long.
     answer: Duration,
     /// Before the second attempt; each further one waits twice as long. Servers may name a longer time.
     backoff: Duration,
@@ -69,6 +71,8 @@ pub(super) struct Http {
     agent: Agent,
     patience: Patience,
     metadata: Mutex<HashMap<PathBuf, Kept>>,
+    /// Of the answers so far.
+    slowest: Mutex<Duration>,
     /// Regions of buckets, as far as S3 has named them.
     regions: Mutex<HashMap<String, String>>,
 }
@@ -105,7 +109,8 @@ impl Http {
             .timeout_per_read(Some(patience.pause))
             .tls_config(TlsConfig::builder().root_certs(roots()).build())
             .build();
-        Self { agent: config.new_agent(), patience, metadata: Mutex::default(), regions: Mutex::default() }
+        let (metadata, slowest, regions) = Default::default();
+        Self { agent: config.new_agent(), patience, metadata, slowest, regions }
     }
 
     /// One attempt to read a file of at most `most` bytes, through redirects.
@@ -118,9 +123,12 @@ impl Http {
                 let user = base64::engine::general_purpose::STANDARD.encode(unescaped(user));
                 request = request.header(header::AUTHORIZATION, format!("Basic {user}"));
             }
-            let answer = self.patience.answer * 2u32.saturating_pow(number);
+            let (begun, answer) = (Instant::now(), self.longest_answer(number));
             let sent = request.config().timeout_recv_response(Some(answer)).build().call();
             let mut response = sent.map_err(|e| failure(&e))?;
+            let mut slowest = lock(&self.slowest);
+            *slowest = begun.elapsed().max(*slowest);
+            drop(slowest);
             let (status, headers) = (response.status(), response.headers());
             let region = headers.get(REGION).and_then(|region| region.to_str().ok());
             match status {
@@ -157,6 +165,14 @@ impl Http {
             }
         }
         Err(Failure::last(io::ErrorKind::Other, format!("the server redirects it more than {MOST_REDIRECTS} times")))
+    }
+
+    /// Time that attempt `number` waits for an answer.
+    fn longest_answer(&self, number: u32) -> Duration {
+        let Patience { answer, .. } = self.patience;
+        let (slowest, doubled) = (*lock(&self.slowest), 2u32.saturating_pow(number.saturating_sub(1)));
+        let first = if slowest.is_zero() { answer } else { (SLOWER * slowest).clamp(answer / SLOWER, answer) };
+        first * doubled
     }
 
     /// Time before attempt `number`, or longer if the server says so. Requests that failed together do not come back together.
@@ -313,6 +329,10 @@ fn redirected(from: &str, location: &str) -> Option<String> {
 /// What an error of the connection means. Its own text may have the address.
 fn failure(error: &ureq::Error) -> Failure {
     let passing = |problem: &str| Failure::Passing(problem.into(), None);
+    let unsafe_connection = |e: &dyn std::error::Error| {
+        let problem = format!("no safe connection to the server ({e}): SSL_CERT_FILE names the certificates that are trusted");
+        Failure::last(io::ErrorKind::Other, problem)
+    };
     match error {
         ureq::Error::Timeout(Timeout::Connect | Timeout::Resolve) => passing("no connection to the server"),
         ureq::Error::Timeout(_) => passing("the server does not answer in time"),
@@ -320,10 +340,12 @@ fn failure(error: &ureq::Error) -> Failure {
         ureq::Error::Io(e) if e.to_string().starts_with("failed to lookup address") => {
             passing("its server is not found: correct its name, or check the network")
         }
+        // Of certificates.
+        ureq::Error::Io(e) if e.kind() == io::ErrorKind::InvalidData => unsafe_connection(e),
         ureq::Error::Io(e) => Failure::Passing(format!("the connection failed ({e})"), None),
         ureq::Error::Protocol(_) | ureq::Error::ConnectionFailed => passing("the connection failed"),
         ureq::Error::HostNotFound => Failure::last(io::ErrorKind::NotFound, "its server is not found: correct its name"),
-        ureq::Error::Rustls(e) => Failure::last(io::ErrorKind::Other, format!("no safe connection to the server: {e}")),
+        ureq::Error::Rustls(e) => unsafe_connection(e),
         ureq::Error::BadUri(_) | ureq::Error::Http(_) => Failure::last(io::ErrorKind::InvalidInput, "it is no web address"),
         ureq::Error::LargeResponseHeader(..) => Failure::last(io::ErrorKind::Other, "the server's answer has too long a header"),
         _ => Failure::last(io::ErrorKind::Other, "the server cannot be asked"),

@@ -23,8 +23,9 @@ use crate::memory;
 use crate::panics::caught;
 use crate::url;
 use crate::volume::labels::{self, Declared};
-use crate::volume::{ChannelDescription, Contents, Level};
+use crate::volume::{ChannelDescription, Contents, Level, VoxelBox};
 use array::Array;
+use glam::{DAffine3, DVec3};
 use multiscales::Multiscales;
 use node::Node;
 use std::path::{Path, PathBuf};
@@ -45,7 +46,7 @@ impl Format for Zarr {
     }
 
     fn chooses(&self) -> &'static [&'static str] {
-        &["array", "level"]
+        &["array", "level", "region"]
     }
 
     fn labels(&self, file: &Found, options: &OpenOptions) -> Result<Option<Declared>, Error> {
@@ -82,16 +83,23 @@ impl Format for Zarr {
         let roles = Roles::new(&axes, array.shape.len());
         let at = roles.choose(&path, options, &array.shape, &mut contents)?;
         let place = roles.place(&path, &axes, &array.shape, &mut contents);
-        if let Some(most) = most_downloaded(&path, options).filter(|&most| bytes(&roles, &array) > most) {
-            let (bytes, level) = (bytes(&roles, &array), contents.level);
+        let dims = roles.dims(&array.shape);
+        let part = part_of(options, contents.levels.first().copied().unwrap_or(dims), dims)?;
+        let bytes = part.dims.iter().fold(array.scalar.bytes() as u64, |n, &size| n.saturating_mul(size as u64));
+        if let Some(most) = most_downloaded(&path, options).filter(|&most| bytes > most) {
+            let level = contents.level;
             let which = if contents.levels.is_empty() { String::new() } else { format!(" of level {level}") };
-            let problem = format!("is {most} bytes, but the voxels{which} of {} are {bytes}: raise it", path.display());
+            let problem =
+                format!("is {most} bytes, but the voxels{which} of {} are {bytes}: raise it, or choose a region", path.display());
             return Err(Error::Settings { field: "download", problem });
         }
-        let grid = load::grid(&path, roles.dims(&array.shape), place, options)?;
+        let place = place * DAffine3::from_translation(DVec3::from_array(part.first.map(|n| n as f64)));
+        let grid = load::grid(&path, part.dims, place, options)?;
         let Packed { scalar, rescale, missing } = array.packed().map_err(|e| Error::volume(&path, e.to_string()))?;
         let header = Header { endian: array.endian, rescale, missing, contents, ..Header::new(grid, scalar) };
         let bytes = pieces::Pieces::new(array, roles.space, at).filling_refused(options.fills_refused);
+        let (bytes, before) = bytes.of_part(part);
+        let header = Header { first: before * scalar.bytes() as u64, ..header };
         Ok(Opened { header, bytes: Box::new(Kept::new(bytes)), exact: false })
     }
 }
@@ -146,10 +154,12 @@ fn level(path: &Path, image: Multiscales, options: &OpenOptions, contents: &mut 
     let finest = &image.levels[0].axes;
     let roles = Roles::new(finest, finest.len());
     let sizes = |array: &Array| roles.dims(&array.shape);
+    let parts: Vec<[usize; 3]> =
+        arrays.iter().map(|array| Ok(part_of(options, sizes(&arrays[0]), sizes(array))?.dims)).collect::<Result<_, Error>>()?;
+    let bytes = |n: usize| parts[n].iter().fold(arrays[n].scalar.bytes() as u64, |n, &size| n.saturating_mul(size as u64));
     let download = most_downloaded(path, options).unwrap_or(u64::MAX);
-    let coarsest = |fits: &dyn Fn(&Array) -> bool| arrays.iter().rposition(fits).unwrap_or(0);
     let count = arrays.len();
-    let finest_within = |most: u64| arrays.iter().position(|array| bytes(&roles, array) <= most).unwrap_or(count - 1);
+    let finest_within = |most: u64| (0..count).find(|&n| bytes(n) <= most).unwrap_or(count - 1);
     let index = match options.level {
         Some(Level::Number(n)) if n < count => n,
         Some(Level::Number(n)) => {
@@ -158,15 +168,15 @@ fn level(path: &Path, image: Multiscales, options: &OpenOptions, contents: &mut 
         }
         Some(Level::Pixels(pixels)) => {
             let scale = roles.space.map(|axis| axis.map_or(1.0, |axis| finest[axis].step));
-            let wanted = wanted(sizes(&arrays[0]), scale, pixels);
-            coarsest(&|array| sizes(array).iter().zip(wanted).all(|(&size, wanted)| size >= wanted))
+            let wanted = wanted(parts[0], scale, pixels);
+            parts.iter().rposition(|part| part.iter().zip(wanted).all(|(&size, wanted)| size >= wanted)).unwrap_or(0)
         }
         Some(Level::Bytes(most)) => finest_within(most.min(download)),
         None => finest_within(download.min(memory::available() / SHARE)),
     };
     let name = path.display();
     let index = match options.level {
-        Some(Level::Pixels(_)) if bytes(&roles, &arrays[index]) > download => {
+        Some(Level::Pixels(_)) if bytes(index) > download => {
             let coarser = finest_within(download).max(index);
             tracing::warn!(
                 "{name}: using level {coarser} of {count}: level {index}, which pictures of this size show, has more bytes than download"
@@ -191,9 +201,22 @@ fn level(path: &Path, image: Multiscales, options: &OpenOptions, contents: &mut 
     Ok((arrays.swap_remove(index), image.levels[index].axes.clone()))
 }
 
-/// Bytes of the voxels of one volume of an array.
-fn bytes(roles: &Roles, array: &Array) -> u64 {
-    roles.dims(&array.shape).iter().fold(array.scalar.bytes() as u64, |n, &size| n.saturating_mul(size as u64))
+/// The voxels of a level of `dims` that cover the region of the options, which is in voxels of the finest level.
+fn part_of(options: &OpenOptions, finest: [usize; 3], dims: [usize; 3]) -> Result<VoxelBox, Error> {
+    let Some(region) = options.region else { return Ok(VoxelBox::whole(dims)) };
+    let mut part = VoxelBox::whole(dims);
+    for i in 0..3 {
+        if region.first[i] >= finest[i] || region.dims[i] == 0 {
+            let (axis, first, last) = (["x", "y", "z"][i], region.first[i], finest[i] - 1);
+            let problem = format!("begins at {first} along {axis}, where the finest level has voxels 0 to {last}, or has none");
+            return Err(Error::Settings { field: "region", problem });
+        }
+        let scaled = |n: usize| n as u128 * dims[i] as u128;
+        let end = scaled(region.end(i).min(finest[i])).div_ceil(finest[i] as u128) as usize;
+        part.first[i] = ((scaled(region.first[i]) / finest[i] as u128) as usize).min(dims[i] - 1);
+        part.dims[i] = end.min(dims[i]) - part.first[i];
+    }
+    Ok(part)
 }
 
 /// Most bytes of voxels that are read; `None` of files of this machine.
@@ -238,6 +261,20 @@ fn named(path: &Path, array: &Array) -> Vec<Axis> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn regions_are_covered_at_every_level() {
+        let part = |first: [usize; 3], dims: [usize; 3], of: [usize; 3]| {
+            let options = OpenOptions { region: Some(VoxelBox { first, dims }), ..OpenOptions::default() };
+            part_of(&options, [100, 80, 7], of).map(|part| (part.first, part.dims))
+        };
+        assert_eq!(part([10, 20, 2], [30, usize::MAX, 3], [100, 80, 7]).unwrap(), ([10, 20, 2], [30, 60, 3]));
+        assert_eq!(part([11, 20, 2], [30, 1, 3], [50, 40, 4]).unwrap(), ([5, 10, 1], [16, 1, 2]));
+        assert_eq!(part([99, 79, 6], [1, 1, 1], [1, 1, 1]).unwrap(), ([0; 3], [1; 3]));
+        for (first, dims) in [([100, 0, 0], [1; 3]), ([0; 3], [1, 0, 1])] {
+            assert!(part(first, dims, [50, 40, 4]).unwrap_err().to_string().contains("region"));
+        }
+    }
 
     #[test]
     fn pictures_want_voxels_along_every_axis() {

@@ -36,7 +36,15 @@ pub(super) enum Node {
 /// # Errors
 /// [`Error::Volume`] if it is no node, or an unusual one.
 pub(super) fn node(folder: &Path) -> Result<Node, Error> {
-    found(folder)?.ok_or_else(|| Error::volume(folder, format!("there is no {}: it is no Zarr array or group", MARKS.join(", "))))
+    found(folder)?.ok_or_else(|| {
+        Error::volume(
+            folder,
+            format!(
+                "there is no {}: it is no Zarr array or group; files of other formats are read once they are downloaded",
+                MARKS.join(", ")
+            ),
+        )
+    })
 }
 
 /// The node of a folder; `None` if the folder is none.

@@ -4,6 +4,7 @@ use super::array::Array;
 use crate::memory;
 use crate::panics::caught;
 use crate::progress;
+use crate::volume::VoxelBox;
 use crate::volume::format::parts::Parts;
 use crate::volume::format::strided;
 use std::io;
@@ -15,12 +16,17 @@ const CHUNKS_PER_READER: usize = 4;
 /// Bytes that may be read together where a layer of chunks has fewer chunks than that.
 const MOST_TOGETHER: usize = 64 << 20;
 
+/// Bytes of the chunks that are decoded at once, if there are several: shards are chunks, too.
+const MOST_AT_ONCE: usize = 512 << 20;
+
 /// One volume of an array, x fastest.
 pub(super) struct Pieces {
     array: Array,
     /// Array axes of x, y and z, if they exist, and the position of the volume along the other axes.
     space: [Option<usize>; 3],
     place: Vec<usize>,
+    /// First voxel and number of voxels: those of a part, and the layers before it in the same chunks.
+    first: [usize; 3],
     dims: [usize; 3],
     /// Whether chunks that a server refuses count as not stored.
     fills_refused: bool,
@@ -33,7 +39,17 @@ impl Pieces {
     pub fn new(array: Array, space: [Option<usize>; 3], place: Vec<usize>) -> Self {
         let dims = space.map(|axis| axis.map_or(1, |axis| array.shape[axis]));
         let (stored, refused) = Default::default();
-        Self { array, space, place, dims, fills_refused: false, stored, refused }
+        Self { array, space, place, first: [0; 3], dims, fills_refused: false, stored, refused }
+    }
+
+    /// The voxels of a part, and the number of those before it.
+    pub fn of_part(mut self, part: VoxelBox) -> (Self, u64) {
+        (self.first, self.dims) = (part.first, part.dims);
+        let before = part.first[2] % self.chunk(2);
+        self.first[2] -= before;
+        self.dims[2] += before;
+        let voxels = before as u64 * self.dims[0] as u64 * self.dims[1] as u64;
+        (self, voxels)
     }
 
     /// Takes chunks that a server refuses as not stored, if `fills`.
@@ -46,15 +62,21 @@ impl Pieces {
         self.space[axis].map_or(1, |axis| self.array.chunks[axis])
     }
 
+    /// Chunks that are read at once.
+    fn at_once(&self) -> usize {
+        let bytes = self.array.chunks.iter().fold(self.array.scalar.bytes(), |n, &size| n.saturating_mul(size));
+        self.array.store.at_once().min(MOST_AT_ONCE / bytes.max(1)).max(1)
+    }
+
     /// Numbers of chunks along x, y and z.
     fn counts(&self) -> [usize; 3] {
-        [0, 1, 2].map(|i| self.dims[i].div_ceil(self.chunk(i)))
+        [0, 1, 2].map(|i| (self.first[i] + self.dims[i]).div_ceil(self.chunk(i)) - self.first[i] / self.chunk(i))
     }
 
     /// Layers of chunks that are read together.
     fn layers_together(&self) -> usize {
         let [x, y, z] = self.counts();
-        let readers = self.array.store.at_once();
+        let readers = self.at_once();
         let wanted = (CHUNKS_PER_READER * readers).div_ceil(x.saturating_mul(y));
         let bytes = self.layer().saturating_mul(self.chunk(2)).max(1);
         if readers == 1 { 1 } else { wanted.min(MOST_TOGETHER / bytes).clamp(1, z) }
@@ -69,12 +91,12 @@ impl Pieces {
         self.dims[0] * self.dims[1] * self.array.scalar.bytes()
     }
 
-    /// Decodes the chunk at a position in the volume; `None` if it is not stored.
+    /// Decodes a chunk, counted from the first; `None` if it is not stored.
     fn piece(&self, at: [usize; 3]) -> io::Result<Option<Vec<u8>>> {
         let array = &self.array;
         let mut place: Vec<usize> = self.place.iter().zip(&array.chunks).map(|(place, chunk)| place / chunk).collect();
-        for (axis, at) in self.space.iter().zip(at) {
-            axis.iter().for_each(|&axis| place[axis] = at);
+        for (i, axis) in self.space.iter().enumerate() {
+            axis.iter().for_each(|&axis| place[axis] = self.first[i] / self.chunk(i) + at[i]);
         }
         let (path, size) = (array.file(&place), array.scalar.bytes());
         let named = |kind: io::ErrorKind, problem: String| io::Error::new(kind, format!("{}: {problem}", path.display()));
@@ -106,7 +128,7 @@ impl Pieces {
         }
     }
 
-    /// Copies the part of a chunk that belongs to the volume.
+    /// Copies what the volume has of a chunk, which is counted from the first.
     fn put(&self, numbers: &[u8], at: [usize; 3], slab: &mut [u8]) {
         let (array, size) = (&self.array, self.array.scalar.bytes());
         let strides = array.codec.strides(&array.chunks, size);
@@ -118,13 +140,19 @@ impl Pieces {
             .sum();
         let from = [2, 1, 0].map(|i| self.space[i].map_or(0, |axis| strides[axis]));
         let to = [self.layer(), self.dims[0] * size, size];
-        let first = [0, 1].map(|i| at[i] * self.chunk(i));
-        let [x, y] = [0, 1].map(|i| self.chunk(i).min(self.dims[i] - first[i]));
+        // Within the chunk and the volume.
+        let inside = |i: usize| {
+            let begin = (self.first[i] / self.chunk(i) + at[i]) * self.chunk(i);
+            let (from, to) = (begin.max(self.first[i]), (begin + self.chunk(i)).min(self.first[i] + self.dims[i]));
+            (from - begin, from - self.first[i], to - from)
+        };
+        let [(skipped_x, x, wide), (skipped_y, y, high)] = [inside(0), inside(1)];
+        let skipped = skipped + skipped_x * from[2] + skipped_y * from[1];
         // The slab begins at a multiple of the layers read together.
         let layer = at[2] % self.layers_together() * self.chunk(2);
         let deep = self.chunk(2).min(slab.len() / self.layer() - layer);
-        let start = layer * self.layer() + (first[1] * self.dims[0] + first[0]) * size;
-        strided::copy(&numbers[skipped..], &from, &mut slab[start..], &to, &[deep, y, x], size);
+        let start = layer * self.layer() + (y * self.dims[0] + x) * size;
+        strided::copy(&numbers[skipped..], &from, &mut slab[start..], &to, &[deep, high, wide], size);
     }
 }
 
@@ -178,7 +206,7 @@ impl Parts for Pieces {
             Some(observer) => progress::observed(observer, read),
             None => read(),
         };
-        match count.min(this.array.store.at_once()) {
+        match count.min(this.at_once()) {
             0 | 1 => read(),
             readers => std::thread::scope(|scope| (0..readers).for_each(|_| drop(scope.spawn(observed)))),
         }

@@ -3,7 +3,8 @@
 use super::server::{Reply, Request, Server, file};
 use super::*;
 use crate::error::Error;
-use crate::volume::{ChannelDescription, Labels, OpenOptions, Volume};
+use crate::volume::{ChannelDescription, Labels, OpenOptions, Volume, VoxelBox};
+use glam::DVec3;
 
 /// Files of other programs, with what they hold.
 fn folder() -> PathBuf {
@@ -266,5 +267,47 @@ fn servers_are_waited_for_longer_each_time() {
     {
         let waited = http.wait(number, Some(Duration::from_secs(named))).as_millis();
         assert!(expected.contains(&waited), "{number}: {waited} ms");
+    }
+    let http = Http::new(Patience { answer: Duration::from_secs(2), ..PATIENCE });
+    for (slowest, expected) in [(0, [2000, 2000, 4000, 16000]), (10, [500, 500, 1000, 4000]), (300, [1200, 1200, 2400, 9600])] {
+        *lock(&http.slowest) = Duration::from_millis(slowest);
+        assert_eq!([0, 1, 2, 4].map(|number| http.longest_answer(number).as_millis()), expected);
+    }
+}
+
+/// All regions of a volume of eight chunks, in another order of axes than its own, have the voxels of the whole.
+#[test]
+fn regions_read_their_chunks_only() {
+    let path = folder().join("zarr/3_turned.zarr");
+    let whole = by_path("zarr/3_turned.zarr");
+    let [x, y, z] = whole.grid().dims();
+    let sides = |n: usize| (0..n).flat_map(move |first| (1..=n - first).map(move |len| (first, len)));
+    for ((a, wide), (b, high), (c, deep)) in sides(x).flat_map(|x| sides(y).flat_map(move |y| sides(z).map(move |z| (x, y, z)))) {
+        let region = Some(VoxelBox { first: [a, b, c], dims: [wide, high, deep] });
+        let part = Volume::open(&path, &OpenOptions { region, ..OpenOptions::default() }).unwrap();
+        let first = DVec3::new(a as f64, b as f64, c as f64);
+        assert_eq!(part.grid().origin(), whole.grid().index_to_world().transform_point3(first));
+        let expected = |i| {
+            let [i, j, k] = part.grid().place(i);
+            whole.value(a + i + x * (b + j + y * (c + k)))
+        };
+        assert_eq!(part.grid().dims(), [wide, high, deep]);
+        assert!(values(&part).into_iter().enumerate().all(|(i, value)| value == expected(i)), "{region:?}");
+    }
+    let server = Server::of_folder(folder());
+    let url = format!("{}/zarr/3_turned.zarr", server.url);
+    let region = Some(VoxelBox { first: [4, 0, 2], dims: [1; 3] });
+    let options = OpenOptions { region, ..OpenOptions::default() };
+    let part = Volume::open(&url, &options).unwrap();
+    assert_eq!(values(&part), [whole.value(4 + x * y * 2)]);
+    let chunks: Vec<_> = server.requests().into_iter().filter(is_chunk).map(|request| request.path).collect();
+    assert_eq!(chunks, ["/zarr/3_turned.zarr/c/1/0/1"]);
+    let beyond = OpenOptions { region: Some(VoxelBox { first: [x, 0, 0], dims: [1; 3] }), ..OpenOptions::default() };
+    for (source, options, sentence) in [
+        (url.into(), beyond, "region: begins at 5 along x, where the finest level has voxels 0 to 4"),
+        (folder().join("nrrd/rgb.nrrd"), options, "region: not supported"),
+    ] {
+        let message = Volume::open(source, &options).unwrap_err().to_string();
+        assert!(message.contains(sentence), "{message}");
     }
 }
