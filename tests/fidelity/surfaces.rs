@@ -2,13 +2,15 @@
 
 use crate::common::surfaces::{Data, Scene, iso_surface, scenes};
 use crate::common::*;
-use glam::DVec3;
-use layersplat::layers::Kernel;
+use glam::{DVec3, DVec4};
+use layersplat::layers::{Kernel, Rays};
 use layersplat::reference::{Integral, Marched};
+use layersplat::renderer::Accumulation;
 use layersplat::settings::Algorithm;
 use layersplat::surface::Surface;
 use layersplat::volume::Voxels;
 use layersplat::{Frame, Renderer, Settings, Viewport};
+use std::ops::Range;
 
 /// Distance of the iso-surface of a ball of radius 7 from it, in voxels, and what rounding adds: interpolation along edges of up to √3.
 const OFF: f64 = 3.0 / (8.0 * 7.0) + 1e-3;
@@ -123,4 +125,76 @@ fn surfaces_cost_no_fidelity() {
         println!("{}: {both:.1} dB with surfaces, {alone:.1} without", scene.name);
         assert!(both > alone - LOST, "{}: {both} dB with surfaces, {alone} without", scene.name);
     }
+}
+
+/// Share of pixels at silhouettes in large pictures, and dB of these with 4 × 4 samples.
+const FEW_SILHOUETTES: f64 = 0.03;
+const SAMPLED: f64 = 40.0;
+
+/// dB of colours, and of opacities.
+fn decibels(pairs: &[([f32; 4], [f64; 4])]) -> [f64; 2] {
+    let mean = |of: Range<usize>| {
+        let squares = pairs.iter().flat_map(|(p, q)| of.clone().map(|c| (f64::from(p[c]) - q[c]).powi(2)));
+        squares.sum::<f64>() / (of.len() * pairs.len()) as f64
+    };
+    [mean(0..3), mean(3..4)].map(|mean| -10.0 * mean.max(1e-20).log10())
+}
+
+/// Data sets, lit, with as many pixels to a side as LAYERSPLAT_SIDE says.
+#[test]
+#[ignore = "LAYERSPLAT_SIDE=512 cargo test --release --test fidelity real_scenes -- --ignored --nocapture"]
+fn real_scenes_cost_no_fidelity() {
+    let side = std::env::var("LAYERSPLAT_SIDE").map_or(128, |side| side.parse().expect("a number of pixels"));
+    let size = viewport(side, side);
+    let mut missed = Vec::new();
+    for scene in scenes(Data::Real, size) {
+        let settings = Settings::default();
+        let integral = |surfaces| {
+            let mut integral = Integral::new(&scene.volume, &scene.transfer, None)
+                .with_gradient(kernel_of(&settings), settings.gradient_estimator())
+                .with_surfaces(surfaces);
+            integral.shading = settings.shading;
+            integral
+        };
+        let [alone, both] = [&[][..], &scene.surfaces].map(|surfaces| {
+            let expected = integral(surfaces).render(&scene.camera, size).unwrap();
+            let found = drawn(&scene, surfaces, size, &settings);
+            let widen = |pixel: &[f32; 4]| pixel.map(f64::from);
+            found.pixels().iter().zip(expected.pixels()).map(|(p, q)| (*p, widen(q))).collect::<Vec<_>>()
+        });
+        let off = |n: &usize| (0..4).map(|c| (f64::from(both[*n].0[c]) - both[*n].1[c]).abs()).fold(0.0, f64::max);
+        let mut order: Vec<usize> = (0..both.len()).collect();
+        order.sort_by(|n, m| off(n).total_cmp(&off(m)));
+        let differing = order.iter().filter(|n| off(n) > ROUNDED_COLORS).count() as f64 / order.len() as f64;
+        let (kept, exempt) = order.split_at(((1.0 - FEW_SILHOUETTES) * order.len() as f64) as usize);
+        let of = |all: &[([f32; 4], [f64; 4])], which: &[usize]| decibels(&which.iter().map(|&n| all[n]).collect::<Vec<_>>());
+        // The pixels that are exempt, with 4 × 4 samples.
+        let mut renderer = Renderer::new(&device(), &scene.volume, &scene.transfer).unwrap();
+        renderer.set_surfaces(&scene.surfaces).unwrap();
+        let mut accumulation = Accumulation::new(size).unwrap();
+        (0..Accumulation::FRAMES).for_each(|_| _ = renderer.accumulate(&scene.camera, &settings, &mut accumulation).unwrap());
+        let (sampled, rays) = (accumulation.mean().unwrap(), Rays::new(&scene.camera, size, scene.volume.grid()).unwrap());
+        let truth = integral(&scene.surfaces);
+        let pairs: Vec<_> = exempt
+            .iter()
+            .map(|&n| {
+                let (x, y) = (n as u32 % side, n as u32 / side);
+                let at = |first: u32, part: u32| f64::from(first) + (f64::from(part) + 0.5) / 4.0;
+                let ray = |n: u32| rays.at(at(x, n % 4), at(y, n / 4));
+                let parts = (0..16).map(|n| DVec4::from_array(truth.composite(&ray(n), rays.to_eye)));
+                (sampled.pixel(x, y), (parts.sum::<DVec4>() / 16.0).to_array())
+            })
+            .collect();
+        let ([color, alpha], [all_color, _]) = (of(&both, kept), of(&both, &order));
+        let [color_alone, alpha_alone] = of(&alone, kept);
+        let [color_sampled, alpha_sampled] = decibels(&pairs);
+        println!(
+            "{}, {side}: {color:.1} dB, opacity {alpha:.1}, without surfaces {color_alone:.1} and {alpha_alone:.1}; all pixels {all_color:.1}, \
+             {differing:.4} of them differ; exempt ones with 4 x 4 samples {color_sampled:.1}, {alpha_sampled:.1}",
+            scene.name
+        );
+        let reached = color > color_alone - LOST && alpha > alpha_alone - LOST && color_sampled.min(alpha_sampled) > SAMPLED;
+        missed.extend((!reached).then_some(scene.name));
+    }
+    assert!(missed.is_empty(), "{missed:?}");
 }

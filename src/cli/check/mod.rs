@@ -32,7 +32,9 @@ pub(super) fn families(
         let rays = Rays::new(camera, size, grid).ok()?;
         let plan = Plan::new(&rays, size, grid, settings).ok()?;
         let plan = if has_surfaces { plan.with_surfaces(&rays, size, grid, settings).ok()? } else { plan };
+        // Lattices with surfaces have programs of their own.
         Some(Family::from_plan(&plan, settings, rays.is_parallel()))
+            .filter(|&family| !(has_surfaces && family == Family::PointLattice))
     };
     cameras.iter().filter_map(family).chain(has_surfaces.then_some(Family::Surfaces)).collect()
 }
