@@ -31,14 +31,12 @@ pub(super) fn unpack(packed: &[u8], len: usize) -> Result<Vec<u8>, String> {
         return if len == 0 { Ok(Vec::new()) } else { Err("blocks of 0 bytes".into()) };
     }
     let mut all = memory::zeroed("a chunk", len).map_err(|e| e.to_string())?;
-    let mut shuffled = memory::zeroed("a block", block.min(len)).map_err(|e| e.to_string())?;
     for (n, to) in all.chunks_mut(block).enumerate() {
         let start = offset(packed, HEADER + 4 * n)?;
         let from = packed.get(start..).ok_or("a block outside the chunk")?;
         let is_split = flags & WHOLE_BLOCKS == 0 && size <= MOST_STREAMS && block / size >= LEAST_NUMBERS && to.len() == block;
-        let shuffled = &mut shuffled[..to.len()];
-        streams(from, shuffled, if is_split { size } else { 1 }, flags >> 5)?;
-        unshuffle(flags, size, shuffled, to);
+        let shuffled = streams(from, to.len(), if is_split { size } else { 1 }, flags >> 5)?;
+        unshuffle(flags, size, &shuffled, to);
     }
     Ok(all)
 }
@@ -49,60 +47,45 @@ fn offset(bytes: &[u8], at: usize) -> Result<usize, String> {
 }
 
 /// Decompresses a block of `count` streams, each after its length.
-fn streams(mut from: &[u8], to: &mut [u8], count: usize, packing: u8) -> Result<(), String> {
-    let each = to.len() / count;
-    // Bytes after the last stream are 0.
-    to[each * count..].fill(0);
-    for to in to.chunks_exact_mut(each.max(1)).take(count) {
+fn streams(mut from: &[u8], len: usize, count: usize, packing: u8) -> Result<Vec<u8>, String> {
+    let each = len / count;
+    let mut all = Vec::with_capacity(len);
+    for _ in 0..count {
         let packed = offset(from, 0)?;
         let stream = from.get(4..4 + packed).ok_or("a truncated stream")?;
-        let found = match packing {
-            _ if packed == each => filled(to, stream),
+        let unpacked = match packing {
+            _ if packed == each => stream.to_vec(),
             0 => return Err(packed_by("blosclz in blosc")),
-            1 => lz4_flex::block::decompress_into(stream, to).map_err(|e| e.to_string())?,
+            1 => {
+                let mut unpacked = vec![0; each];
+                let found = lz4_flex::block::decompress_into(stream, &mut unpacked).map_err(|e| e.to_string())?;
+                unpacked.truncate(found);
+                unpacked
+            }
             2 => return Err(packed_by("snappy in blosc")),
-            3 => filled(to, &zlib(stream, each)?),
-            4 => filled(to, &zstd(stream, each)?),
+            3 => zlib(stream, each)?,
+            4 => zstd(stream, each)?,
             other => return Err(packed_by(&format!("number {other} in blosc"))),
         };
-        if found != each {
-            return Err(format!("a stream of {found} bytes, expected {each}"));
+        if unpacked.len() != each {
+            return Err(format!("a stream of {} bytes, expected {each}", unpacked.len()));
         }
+        all.extend(unpacked);
         from = &from[4 + packed..];
     }
-    Ok(())
-}
-
-/// Copies bytes, of which there are at most as many as in `to`, to its begin. Returns their number.
-fn filled(to: &mut [u8], bytes: &[u8]) -> usize {
-    to[..bytes.len()].copy_from_slice(bytes);
-    bytes.len()
+    all.resize(len, 0);
+    Ok(all)
 }
 
 /// Reverses the byte or bit shuffle. Bytes after the last whole number are not shuffled.
 fn unshuffle(flags: u8, size: usize, from: &[u8], to: &mut [u8]) {
     let count = from.len() / size;
-    let of_byte = |byte: usize| from[byte * count..(byte + 1) * count].iter();
-    if flags & SHUFFLED != 0 && size > 1 {
-        let end = count * size;
-        to[end..].copy_from_slice(&from[end..]);
-        match size {
-            // Loops that compilers vectorise.
-            2 => to.chunks_exact_mut(2).zip(of_byte(0).zip(of_byte(1))).for_each(|(to, (a, b))| to.copy_from_slice(&[*a, *b])),
-            4 => to
-                .chunks_exact_mut(4)
-                .zip(of_byte(0).zip(of_byte(1)).zip(of_byte(2).zip(of_byte(3))))
-                .for_each(|(to, ((a, b), (c, d)))| to.copy_from_slice(&[*a, *b, *c, *d])),
-            _ => {
-                for (n, number) in to.chunks_exact_mut(size).enumerate() {
-                    number.iter_mut().enumerate().for_each(|(byte, to)| *to = from[byte * count + n]);
-                }
-            }
-        }
-        return;
-    }
     to.copy_from_slice(from);
-    if flags & BITS_SHUFFLED != 0 && count.is_multiple_of(8) {
+    if flags & SHUFFLED != 0 && size > 1 {
+        for (n, number) in to.chunks_exact_mut(size).enumerate() {
+            number.iter_mut().enumerate().for_each(|(byte, to)| *to = from[byte * count + n]);
+        }
+    } else if flags & BITS_SHUFFLED != 0 && count.is_multiple_of(8) {
         let row = count / 8;
         for (n, number) in to.chunks_exact_mut(size).enumerate() {
             for (byte, to) in number.iter_mut().enumerate() {
