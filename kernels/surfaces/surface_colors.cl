@@ -14,6 +14,10 @@ typedef struct {
         __global const float4 *normals, __global const float4 *tables
 #define SURFACE_DATA_SOURCE {points, cells, sets, attributes, normals, tables}
 
+// Kinds of shading: SurfaceShading of src/host/surface.
+#define FLAT 1
+#define SMOOTH 2
+
 // Kinds of attributes.
 #define NO_ATTRIBUTE 0
 #define COLORS_OF_POINTS 1
@@ -79,6 +83,62 @@ static inline float4 surface_color(const SurfaceData *data, uint index, const Su
     return (float4)(color.xyz, own.w);
 }
 
+// Direction of a tube, and growth of its radius along it.
+typedef struct {
+    float3 along;
+    float slope;
+} Course;
+
+static inline Course course_between(float4 from, float4 to) {
+    const float3 axis = to.xyz - from.xyz;
+    const float inverse = rsqrt(dot(axis, axis));
+    const Course course = {axis * inverse, (to.w - from.w) * inverse};
+    return course;
+}
+
+// Between two others; `instead` where they are opposite.
+static inline Course mixed_course(Course one, Course other, float share, Course instead) {
+    Course course = {mix(one.along, other.along, share), mix(one.slope, other.slope, share)};
+    const float squared = dot(course.along, course.along);
+    course.along *= rsqrt(squared);
+    return squared > 1e-6f ? course : instead;
+}
+
+// The course of a line at one of its points, halfway between those before and behind it.
+static inline Course course_at_joint(__global const float4 *points, int before, int joint, int behind, Course instead) {
+    return mixed_course(course_between(points[before], points[joint]), course_between(points[joint], points[behind]), 0.5f, instead);
+}
+
+// The unit normal where a tube has a point off its axis.
+static inline float3 normal_across(Course course, float3 off) {
+    const float3 across = off - dot(off, course.along) * course.along;
+    const float squared = dot(across, across);
+    return normalize(across * (squared > 0.0f ? rsqrt(squared) : 0.0f) - course.slope * course.along);
+}
+
+// Smooth normals of tubes follow the course of the line from joint to joint.
+static inline float3 cone_normal(__global const float4 *points, int4 cell, float3 place, bool is_smooth) {
+    const float4 first = points[cell.x], second = points[cell.y];
+    const float3 axis = second.xyz - first.xyz;
+    const float s = dot(place - first.xyz, axis) / dot(axis, axis);
+    const Course own = course_between(first, second);
+    Course start = own, end = own;
+    if (is_smooth && cell.z & CONE_BEFORE)
+        start = course_at_joint(points, cell.x - 1, cell.x, cell.y, own);
+    if (is_smooth && cell.z & CONE_BEHIND)
+        end = course_at_joint(points, cell.x, cell.y, cell.y + 1, own);
+    return normal_across(mixed_course(start, end, s, own), place - first.xyz - s * axis);
+}
+
+static inline float3 sphere_normal(__global const float4 *points, int4 cell, float3 place, bool is_smooth) {
+    const float3 off = place - points[cell.x].xyz;
+    const Course none = {0.0f, 0.0f};
+    Course course = none;
+    if (is_smooth && cell.y >= 0 && cell.z >= 0)
+        course = course_at_joint(points, cell.y, cell.x, cell.z, none);
+    return normal_across(course, off);
+}
+
 // Unit normal, on either side.
 static inline float3 surface_normal(const SurfaceData *data, uint index, const SurfaceRay *ray, float depth) {
     const int4 cell = data->cells[index];
@@ -87,15 +147,12 @@ static inline float3 surface_normal(const SurfaceData *data, uint index, const S
     const float3 place = ray->origin + depth * ray->direction;
     const int kind = cell.w & 7;
     if (kind == SPHERE)
-        return normalize(place - first.xyz);
-    const float4 second = data->points[cell.y];
-    const float3 axis = second.xyz - first.xyz;
+        return sphere_normal(data->points, cell, place, set->shaded == SMOOTH);
+    if (kind == CONE)
+        return cone_normal(data->points, cell, place, set->shaded == SMOOTH);
+    const float3 axis = data->points[cell.y].xyz - first.xyz;
     if (kind == DISC)
         return normalize(axis);
-    if (kind == CONE) {
-        const float squared = dot(axis, axis), s = dot(place - first.xyz, axis) / squared, slope = second.w - first.w;
-        return normalize(place - first.xyz - s * axis - axis * ((first.w + s * slope) * slope / squared));
-    }
     const float3 flat = cross(axis, data->points[cell.z].xyz - first.xyz);
     if (set->first_normal < 0)
         return normalize(flat);

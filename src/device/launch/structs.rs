@@ -761,7 +761,7 @@ kernel_struct! {
         first_point: i32,
         first_cell: i32,
         first_normal: i32,
-        /// 1: all its fragments are opaque; lights shade it; clip planes cut it.
+        /// 1: all its fragments are opaque; clip planes cut it. shaded: kinds of kernels/surfaces/surface_colors.cl.
         opaque: i32,
         shaded: i32,
         clipped: i32,

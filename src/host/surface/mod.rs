@@ -27,10 +27,10 @@ use std::sync::Arc;
 /// How the lights shade a surface. Both of its sides are lit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum SurfaceShading {
-    /// By normals that are interpolated between the points of triangles, where these have normals.
+    /// By normals that are interpolated: between the points of triangles, where these have normals, and along tubes from joint to joint.
     #[default]
     Smooth,
-    /// By the normal of each triangle.
+    /// By the normals of each triangle and of each piece of a tube.
     Flat,
     /// Its colours, without light.
     Off,

@@ -23,6 +23,9 @@ const NONE: i32 = -1;
 const NO_ATTRIBUTE: i32 = 0;
 const COLORS: i32 = 1;
 const VALUES: i32 = 3;
+/// Kinds of shading there.
+const FLAT: i32 = 1;
+const SMOOTH: i32 = 2;
 
 /// The visible sets of a renderer. Their places are those in files; each frame places them.
 pub(in crate::renderer) struct UploadedSurfaces {
@@ -164,7 +167,11 @@ impl Gathered {
             first_cell: first_cell as i32,
             first_normal,
             opaque: i32::from(!surface.is_translucent()),
-            shaded: i32::from(surface.shading != SurfaceShading::Off),
+            shaded: match surface.shading {
+                SurfaceShading::Off => 0,
+                SurfaceShading::Flat => FLAT,
+                SurfaceShading::Smooth => SMOOTH,
+            },
             clipped: i32::from(surface.is_clipped),
         };
         PlacedSet { set, points: first_point..self.points.len(), centre, matrix: surface.matrix() }

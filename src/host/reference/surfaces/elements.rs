@@ -54,6 +54,7 @@ enum Geometry {
     /// The sphere between the piece before a cone and the cone.
     Joint {
         cone: usize,
+        is_smooth: bool,
     },
 }
 
@@ -66,6 +67,28 @@ struct Cone {
     /// At its start and its end.
     radii: [f64; 2],
     points: [u32; 2],
+    /// What normals follow at its start and its end.
+    courses: [Course; 2],
+}
+
+/// Direction of a tube, and growth of its radius along it.
+#[derive(Clone, Copy)]
+struct Course {
+    along: DVec3,
+    slope: f64,
+}
+
+impl Course {
+    /// Halfway between two pieces; none if the line turns back.
+    fn between(before: &Cone, after: &Cone) -> Option<Self> {
+        let along = (before.along + after.along).try_normalize()?;
+        Some(Self { along, slope: (before.slope() + after.slope()) / 2.0 })
+    }
+
+    /// The normal where a tube of this course has a point off its axis.
+    fn normal(&self, off: DVec3) -> DVec3 {
+        off.reject_from_normalized(self.along).normalize_or_zero() - self.slope * self.along
+    }
 }
 
 impl Elements {
@@ -84,7 +107,7 @@ impl Elements {
                         elements.all.push(Element { set: index, cell: point, geometry });
                     }
                 }
-                Shape::Tubes(tubes) => elements.add_tubes(index, tubes, set.scale(), placement),
+                Shape::Tubes(tubes) => elements.add_tubes(index, tubes, (set.scale(), set.shading), placement),
             }
         }
         elements
@@ -103,7 +126,8 @@ impl Elements {
         }
     }
 
-    fn add_tubes(&mut self, set: u32, tubes: &Tubes, scale: f64, placement: DAffine3) {
+    fn add_tubes(&mut self, set: u32, tubes: &Tubes, (scale, shading): (f64, SurfaceShading), placement: DAffine3) {
+        let is_smooth = shading == SurfaceShading::Smooth;
         for (line, mut points) in tubes.lines().enumerate() {
             let cell = line as u32;
             let place = |n: usize| placement.transform_point3(tubes.points()[n]);
@@ -114,16 +138,23 @@ impl Elements {
                 if step.length() > 0.0 {
                     let radii = [last, next].map(|n| scale * tubes.radii()[n]);
                     let (start, points) = (place(last), [last as u32, next as u32]);
-                    self.cones.push(Cone { start, along: step.normalize(), length: step.length(), radii, points });
+                    let (along, length) = (step.normalize(), step.length());
+                    let courses = [Course { along, slope: (radii[1] - radii[0]) / length }; 2];
+                    self.cones.push(Cone { start, along, length, radii, points, courses });
                     last = next;
                 }
             }
             let end = self.cones.len();
+            for cone in (first + 1..end).filter(|_| is_smooth) {
+                if let Some(course) = Course::between(&self.cones[cone - 1], &self.cones[cone]) {
+                    (self.cones[cone - 1].courses[1], self.cones[cone].courses[0]) = (course, course);
+                }
+            }
             for cone in first..end {
                 let is_end = [cone == first, cone + 1 == end];
                 self.all.push(Element { set, cell, geometry: Geometry::Piece { cone, is_end, ends: tubes.ends() } });
             }
-            self.all.extend((first + 1..end).map(|cone| Element { set, cell, geometry: Geometry::Joint { cone } }));
+            self.all.extend((first + 1..end).map(|cone| Element { set, cell, geometry: Geometry::Joint { cone, is_smooth } }));
         }
     }
 
@@ -137,7 +168,7 @@ impl Elements {
                 let cone = &self.cones[cone];
                 ball(cone.start, cone.radii[0]).and(ball(cone.start + cone.along * cone.length, cone.radii[1]))
             }
-            Geometry::Joint { cone } => ball(self.cones[cone].start, self.cones[cone].radii[0]),
+            Geometry::Joint { cone, .. } => ball(self.cones[cone].start, self.cones[cone].radii[0]),
         };
         self.all.iter().map(of).collect()
     }
@@ -193,12 +224,14 @@ impl Elements {
                     }
                 }
             }
-            Geometry::Joint { cone } => {
+            Geometry::Joint { cone, is_smooth } => {
                 let (before, after) = (&self.cones[cone - 1], &self.cones[cone]);
                 let is_between = |p: DVec3| before.along.dot(p - after.start) >= 0.0 && after.along.dot(p - after.start) < 0.0;
+                let course = Course::between(before, after).filter(|_| is_smooth);
                 for t in ball_crossings(ray, after.start, after.radii[0]).into_iter().flatten() {
+                    let off = at(t) - after.start;
                     if is_between(at(t)) {
-                        add(t, at(t) - after.start, only(after.points[0]));
+                        add(t, course.map_or(off, |course| course.normal(off)), only(after.points[0]));
                     }
                 }
             }
@@ -274,8 +307,11 @@ impl Cone {
         (p - self.start).reject_from_normalized(self.along)
     }
 
+    /// The normal of its side, by the course of the tube between its ends.
     fn normal(&self, p: DVec3) -> DVec3 {
-        self.off_axis(p).normalize_or_zero() - self.slope() * self.along
+        let (share, [start, end]) = (self.height(p) / self.length, self.courses);
+        let along = start.along.lerp(end.along, share).try_normalize().unwrap_or(self.along);
+        Course { along, slope: start.slope + share * (end.slope - start.slope) }.normal(self.off_axis(p))
     }
 
     /// Whether a point is inside, not on the surface.
