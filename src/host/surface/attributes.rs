@@ -37,8 +37,22 @@ impl Per<f32> {
     /// If there is no map of this name.
     pub fn colored_by(&self, name: &str) -> Result<TransferFunction, Error> {
         let [lo, hi] = self.range().unwrap_or_default().map(f64::from);
-        // A single value, or none, has the colour in the middle.
-        let [lo, hi] = if lo < hi { [lo, hi] } else { [lo - 1.0, lo + 1.0] };
+        // A single value, or none, has the colour in the middle. Large ones have no neighbours at a distance of 1.
+        let around = (lo.abs() * f64::from(f32::EPSILON)).max(1.0);
+        let [lo, hi] = if lo < hi { [lo, hi] } else { [lo - around, lo + around] };
         TransferFunction::builtin_over(name, lo, hi)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_single_value_has_the_colour_in_the_middle() {
+        for value in [0.0, -3.5, 2.567_052e17, f32::MAX] {
+            let (lo, hi) = Per::Point(vec![value; 2]).colored_by("viridis").unwrap().range();
+            assert!(lo < f64::from(value) && f64::from(value) < hi, "{value}: {lo} to {hi}");
+        }
     }
 }
