@@ -1,7 +1,8 @@
 """Times VTK's fixed-point ray caster over one turn, with layersplat's camera and transfer function. Prints JSON.
 
-vtk_frames.py RAW TRANSFER.json --step S --frames N [--size PIXELS] [--shaded] [--picture FRAME PNG]
-RAW is NAME_XxYxZ_uint8.raw.
+vtk_frames.py RAW TRANSFER.json --step S --frames N [--size PIXELS] [--shaded] [--surface STL] [--opacity O] [--picture FRAME PNG]
+RAW is NAME_XxYxZ_uint8.raw. Surfaces of an opacity below 1 are drawn by the mapper for GPUs, with depth peeling of volumes: the fixed-point ray
+caster draws them behind the volume.
 """
 
 import argparse
@@ -18,17 +19,25 @@ from vtk.util.numpy_support import numpy_to_vtk
 ELEVATION = 20.0
 
 
-def volume_mapper(path, step):
+def volume_mapper(path, step, opacity):
     dims = [int(n) for n in re.search(r"_(\d+)x(\d+)x(\d+)_uint8", os.path.basename(path)).groups()]
     image = vtk.vtkImageData()
     image.SetDimensions(dims)
     image.GetPointData().SetScalars(numpy_to_vtk(numpy.fromfile(path, numpy.uint8), deep=True))
+    if opacity is not None and opacity < 1:
+        mapper = vtk.vtkOpenGLGPUVolumeRayCastMapper()
+        mapper.SetInputData(image)
+        mapper.AutoAdjustSampleDistancesOff()
+        mapper.UseJitteringOff()
+        mapper.SetImageSampleDistance(1)
+        mapper.SetSampleDistance(step)
+        return mapper, numpy.array(dims)
     mapper = vtk.vtkFixedPointVolumeRayCastMapper()
     mapper.SetInputData(image)
     # One ray per pixel at a fixed step, on all cores.
     mapper.SetNumberOfThreads(os.cpu_count())
     mapper.AutoAdjustSampleDistancesOff()
-    mapper.IntermixIntersectingGeometryOff()
+    mapper.SetIntermixIntersectingGeometry(opacity is not None)
     mapper.SetImageSampleDistance(1)
     mapper.SetMinimumImageSampleDistance(1)
     mapper.SetSampleDistance(step)
@@ -56,6 +65,15 @@ def volume_property(path, shaded):
     return look
 
 
+def surface_actor(path, opacity):
+    reader, mapper, actor = vtk.vtkSTLReader(), vtk.vtkPolyDataMapper(), vtk.vtkActor()
+    reader.SetFileName(path)
+    mapper.SetInputConnection(reader.GetOutputPort())
+    actor.SetMapper(mapper)
+    actor.GetProperty().SetOpacity(opacity)
+    return actor
+
+
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("raw")
@@ -64,21 +82,30 @@ def main():
     parser.add_argument("--frames", type=int, default=25)
     parser.add_argument("--size", type=int, default=512, help="pixels per side")
     parser.add_argument("--shaded", action="store_true")
+    parser.add_argument("--surface")
+    parser.add_argument("--opacity", type=float, default=1)
     parser.add_argument("--picture", nargs=2)
     options = parser.parse_args()
 
-    mapper, dims = volume_mapper(options.raw, options.step)
+    mapper, dims = volume_mapper(options.raw, options.step, options.opacity if options.surface else None)
     volume = vtk.vtkVolume()
     volume.SetMapper(mapper)
     volume.SetProperty(volume_property(options.transfer, options.shaded))
     window, renderer = vtk.vtkRenderWindow(), vtk.vtkRenderer()
     window.SetOffScreenRendering(1)
     window.SetMultiSamples(0)
+    window.SetAlphaBitPlanes(1)
     window.SetSize(options.size, options.size)
     # The update rate of a still picture, so that the mapper does not reduce quality.
     window.SetDesiredUpdateRate(1e-5)
     window.AddRenderer(renderer)
     renderer.AddVolume(volume)
+    if options.surface:
+        renderer.AddActor(surface_actor(options.surface, options.opacity))
+        renderer.SetUseDepthPeeling(options.opacity < 1)
+        renderer.SetUseDepthPeelingForVolumes(options.opacity < 1)
+        renderer.SetMaximumNumberOfPeels(8)
+        renderer.SetOcclusionRatio(0)
     centre, diagonal = (dims - 1) / 2, numpy.linalg.norm(dims - 1)
     camera = renderer.GetActiveCamera()
     camera.ParallelProjectionOn()

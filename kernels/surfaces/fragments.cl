@@ -114,7 +114,8 @@ __kernel void fragments(SURFACE_DATA, __global const int2 *rounded, __global con
         for (int y = first_y; y <= last_y; y++) {
             long4 here = edges.here;
             for (int x = first_x; x <= last_x; x++, here += edges.per_column) {
-                const int n = (y - row) * RASTER + (x - column);
+                // GPUs would keep blocks indexed by a variable in memory.
+                const int n = RASTER > 1 ? (y - row) * RASTER + (x - column) : 0;
                 if ((is_exact && !are_alike(here)) || !block.wanted[n])
                     continue;
                 pixel.ray = surface_ray(&view, x, y);
