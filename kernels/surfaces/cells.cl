@@ -153,11 +153,12 @@ static inline bool is_in_sphere(float3 p, float4 sphere) {
     return dot(off, off) < sphere.w * sphere.w;
 }
 
-static inline bool is_in_cone(float3 p, float4 one, float4 other) {
+// `slack`: the part of its squared radius that is added.
+static inline bool is_in_cone(float3 p, float4 one, float4 other, float slack) {
     const float3 axis = other.xyz - one.xyz, off = p - one.xyz;
     const float squared = dot(axis, axis), s = dot(off, axis) / squared, radius = one.w + s * (other.w - one.w);
     const float3 across = off - s * axis;
-    return s > 0.0f && s < 1.0f && dot(across, across) < radius * radius;
+    return s > 0.0f && s < 1.0f && dot(across, across) < radius * radius * (1.0f + slack);
 }
 
 static inline Crossings sphere_crossings(float4 sphere, const SurfaceRay *ray) {
@@ -214,13 +215,16 @@ static inline bool is_beside_cone(__global const float4 *points, int joint, int 
     return other >= 0 && dot(p - points[joint].xyz, points[other].xyz - points[joint].xyz) > 0.0f;
 }
 
+// Where two pieces coincide, since the line turns back, the first one is seen: more than rounding of floats.
+#define SAME_CONE 1e-4f
+
 // Whether a point on a piece of a tube is inside the pieces that touch it.
 static inline bool is_inside_tube(__global const float4 *points, int4 cell, float3 p) {
     const int kind = cell.w & 7;
     if (kind == SPHERE)
         return is_beside_cone(points, cell.x, cell.y, p) || is_beside_cone(points, cell.x, cell.z, p);
-    return kind == CONE && ((cell.z & CONE_BEFORE && is_in_cone(p, points[cell.x - 1], points[cell.x])) ||
-                            (cell.z & CONE_BEHIND && is_in_cone(p, points[cell.y], points[cell.y + 1])));
+    return kind == CONE && ((cell.z & CONE_BEFORE && is_in_cone(p, points[cell.x - 1], points[cell.x], SAME_CONE)) ||
+                            (cell.z & CONE_BEHIND && is_in_cone(p, points[cell.y], points[cell.y + 1], -SAME_CONE)));
 }
 
 static inline Crossings quadric_crossings(__global const float4 *points, int4 cell, const SurfaceRay *ray) {

@@ -148,7 +148,9 @@ __kernel void fragments(SURFACE_DATA, __global const int2 *rounded, __global con
         const Fragment opaque = block.opaque[n];
         int count = 0;
         bool is_last = false;
+#if RASTER == 1
 #pragma unroll
+#endif
         for (int slot = 0; slot < SLOTS; slot++) {
             const bool is_found = slot < block.count[n];
             Fragment fragment = block.found[slot][n];

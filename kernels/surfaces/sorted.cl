@@ -51,7 +51,9 @@ static inline void insert(const Pixel *pixel, Block *block, int n, Fragment frag
     // Each of these takes the place of the next one behind it. Unrolled: GPUs would keep slots indexed by a variable in memory.
     const int count = block->count[n];
     bool is_kept = false;
+#if RASTER == 1
 #pragma unroll
+#endif
     for (int slot = 0; slot < SLOTS; slot++) {
         const Fragment here = block->found[slot][n];
         if (!is_kept && (slot >= count || comes_before(pixel, fragment, here))) {

@@ -332,3 +332,25 @@ fn cells_found_for_a_view_serve_no_other() {
     }
     assert_ne!(drawn(&scene, &[near], &cameras[0], size).pixels(), drawn(&scene, &[far], &cameras[0], size).pixels());
 }
+
+#[test]
+fn a_line_that_turns_back_leaves_no_hole() {
+    let points = [3.2, 15.9, 8.3].map(|x| DVec3::new(x, 9.5, 9.5)).to_vec();
+    let tubes = |opacity| {
+        let mut tubes = Surface::new("tubes", Tubes::new(points.clone(), vec![2.0; 3], &[3], Ends::Flat).unwrap());
+        tubes.opacity = opacity;
+        tubes
+    };
+    // Four pixels per voxel: 11 × 3.5 voxels in the middle of the tube.
+    let size = Viewport::new(64, 64).unwrap();
+    for (opacity, alpha) in [(1.0, 1.0), (0.5, 0.75)] {
+        let frame = drawn(&clear(), &[tubes(opacity)], &along_z(20.0), size);
+        let inside = |n: usize| {
+            let (x, y) = (n as f64 % 64.0 + 0.5 - 32.0, (n / 64) as f64 + 0.5 - 32.0);
+            let (sin, cos) = 20_f64.to_radians().sin_cos();
+            [1.0, -1.0].iter().all(|sign| (x * cos + sign * y * sin).abs() < 22.0 && (y * cos - sign * x * sin).abs() < 7.0)
+        };
+        let seen: Vec<_> = (0..64 * 64).filter(|&n| inside(n)).map(|n| f64::from(frame.pixels()[n][3])).collect();
+        assert!(seen.len() > 200 && seen.iter().all(|a| (a - alpha).abs() < ROUNDED), "{opacity}: {seen:?}");
+    }
+}

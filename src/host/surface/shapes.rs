@@ -64,13 +64,18 @@ impl Bounds {
 }
 
 impl Shape {
-    /// Number of points: vertices of triangles, centres of spheres, points of lines.
-    pub fn points(&self) -> usize {
+    /// Vertices of triangles, centres of spheres, points of lines, in the coordinates of the shape.
+    pub fn places(&self) -> &[DVec3] {
         match self {
-            Shape::Triangles(triangles) => triangles.points().len(),
-            Shape::Spheres(spheres) => spheres.centres().len(),
-            Shape::Tubes(tubes) => tubes.points().len(),
+            Shape::Triangles(triangles) => triangles.points(),
+            Shape::Spheres(spheres) => spheres.centres(),
+            Shape::Tubes(tubes) => tubes.points(),
         }
+    }
+
+    /// Number of points.
+    pub fn points(&self) -> usize {
+        self.places().len()
     }
 
     /// Number of cells: triangles, spheres or lines.
@@ -80,11 +85,6 @@ impl Shape {
             Shape::Spheres(spheres) => spheres.centres().len(),
             Shape::Tubes(tubes) => tubes.lines().count(),
         }
-    }
-
-    /// Bounds in the coordinates of the shape; `None` if it has no points.
-    pub fn own_bounds(&self) -> Option<Bounds> {
-        self.bounds(DMat4::IDENTITY, 1.0)
     }
 
     /// Bounds in the world, by a matrix that scales radii by `scale`.

@@ -30,7 +30,7 @@ const SMOOTH: i32 = 2;
 /// The visible sets of a renderer. Their places are those in files; each frame places them.
 pub(in crate::renderer) struct UploadedSurfaces {
     sets: Vec<PlacedSet>,
-    /// Points, less the centre of their set, and radii.
+    /// Points, less the median of their set, and radii.
     pub own: Buffer<Float4>,
     pub cells: Buffer<[i32; 4]>,
     pub attributes: Buffer<f32>,
@@ -123,8 +123,7 @@ impl Gathered {
     /// Adds set number `n`.
     fn add(&mut self, n: usize, surface: &Surface) -> PlacedSet {
         let (first_point, first_cell) = (self.points.len(), self.cells.len());
-        let bounds = surface.shape().own_bounds();
-        let centre = bounds.map_or(DVec3::ZERO, |bounds| (bounds.lowest + bounds.highest) / 2.0);
+        let centre = median(surface.shape().places());
         let mut first_normal = NONE;
         let add = |points: &mut Vec<Float4>, all: &[DVec3], radius: &dyn Fn(usize) -> f64| {
             points.extend(all.iter().enumerate().map(|(n, p)| Float4((*p - centre).extend(radius(n)).as_vec4().to_array())));
@@ -259,6 +258,16 @@ impl Gathered {
 fn distinct_points(tubes: &Tubes) -> Vec<Vec<usize>> {
     let points = tubes.points();
     tubes.lines().map(|line| line.clone().filter(|&n| n == line.start || points[n] != points[n - 1]).collect()).collect()
+}
+
+/// The median of each coordinate: floats are precise around most points, however far a few others are.
+fn median(points: &[DVec3]) -> DVec3 {
+    let middle = |i: usize| {
+        let mut all: Vec<f64> = points.iter().map(|point| point[i]).collect();
+        let half = all.len() / 2;
+        if all.is_empty() { 0.0 } else { *all.select_nth_unstable_by(half, f64::total_cmp).1 }
+    };
+    DVec3::from_array([0, 1, 2].map(middle))
 }
 
 /// Last number of a cell of set `n`.

@@ -5,6 +5,9 @@ use crate::surface::{Bounds, Ends, Shape, Surface, SurfaceShading, Triangles, Tu
 use crate::volume::Grid;
 use glam::{DAffine3, DMat3, DVec3};
 
+/// Part of a radius: far more than rounding.
+const SAME_CONE: f64 = 1e-9;
+
 /// Cosine of the angle between a ray and the normal of a triangle, up to which it is seen edge-on: the rounding of both.
 const EDGE_ON: f64 = 1e-12;
 
@@ -194,8 +197,10 @@ impl Elements {
             Geometry::Piece { cone: own, is_end, ends } => {
                 let beside = [(!is_end[0]).then(|| &self.cones[own - 1]), (!is_end[1]).then(|| &self.cones[own + 1])];
                 let cone = &self.cones[own];
+                // Where pieces coincide, since the line turns back, the first one is seen.
                 let mut add = |t: f64, normal, weights| {
-                    if !beside.iter().flatten().any(|other| other.contains(at(t))) {
+                    let is_within = |end: usize, slack| beside[end].is_some_and(|other| other.contains(at(t), slack));
+                    if !is_within(0, SAME_CONE) && !is_within(1, -SAME_CONE) {
                         add(t, normal, weights);
                     }
                 };
@@ -314,10 +319,10 @@ impl Cone {
         Course { along, slope: start.slope + share * (end.slope - start.slope) }.normal(self.off_axis(p))
     }
 
-    /// Whether a point is inside, not on the surface.
-    fn contains(&self, p: DVec3) -> bool {
+    /// Whether a point is inside, where `slack` is the part of its radius that is added.
+    fn contains(&self, p: DVec3, slack: f64) -> bool {
         let height = self.height(p);
-        0.0 < height && height < self.length && self.off_axis(p).length() < self.radius_at(height)
+        0.0 < height && height < self.length && self.off_axis(p).length() < self.radius_at(height) * (1.0 + slack)
     }
 
     /// Parameters at which a line meets the side.
