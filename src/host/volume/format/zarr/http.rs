@@ -136,7 +136,10 @@ impl Http {
                 StatusCode::NOT_FOUND | StatusCode::GONE => return Ok(None),
                 StatusCode::UNAUTHORIZED | StatusCode::FORBIDDEN => {
                     let problem = format!("the server refuses it ({})", status.as_u16());
-                    return Err(Failure::last(io::ErrorKind::PermissionDenied, problem));
+                    // Only 403 may mean that it is not there.
+                    let is_forbidden = status == StatusCode::FORBIDDEN;
+                    let kind = if is_forbidden { io::ErrorKind::PermissionDenied } else { io::ErrorKind::Other };
+                    return Err(Failure::last(kind, problem));
                 }
                 StatusCode::REQUEST_TIMEOUT | StatusCode::TOO_MANY_REQUESTS => return Err(passing(status, headers)),
                 _ if status.is_server_error() => return Err(passing(status, headers)),

@@ -80,18 +80,32 @@ struct Metadata {
     is_array: bool,
 }
 
-/// The metadata of a folder; `None` if it has none.
+/// The metadata of a folder; `None` if it has none. Object stores that do not list refuse files that are not there: what is refused is an error
+/// only where nothing else is found.
 fn read(store: &dyn Store, folder: &Path) -> Result<Option<Metadata>, Error> {
-    if let Some(mut metadata) = json(store, &folder.join(MARKS[0]))? {
+    let mut refused = None;
+    let mut if_allowed = |name: &str| match json(store, &folder.join(name)) {
+        Err(Error::Read { path, source }) if source.kind() == io::ErrorKind::PermissionDenied => {
+            refused.get_or_insert(Error::Read { path, source });
+            Ok(None)
+        }
+        other => other,
+    };
+    if let Some(mut metadata) = if_allowed(MARKS[0])? {
         let (attributes, is_array) = (metadata["attributes"].take(), metadata["node_type"] == "array");
         return Ok(Some(Metadata { metadata, attributes, is_array }));
     }
-    let array = json(store, &folder.join(MARKS[1]))?;
+    let array = if_allowed(MARKS[1])?;
     let is_array = array.is_some();
-    let Some(metadata) = array.map_or_else(|| json(store, &folder.join(MARKS[2])), |array| Ok(Some(array)))? else {
-        return Ok(None);
+    let Some(metadata) = array.map_or_else(|| if_allowed(MARKS[2]), |array| Ok(Some(array)))? else {
+        return refused.map_or(Ok(None), Err);
     };
-    let attributes = json(store, &folder.join(".zattrs"))?.unwrap_or(Value::Null);
+    let attributes = match json(store, &folder.join(".zattrs")) {
+        // As what is not there was, before.
+        Err(Error::Read { source, .. }) if refused.is_some() && source.kind() == io::ErrorKind::PermissionDenied => None,
+        other => other?,
+    };
+    let attributes = attributes.unwrap_or(Value::Null);
     Ok(Some(Metadata { metadata, attributes, is_array }))
 }
 

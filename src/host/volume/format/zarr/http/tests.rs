@@ -210,6 +210,24 @@ fn chunks_that_are_missing_or_refused() {
     assert!(filled.iter().any(|&value| value != 0.0));
 }
 
+/// Object stores that do not list refuse what is not there; a wrong password is no hole.
+#[test]
+fn refused_files_may_be_missing_ones() {
+    let server = Server::new(|request| file(&folder(), request).map_or(Reply::status(403), |content| Reply::file(Some(content))));
+    for name in [NAME, "zarr/ome_04.zarr"] {
+        let found = Volume::open(format!("{}/{name}", server.url), &OpenOptions::default());
+        assert_eq!(values(&found.unwrap()), values(&by_path(name)));
+    }
+    let message = Volume::open(format!("{}/none.zarr", server.url), &OpenOptions::default()).unwrap_err().to_string();
+    assert!(message.contains("none.zarr/zarr.json") && message.contains("refuses it (403)"), "{message}");
+    let server = Server::new(|request| match is_chunk(request) {
+        true => Reply::status(401),
+        false => Reply::file(file(&folder(), request)),
+    });
+    let options = OpenOptions { fills_refused: true, ..OpenOptions::default() };
+    is_refused(Volume::open(format!("{}/{NAME}", server.url), &options), "the server refuses it (401)");
+}
+
 #[test]
 fn secrets_reach_their_server_and_nobody_else() {
     let elsewhere = Server::of_folder(folder());
