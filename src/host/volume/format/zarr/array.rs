@@ -72,7 +72,7 @@ impl Array {
         if piece.is_none() {
             return Err(format!("its chunks of {chunks:?} numbers are too large"));
         }
-        let fill = fill(&metadata["fill_value"], scalar, endian);
+        let fill = fill(&metadata["fill_value"], scalar, endian)?;
         let names = if second { &attributes["_ARRAY_DIMENSIONS"] } else { &metadata["dimension_names"] };
         let names = names.as_array().filter(|names| names.len() == shape.len());
         let names = names.map(|names| names.iter().map(|name| name.as_str().unwrap_or_default().to_owned()).collect());
@@ -155,19 +155,72 @@ fn data_type(metadata: &Value) -> Result<ScalarType, String> {
     if name == "bool" { Ok(ScalarType::Uint8) } else { name.parse().map_err(|_| wrong()) }
 }
 
-/// Bytes of the fill value; 0 if not specified.
-fn fill(metadata: &Value, scalar: ScalarType, endian: Endian) -> Vec<u8> {
-    let float = float(metadata).unwrap_or(0.0);
-    let whole = metadata.as_i64().map(|n| n as u64).or(metadata.as_u64()).or(metadata.as_bool().map(u64::from)).unwrap_or(0);
-    let bits = match scalar {
-        ScalarType::Float16 => u64::from(half::f16::from_f64(float).to_bits()),
-        ScalarType::Float32 => u64::from((float as f32).to_bits()),
-        ScalarType::Float64 => float.to_bits(),
-        _ => whole,
+/// Bytes of the fill value; 0 if not specified. `0x…` are the bits of a float.
+fn fill(metadata: &Value, scalar: ScalarType, endian: Endian) -> Result<Vec<u8>, String> {
+    let is_float = matches!(scalar, ScalarType::Float16 | ScalarType::Float32 | ScalarType::Float64);
+    let hexadecimal = metadata.as_str().and_then(|text| text.strip_prefix("0x")).filter(|_| is_float);
+    let bits = if metadata.is_null() {
+        Some(0)
+    } else if let Some(digits) = hexadecimal {
+        u64::from_str_radix(digits, 16).ok().filter(|_| digits.len() == 2 * scalar.bytes())
+    } else {
+        match scalar {
+            ScalarType::Float16 => float(metadata).map(|value| u64::from(half::f16::from_f64(value).to_bits())),
+            ScalarType::Float32 => float(metadata).map(|value| u64::from((value as f32).to_bits())),
+            ScalarType::Float64 => float(metadata).map(f64::to_bits),
+            _ => whole(metadata, 8 * scalar.bytes() as u32),
+        }
     };
+    let bits = bits.ok_or_else(|| format!("its fill_value is {metadata}: expected a number of its type, {scalar}"))?;
     let mut bytes = bits.to_le_bytes()[..scalar.bytes()].to_vec();
     if endian == Endian::Big {
         bytes.reverse();
     }
-    bytes
+    Ok(bytes)
+}
+
+/// A whole number of so many bits, with or without a sign; some programs write it as a float.
+fn whole(metadata: &Value, bits: u32) -> Option<u64> {
+    let is_whole = |value: &f64| value.fract() == 0.0 && value.abs() < 2f64.powi(64);
+    let number = metadata
+        .as_i64()
+        .map(i128::from)
+        .or(metadata.as_u64().map(i128::from))
+        .or(metadata.as_bool().map(i128::from))
+        .or(metadata.as_f64().filter(is_whole).map(|value| value as i128))?;
+    (-(1 << (bits - 1))..1 << bits).contains(&number).then_some(number as u64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    #[test]
+    fn fill_values_are_read_or_refused() {
+        for (value, scalar, expected) in [
+            (json!(null), ScalarType::Uint16, &[0, 0][..]),
+            (json!(7.0), ScalarType::Uint8, &[7]),
+            (json!(true), ScalarType::Uint8, &[1]),
+            (json!(-2), ScalarType::Int16, &[0xfe, 0xff]),
+            (json!(5), ScalarType::Float32, &[0, 0, 0xa0, 0x40]),
+            (json!("0x40a00000"), ScalarType::Float32, &[0, 0, 0xa0, 0x40]),
+            (json!("0x7e01"), ScalarType::Float16, &[1, 0x7e]),
+            (json!("-Infinity"), ScalarType::Float32, &[0, 0, 0x80, 0xff]),
+        ] {
+            assert_eq!(fill(&value, scalar, Endian::Little).as_deref(), Ok(expected), "{value}");
+        }
+        assert_eq!(fill(&json!(1), ScalarType::Uint16, Endian::Big).as_deref(), Ok(&[0, 1][..]));
+        for (value, scalar) in [
+            (json!(7.5), ScalarType::Uint8),
+            (json!(256), ScalarType::Uint8),
+            (json!("0x07"), ScalarType::Uint8),
+            (json!("0x40a0"), ScalarType::Float32),
+            (json!("seven"), ScalarType::Float64),
+            (json!([0]), ScalarType::Int32),
+        ] {
+            let problem = fill(&value, scalar, Endian::Little).unwrap_err();
+            assert!(problem.contains("its fill_value is"), "{problem}");
+        }
+    }
 }
