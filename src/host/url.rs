@@ -53,6 +53,24 @@ pub fn public_argument(argument: OsString) -> OsString {
     format!("{}{}{}", &text[..start], split(&url[..end], scheme), &url[end..]).into()
 }
 
+/// What is wrong with the server that an address names, if anything.
+pub fn problem(address: &Path) -> Option<&'static str> {
+    let text = address.to_str()?;
+    let after = &text[scheme(text)?.len()..];
+    let authority = &after[..after.find('/').unwrap_or(after.len())];
+    (!is_server(authority)).then_some(
+        "the address has no server, or no port from 0 to 65535; in a user's name and password, / is written %2F, ? %3F and # %23",
+    )
+}
+
+/// Whether this is a host, with or without a port.
+fn is_server(text: &str) -> bool {
+    // An address of IPv6 is in brackets.
+    let (host, rest) = text.rfind(']').map_or(("", text), |end| text.split_at(end + 1));
+    let (name, port) = rest.split_once(':').map_or((rest, None), |(name, port)| (name, Some(port)));
+    !(host.is_empty() && name.is_empty()) && port.is_none_or(|port| port.parse::<u16>().is_ok())
+}
+
 /// The secrets of an address without them, or of one above it.
 pub fn secrets(address: &str) -> Secrets {
     let all = SECRETS.lock().unwrap_or_else(PoisonError::into_inner);
@@ -69,6 +87,10 @@ fn split<'a>(url: &'a str, scheme: &str) -> Cow<'a, str> {
     let after = &address[scheme.len().min(address.len())..];
     let (authority, path) = after.split_at(after.find('/').unwrap_or(after.len()));
     let (user, host) = authority.rsplit_once('@').map_or((None, authority), |(user, host)| (Some(user), host));
+    // A password with one of / ? # looks like that: nothing is shown of it, and the rest is refused.
+    if user.is_none() && !is_server(host) {
+        return scheme.to_owned().into();
+    }
     let public = format!("{scheme}{host}{path}");
     if public == url {
         return url.into();
@@ -109,6 +131,23 @@ mod tests {
         // An @ in the path is no user.
         assert_eq!(public(Path::new("https://h/a@b.zarr")), Path::new("https://h/a@b.zarr"));
         assert_eq!(public(Path::new("s3://bucket/a.zarr")), Path::new("s3://bucket/a.zarr"));
+    }
+
+    #[test]
+    fn addresses_name_a_server() {
+        for right in ["http://h", "https://h:8080/a:b", "http://[::1]/x", "http://[::1]:80", "s3://bucket/key", "x.zarr"] {
+            assert_eq!(problem(&public(Path::new(right))), None, "{right}");
+        }
+        for wrong in
+            ["http://", "s3://", "s3:///key", "http://h:99999/x", "http://u:p@h:99999/x", "http://u:p@/x", "http://:80/x"]
+        {
+            assert!(problem(&public(Path::new(wrong))).is_some(), "{wrong}");
+        }
+        for mark in ["/", "?", "#"] {
+            let address = format!("http://me:se{mark}cret@h/a.zarr");
+            assert_eq!(public(Path::new(&address)), Path::new("http://"));
+            assert_eq!(public_argument(format!("--mask={address}").into()), "--mask=http://");
+        }
     }
 
     #[test]

@@ -336,6 +336,9 @@ fn of_address(path: &Path, options: &OpenOptions) -> Result<&'static dyn Format,
     if options.confined {
         return Err(Error::volume(path, "addresses are not followed here: name it in the command"));
     }
+    if let Some(problem) = url::problem(path) {
+        return Err(Error::volume(path, problem));
+    }
     #[cfg(feature = "http")]
     return Ok(&zarr::Zarr);
     #[cfg(not(feature = "http"))]
