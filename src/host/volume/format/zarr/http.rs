@@ -1,6 +1,7 @@
 //! Files of web servers, over HTTP and HTTPS, and of S3's public buckets.
 
 use super::store::{Store, room};
+use crate::memory;
 use crate::url::{self, Secrets};
 use crate::volume::format::bytes;
 use base64::Engine;
@@ -27,6 +28,8 @@ const MOST_REDIRECTS: usize = 5;
 const SLOWER: u32 = 4;
 /// Time for which metadata are kept: opening a volume asks for them several times.
 const KEPT_FOR: Duration = Duration::from_secs(60);
+/// Bytes of a file of unknown length that are read before the available memory is looked at again.
+const STEP: u64 = 16 << 20;
 /// Where S3 says in which region a bucket is.
 const REGION: &str = "x-amz-bucket-region";
 
@@ -37,7 +40,7 @@ struct Patience {
     attempts: u32,
     /// For a connection, and for more of an answer that has begun.
     pause: Duration,
-    /// For an answer, and not much longer than the slowest has taken so far. From the third attempt on, each waits twice as long.
+    /// For an answer. The first two attempts wait not much longer than the slowest has taken so far; each further one twice as long.
     answer: Duration,
     /// Before the second attempt; each further one waits twice as long. Servers may name a longer time.
     backoff: Duration,
@@ -172,10 +175,12 @@ impl Http {
 
     /// Time that attempt `number` waits for an answer.
     fn longest_answer(&self, number: u32) -> Duration {
-        let Patience { answer, .. } = self.patience;
-        let (slowest, doubled) = (*lock(&self.slowest), 2u32.saturating_pow(number.saturating_sub(1)));
-        let first = if slowest.is_zero() { answer } else { (SLOWER * slowest).clamp(answer / SLOWER, answer) };
-        first * doubled
+        let Patience { answer, attempts, .. } = self.patience;
+        let doubled = |number: u32| answer * 2u32.saturating_pow(number.saturating_sub(1));
+        let slowest = *lock(&self.slowest);
+        // Metadata may come fast and chunks slowly: what they took says nothing of the later attempts.
+        let first = if slowest.is_zero() { answer } else { (SLOWER * slowest).clamp(answer / SLOWER, doubled(attempts)) };
+        if number < 2 { first } else { first.max(doubled(number)) }
     }
 
     /// Time before attempt `number`, or longer if the server says so. Requests that failed together do not come back together.
@@ -371,11 +376,25 @@ fn body(response: &mut ureq::http::Response<ureq::Body>, most: u64) -> Result<Ve
     let len = response.body().content_length();
     let mut all = room(Path::new("a file of a server"), len.unwrap_or(0), most).map_err(Failure::Final)?;
     let mut from = response.body_mut().with_config().limit(u64::MAX).reader();
-    let broken = |e: io::Error| Failure::Passing(format!("the connection ended within the file ({e})"), None);
+    let broken = |e: io::Error| match e.kind() {
+        io::ErrorKind::OutOfMemory => Failure::Final(e),
+        _ => Failure::Passing(format!("the connection ended within the file ({e})"), None),
+    };
     let Some(len) = len else {
-        let found = io::Read::read_to_end(&mut io::Read::take(&mut from, most.saturating_add(1)), &mut all).map_err(broken)?;
-        room(Path::new(""), found as u64, most).map_err(Failure::Final)?;
-        return Ok(all);
+        loop {
+            // Memory for it may double.
+            let required = memory::require("a file of a server", all.len() as u64);
+            required.map_err(|e| Failure::last(io::ErrorKind::OutOfMemory, e.to_string()))?;
+            let step = STEP.min(most.saturating_add(1).saturating_sub(all.len() as u64));
+            let found = io::Read::read_to_end(&mut io::Read::take(&mut from, step), &mut all).map_err(broken)?;
+            if all.len() as u64 > most {
+                let problem = format!("it has more bytes than the {most} that it may have at most");
+                return Err(Failure::last(io::ErrorKind::InvalidData, problem));
+            }
+            if (found as u64) < step {
+                return Ok(all);
+            }
+        }
     };
     let found = bytes::fill(&mut from, &mut all).map_err(broken)?;
     if found as u64 != len {

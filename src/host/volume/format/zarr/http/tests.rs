@@ -162,6 +162,13 @@ fn wrong_lengths_are_noticed() {
     let packed = vec!["Content-Encoding: br".into()];
     let (_server, volume) = opened(move |request| is_chunk(request).then(|| Reply::Answer(200, packed.clone(), vec![1])));
     is_refused(volume, "in the encoding \"br\"");
+    // Memory is taken in steps, and never for more than the metadata allow.
+    let endless = [b"HTTP/1.1 200 OK\r\n\r\n".to_vec(), vec![b' '; (2 * STEP + 1) as usize]].concat();
+    let server = Server::new(move |_| Reply::Raw(endless.clone()));
+    let (http, long) = (Http::new(PATIENCE), PathBuf::from(format!("{}/x", server.url)));
+    assert_eq!(http.get(&long, 3 * STEP).unwrap().map(|all| all.len() as u64), Some(2 * STEP + 1));
+    assert_eq!(http.get(&long, 2 * STEP).unwrap_err().kind(), io::ErrorKind::InvalidData);
+    assert_eq!(server.requests().len(), 2);
     // Chunks of transfer, whose length is not known before.
     let (_server, volume) = opened(|request| {
         let content = file(&folder(), request)?;
@@ -287,7 +294,9 @@ fn servers_are_waited_for_longer_each_time() {
         assert!(expected.contains(&waited), "{number}: {waited} ms");
     }
     let http = Http::new(Patience { answer: Duration::from_secs(2), ..PATIENCE });
-    for (slowest, expected) in [(0, [2000, 2000, 4000, 16000]), (10, [500, 500, 1000, 4000]), (300, [1200, 1200, 2400, 9600])] {
+    for (slowest, expected) in
+        [(0, [2000, 2000, 4000, 16000]), (10, [500, 500, 4000, 16000]), (3000, [12000, 12000, 12000, 16000])]
+    {
         *lock(&http.slowest) = Duration::from_millis(slowest);
         assert_eq!([0, 1, 2, 4].map(|number| http.longest_answer(number).as_millis()), expected);
     }
