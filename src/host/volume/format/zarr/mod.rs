@@ -195,6 +195,9 @@ fn level(path: &Path, image: Multiscales, options: &OpenOptions, contents: &mut 
             index
         }
     };
+    if image.moved && index > 0 {
+        tracing::info!("{name}: its metadata move no level: level {index} is moved so that its voxels cover those of level 0");
+    }
     contents.levels = arrays.iter().map(sizes).collect();
     contents.chunks = arrays.iter().map(|array| roles.dims(&array.chunks)).collect();
     contents.level = index;
