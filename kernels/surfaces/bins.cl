@@ -1,7 +1,7 @@
 // Lists the cells of surfaces that can cover the pixels of a tile of the screen, in the order of the cells.
 //
-// One work-item per chunk of `count` cells. Finds the pixels that its cells can cover, bounds[cell], and counts its cells per tile, counts[chunk*tiles + tile];
-// or with `fill` writes them to the places given by the scanned counts (scan.cl).
+// One work-item per chunk of `count` cells. Finds the pixels that its cells can cover, bounds[cell], and counts its cells per tile,
+// counts[chunk*tiles + tile]; or with `fill` writes them to the places given by the scanned counts (scan.cl).
 
 #include "shared/elementary.cl"
 #include "surfaces/cells.cl"

@@ -1,7 +1,8 @@
 // Cells of surfaces, triangles and pieces of quadrics, and where rays cross them.
 //
 // Coordinates are along the axes of the grid, in world units, from the volume's centre, so that floats stay precise however far the eye is.
-// points: places of all sets in these coordinates, and radii. rounded: where they are on the screen. cells: points of a cell, and 8 times the number of its set plus its kind.
+// points: places of all sets in these coordinates, and radii. rounded: where they are on the screen. cells: points of a cell, and 8 times the
+// number of its set plus its kind.
 // Kinds of cells, and what their three numbers are:
 
 // A triangle: its points.

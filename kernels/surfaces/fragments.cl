@@ -102,7 +102,7 @@ __kernel void fragments(SURFACE_DATA, __global const int2 *rounded, __global con
         const int4 cell = cells[index];
         __global const SurfaceSet *set = sets + (cell.w >> 3);
         const bool is_triangle = (cell.w & 7) == TRIANGLE, is_clipped = is_cut && set->clipped;
-        Edges edges;
+        Edges edges = {0, 0, 0};
         ScreenTriangle triangle;
         bool is_exact = false;
         if (is_triangle) {

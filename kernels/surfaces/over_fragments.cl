@@ -155,7 +155,9 @@ __kernel void over_fragments(SurfaceView view, WarpParams lattice, RayEnds volum
                 cuts[at] = waits_for == WAITS_TO_FIND ? (float2)(from, from) : cut;
             const int sample = ((const int *)&samples)[lane];
             if (sample >= 0)
-                sample_cuts[sample] = cut.x < cut.y ? (float2)(in_layers(&view, column + lane, y, cut.x), in_layers(&view, column + lane, y, cut.y)) : NO_CUT;
+                sample_cuts[sample] = waits_for & WAITS_TO_DRAW ? (float2)(in_layers(&view, column + lane, y, cut.x),
+                                                                           in_layers(&view, column + lane, y, cut.y))
+                                                                : NO_CUT;
         }
     }
     pending[y] = todo;

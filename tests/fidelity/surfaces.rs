@@ -108,18 +108,21 @@ fn rays_are_those_of_the_reference() {
     }
 }
 
+/// The converged integral of a scene with these surfaces.
+fn integral_of<'a>(scene: &'a Scene, surfaces: &'a [Surface], settings: &Settings) -> Integral<'a> {
+    let mut integral = Integral::new(&scene.volume, &scene.transfer, None)
+        .with_gradient(kernel_of(settings), settings.gradient_estimator())
+        .with_surfaces(surfaces);
+    integral.shading = settings.shading;
+    integral
+}
+
 #[test]
 fn surfaces_cost_no_fidelity() {
     let size = viewport(36, 32);
     for scene in scenes(Data::BuiltIn, size) {
         let settings = Settings::default();
-        let integral = |surfaces| {
-            let mut integral = Integral::new(&scene.volume, &scene.transfer, None)
-                .with_gradient(kernel_of(&settings), settings.gradient_estimator())
-                .with_surfaces(surfaces);
-            integral.shading = settings.shading;
-            integral.render(&scene.camera, size).unwrap()
-        };
+        let integral = |surfaces| integral_of(&scene, surfaces, &settings).render(&scene.camera, size).unwrap();
         let (_, alone) = compared(&drawn(&scene, &[], size, &settings), &integral(&[]));
         let (_, both) = compared(&drawn(&scene, &scene.surfaces, size, &settings), &integral(&scene.surfaces));
         println!("{}: {both:.1} dB with surfaces, {alone:.1} without", scene.name);
@@ -149,13 +152,7 @@ fn real_scenes_cost_no_fidelity() {
     let mut missed = Vec::new();
     for scene in scenes(Data::Real, size) {
         let settings = Settings::default();
-        let integral = |surfaces| {
-            let mut integral = Integral::new(&scene.volume, &scene.transfer, None)
-                .with_gradient(kernel_of(&settings), settings.gradient_estimator())
-                .with_surfaces(surfaces);
-            integral.shading = settings.shading;
-            integral
-        };
+        let integral = |surfaces| integral_of(&scene, surfaces, &settings);
         let [alone, both] = [&[][..], &scene.surfaces].map(|surfaces| {
             let expected = integral(surfaces).render(&scene.camera, size).unwrap();
             let found = drawn(&scene, surfaces, size, &settings);
