@@ -1,5 +1,6 @@
 // Sorted fragments of the pixels of a block.
 
+#include "surfaces/cells.cl"
 #include "surfaces/fragment_states.cl"
 #include "surfaces/surface_colors.cl"
 
@@ -31,9 +32,12 @@ static inline bool comes_before(const Pixel *pixel, Fragment one, Fragment other
                                  : one.crossing < other.crossing;
 }
 
-// Fragments of the pixels of a block: the nearest translucent ones, sorted, and the nearest opaque one, behind the last ones of before. count: of
-// translucent ones; followed: whether there are more of them.
+// Fragments of the pixels of a block: the nearest translucent ones, sorted, and the nearest opaque one, behind the last ones of before, and from
+// `start` on. count: of translucent ones; followed: whether there are more of them; clipped: the parts of rays to which clipped sets are cut.
 typedef struct {
+    SurfaceData data;
+    float start;
+    bool is_cut;
     Fragment found[SLOTS][RASTER * RASTER], opaque[RASTER * RASTER], last[RASTER * RASTER];
     Interval clipped[RASTER * RASTER];
     uchar count[RASTER * RASTER];
@@ -64,4 +68,19 @@ static inline void insert(const Pixel *pixel, Block *block, int n, Fragment frag
     }
     block->count[n] = count + is_kept;
     block->followed[n] |= !is_kept;
+}
+
+static inline bool is_wanted(const Block *block, int n) { return block->wanted[n]; }
+
+static inline void add_crossings(Block *block, int n, uint index, __global const SurfaceSet *set, const SurfaceRay *ray, Crossings crossings) {
+    const Pixel pixel = {block->data, *ray};
+    for (int second = 0; second < 2; second++) {
+        const Fragment fragment = {second ? crossings.y : crossings.x, CROSSING(index, second)};
+        // Nor where there is no crossing, whose depth is NaN.
+        if (!(fragment.depth > block->start && fragment.depth <= block->opaque[n].depth) ||
+            (block->is_cut && set->clipped && !(fragment.depth >= block->clipped[n].from && fragment.depth < block->clipped[n].to)))
+            continue;
+        if (set->opaque || surface_color(&pixel.data, index, &pixel.ray, fragment.depth).w > 0.0f)
+            insert(&pixel, block, n, fragment, set->opaque);
+    }
 }

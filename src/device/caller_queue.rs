@@ -11,6 +11,7 @@ use opencl3::device::Device as ClDevice;
 use opencl3::error_codes::{CL_INVALID_COMMAND_QUEUE, ClError};
 use opencl3::platform::Platform;
 use opencl3::types::{cl_command_queue, cl_context, cl_device_id};
+use std::sync::Arc;
 
 impl Device {
     /// The device and context of the caller's queue. All commands go to this queue, which may be in-order or out-of-order. The
@@ -85,6 +86,16 @@ impl Device {
         // Only this value depends on the queue.
         let tuning = Tuning { event_times: other.tuning.event_times, ..self.tuning };
         Ok(Self { sequence: other.sequence, tuning, ..self.clone() })
+    }
+
+    /// The same device with a new queue, whose commands wait for no others.
+    pub(crate) fn with_own_queue(&self) -> Result<Self, Error> {
+        #[cfg(test)]
+        self.shared.programs.faults.at(super::Call::Command).map_err(|e| self.error("clCreateCommandQueue", e))?;
+        #[allow(deprecated)] // The replacement needs OpenCL 2.0.
+        let queue = CommandQueue::create_default(&self.shared.programs.context, 0);
+        let queue = queue.map_err(|e| self.error("clCreateCommandQueue", e))?;
+        Ok(Self { sequence: Arc::new(Sequence::new(queue, true)), scratch: None, ..self.clone() })
     }
 
     /// The context, for creating buffers to render from or into. Valid as long as this device or a clone exists.

@@ -21,14 +21,15 @@ const PREPARING: Viewport = Viewport { width: 16, height: 16 };
 impl Renderer {
     /// Enqueues a frame into the caller's memory, after the events `wait`, and returns at once. The returned event completes when
     /// the picture is ready. Nothing is read back and no queue is waited for. Missing programs are built and missing tables are
-    /// made during the call; [`prepare`](Self::prepare) does so in advance.
+    /// made during the call; [`prepare`](Self::prepare) does so in advance. In a new view of surfaces, the call waits until the device
+    /// has counted their fragments, on a queue of the renderer's own, whatever the frame waits for.
     ///
     /// Frames of one renderer execute in order, on any kind of queue. Camera, transfer function and settings may change as soon
     /// as this returns.
     ///
     /// # Errors
-    /// Sheets, which read back their number of splats; memory that does not fit the picture; everything that
-    /// [`render`](Self::render) rejects. After an error the queue remains usable and the picture is undefined.
+    /// Sheets, which read back their number of splats; hundreds of translucent surfaces behind each other; memory that does not fit the
+    /// picture; everything that [`render`](Self::render) rejects. After an error the queue remains usable and the picture is undefined.
     pub fn enqueue(
         &mut self,
         camera: &Camera,
@@ -61,8 +62,10 @@ impl Renderer {
         let (device, viewport) = (&self.engine.device, planned.viewport);
         let (output, direct) = match onto.format() {
             // The pictures of several lattices are added, which reads the picture, but the caller's memory may be write-only.
-            // Without a lattice there is no warp that could write to it.
-            PictureFormat::Floats if !matches!(planned.plan, Plan::Lattice(..)) => (Output::Floats, None),
+            // Without a lattice, or around surfaces, there is no warp that could write to it.
+            PictureFormat::Floats if !matches!(planned.plan, Plan::Lattice(..)) || self.engine.has_surfaces() => {
+                (Output::Floats, None)
+            }
             PictureFormat::Floats => {
                 (Output::Floats, onto.direct(device, viewport)?.map(|buffer| Finished::Floats(Arc::new(buffer))))
             }
@@ -127,7 +130,7 @@ impl Renderer {
     }
 
     /// Sizes in bytes of the [scratch](Self::set_scratch) buffers that a frame needs, in no particular order. In addition, a
-    /// renderer keeps its own tables, occupancy and layouts.
+    /// renderer keeps its own tables, occupancy, layouts and lists of surfaces.
     pub fn scratch_bytes(
         &self,
         camera: &Camera,
@@ -143,11 +146,6 @@ impl Renderer {
 
     /// Rejects frames that need host readback.
     fn check_no_readback(&self, plan: &Plan) -> Result<(), Error> {
-        if self.engine.has_surfaces() {
-            let problem =
-                "frames with surfaces read back what is still to draw, so they cannot be enqueued without waiting: use `render`";
-            return Err(Error::Settings { field: "surfaces", problem: problem.into() });
-        }
         if !plan.counts_splats() {
             return Ok(());
         }

@@ -7,6 +7,7 @@ mod frames;
 mod handles;
 mod host;
 mod scratch;
+mod surfaces;
 #[path = "../gl/told.rs"]
 mod told;
 mod volumes;

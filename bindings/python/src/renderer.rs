@@ -234,7 +234,8 @@ impl Renderer {
     /// a background. first: byte offset of the first pixel in a buffer. row_pitch: bytes from row to row. wait_for: Events, objects with
     /// int_ptr or integer handles.
     ///
-    /// Raises InvalidValue for sheet algorithms, which need host readback, and if the picture does not fit. The queue stays usable.
+    /// Raises InvalidValue for sheet algorithms, which need host readback, for hundreds of translucent surfaces behind each other, and if the
+    /// picture does not fit. The queue stays usable.
     #[pyo3(
         signature = (
             camera, size, onto, settings = None, *, format = Argument::Default("rgba8".into()), background = Argument::Default(Over::default()), first = Argument::Default(0), row_pitch = None,
@@ -311,7 +312,7 @@ impl Renderer {
 
     /// Draws surfaces in and around the volume, from the next frame on, in place of those before: a list of Mesh, Spheres and Tubes.
     ///
-    /// Slices show none. Enqueued frames, splatted layers, sheets and slicing raise InvalidValue while there are visible ones.
+    /// Slices show none. Splatted layers, sheets and slicing raise InvalidValue while there are visible ones.
     fn set_surfaces(&self, py: Python, surfaces: Argument<Vec<Bound<Surface>>>) -> Result<()> {
         extract!(surfaces);
         let surfaces: Vec<_> = surfaces.iter().map(|surface| surface.get().ours().clone()).collect();

@@ -97,10 +97,7 @@ kernel! {
     defines |tuning, rendering: Rendering| {
         defines().with_lighting(rendering).with_if(rendering.light_volume, "LIFTED_LIGHT").with("RASTER", raster(tuning))
     };
-    items |a, tuning| {
-        let per_tile = (SURFACE_TILE / raster(tuning)) as usize;
-        super::tiles(a.view.tiles) * per_tile * per_tile
-    };
+    items |a, tuning| surface_blocks(&a.view, tuning);
     arguments FragmentsArguments<'a> {
         points: &'a Buffer<Float4>,
         cells: &'a Buffer<[i32; 4]>,
@@ -130,6 +127,32 @@ kernel! {
         crossings: &'a Buffer<u32>,
         states: &'a Buffer<u8>,
     }
+}
+
+kernel! {
+    /// Bounds the number of fragments of a ray.
+    CountFragments = "surfaces/count_fragments.cl", count_fragments, "surfaces", Items::Tiles;
+    defines |tuning, (): ()| defines().with("RASTER", raster(tuning));
+    items |a, tuning| surface_blocks(&a.view, tuning);
+    arguments CountFragmentsArguments<'a> {
+        points: &'a Buffer<Float4>,
+        cells: &'a Buffer<[i32; 4]>,
+        sets: &'a Buffer<SurfaceSet>,
+        rounded: &'a Buffer<[i32; 2]>,
+        bounds: &'a Buffer<[u16; 4]>,
+        ends: &'a Buffer<u32>,
+        lists: &'a Buffer<u32>,
+        chunks: i32,
+        view: SurfaceView,
+        /// Most translucent fragments of a ray, per block ([`surface_blocks`]).
+        most: &'a Buffer<u32>,
+    }
+}
+
+/// Number of blocks of pixels that work-items have.
+pub(crate) fn surface_blocks(view: &SurfaceView, tuning: &Tuning) -> usize {
+    let per_tile = (SURFACE_TILE / raster(tuning)) as usize;
+    super::tiles(view.tiles) * per_tile * per_tile
 }
 
 /// Columns and rows of pixels of a work-item: on GPUs, arrays of more would not be in registers.

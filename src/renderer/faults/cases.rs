@@ -43,6 +43,14 @@ impl Scene {
         Self { transfer: TransferFunction::builtin("fire", &volume).unwrap(), volume }
     }
 
+    /// Two translucent spheres at the same place.
+    fn spheres(&self) -> Result<Surface, Error> {
+        let grid = self.volume.grid();
+        let mut spheres = Surface::new("spheres", Spheres::new(vec![grid.centre(); 2], vec![0.1 * grid.diagonal(); 2])?);
+        spheres.opacity = 0.5;
+        Ok(spheres)
+    }
+
     /// A perspective camera if a field of view is given, else a parallel one.
     pub fn camera(&self, azimuth: f64, field_of_view: Option<f64>) -> Camera {
         let (centre, diagonal) = (self.volume.grid().centre(), self.volume.grid().diagonal());
@@ -116,10 +124,7 @@ pub fn displayed(scene: &Scene) -> Vec<Case<'_>> {
         name: "8 bits of surfaces".into(),
         make: Box::new(move |device| {
             let mut renderer = Renderer::new(device, &scene.volume, &scene.transfer)?;
-            let grid = scene.volume.grid();
-            let mut spheres = Surface::new("spheres", Spheres::new(vec![grid.centre(); 2], vec![0.1 * grid.diagonal(); 2])?);
-            spheres.opacity = 0.5;
-            renderer.set_surfaces(&[spheres])?;
+            renderer.set_surfaces(&[scene.spheres()?])?;
             let camera = scene.camera(20.0, None);
             Ok(Box::new(move || Ok(renderer.render_rgba8(&camera, SIZE, &Settings::default(), Background::BLACK)?.0)))
         }),
@@ -135,10 +140,14 @@ pub fn displayed(scene: &Scene) -> Vec<Case<'_>> {
 /// Frames enqueued into the embedding application's memory.
 pub fn enqueued<'a>(scene: &'a Scene, host: &'a Host) -> Vec<Case<'a>> {
     let format = |rgba8| if rgba8 { PictureFormat::Rgba8(Background::BLACK) } else { PictureFormat::Floats };
-    let case = |name: &str, azimuth: f64, with_scratch: bool, rgba8: bool| Case {
-        name: format!("enqueued {name}, scratch {with_scratch}"),
-        make: Box::new(move |device| {
+    let case = |name: &str, azimuth: f64, with_scratch: bool, rgba8: bool| {
+        let with_surfaces = name == "surfaces";
+        let name = format!("enqueued {name}, scratch {with_scratch}");
+        let make: Box<Make> = Box::new(move |device| {
             let mut renderer = Renderer::new(device, &scene.volume, &scene.transfer)?;
+            if with_surfaces {
+                renderer.set_surfaces(&[scene.spheres()?])?;
+            }
             let (camera, settings) = (scene.camera(azimuth, None), Settings::default());
             let picture = host.buffer(16 * SIZE.pixels());
             let onto = PictureMemory::new(&DeviceMemory::from_buffer(&picture)?, format(rgba8));
@@ -153,9 +162,15 @@ pub fn enqueued<'a>(scene: &'a Scene, host: &'a Host) -> Vec<Case<'a>> {
                 let event = renderer.enqueue(&camera, SIZE, &settings, &onto, &[])?;
                 Ok(host.read(&picture, bytes, &event))
             }))
-        }),
+        });
+        Case { name, make }
     };
-    vec![case("points", 20.0, false, false), case("points", 20.0, true, true), case("two axes", 45.3, true, false)]
+    vec![
+        case("points", 20.0, false, false),
+        case("points", 20.0, true, true),
+        case("two axes", 45.3, true, false),
+        case("surfaces", 20.0, false, true),
+    ]
 }
 
 /// Layers composited by two part renderers.

@@ -140,6 +140,9 @@ impl Engine {
         // Before the new ones: there may not be enough memory for both.
         self.surfaces = None;
         self.surfaces = UploadedSurfaces::new(&self.device, surfaces)?.map(Arc::new);
+        if self.surfaces.is_none() {
+            self.passes.surfaces.drop_cached();
+        }
         Ok(())
     }
 
@@ -300,12 +303,14 @@ impl Engine {
         let device = self.begin(mode)?;
         let measuring = self.measuring && matches!(mode, Mode::Waited);
         let view = View { device: &device, rays: frame.rays, viewport: frame.viewport, settings: frame.settings, is_cut: false };
-        let mut done = Done { finished: Finished::Nothing, active_samples: measuring.then_some(0) };
+        let is_enqueued = matches!(mode, Mode::Enqueued(_));
+        let mut done = Done { finished: Finished::Nothing, active_samples: measuring.then_some(0), is_enqueued };
         for (n, stage) in frame.stages.iter().enumerate() {
             tracing::debug!("{}", stage.resources);
             if n > 0 {
                 self.fields.drop_cached();
                 self.light.drop_cached();
+                self.passes.surfaces.drop_cached();
                 self.target.keep_picture();
                 self.field_mut().release_beyond(&device, stage.capacity())?;
             }
@@ -440,9 +445,11 @@ impl Engine {
         let (lattice, gathers) = drawn_by(volume);
         let mut drawn = self.target.drawn().samples;
         let mut first = true;
-        let mut pending = Pending { draw: None, find: true };
-        self.with_surfaces(view, |pass, surfaces, scene, target| pass.begin(scene, surfaces, lattice, target))?;
-        while pending.find || pending.draw.is_some() {
+        let mut pending = Pending::FIRST;
+        let is_enqueued = done.is_enqueued;
+        let mut enqueued =
+            self.with_surfaces(view, |pass, surfaces, scene, target| pass.begin(scene, surfaces, lattice, is_enqueued, target))?;
+        while !pending.is_nothing() {
             if pending.find {
                 self.with_surfaces(view, |pass, surfaces, scene, target| pass.find(scene, surfaces, target, first))?;
             }
@@ -453,8 +460,10 @@ impl Engine {
                 result?;
                 drawn = done.finished.floats().clone();
             }
-            pending = self
-                .with_surfaces(view, |pass, _, scene, target| pass.composite(scene, (&drawn, lattice), target, gathers, first))?;
+            pending = self.with_surfaces(view, |pass, _, scene, target| {
+                pass.composite(scene, (&drawn, lattice), target, gathers, first)?;
+                enqueued.as_mut().map_or_else(|| SurfacePass::pending(scene, target), |passes| Ok(passes.next()))
+            })?;
             first = false;
         }
         Ok(SurfacePass::picture(&self.target))
@@ -499,6 +508,7 @@ impl Engine {
     fn drop_cached(&mut self) {
         self.fields.drop_cached();
         self.light.drop_cached();
+        self.passes.surfaces.drop_cached();
         self.target.arena.clear();
     }
 }
@@ -508,4 +518,6 @@ struct Done {
     finished: Finished,
     /// Number of samples with opacity, if counted.
     active_samples: Option<u64>,
+    /// Whether nothing may be read back.
+    is_enqueued: bool,
 }

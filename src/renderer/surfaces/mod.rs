@@ -1,5 +1,6 @@
 //! Surfaces in and around volumes: their fragments, and the volume between them.
 
+mod cells;
 mod pass;
 mod uploaded;
 mod view;

@@ -880,7 +880,8 @@ class Renderer:
         without a background. first: byte offset of the first pixel in a buffer. row_pitch: bytes from row to row. wait_for: Events,
         objects with int_ptr or integer handles.
 
-        Raises InvalidValue for sheet algorithms, which need host readback, and if the picture does not fit. The queue stays usable.
+        Raises InvalidValue for sheet algorithms, which need host readback, for hundreds of translucent surfaces behind each other, and if the
+        picture does not fit. The queue stays usable.
         """
     def prepare(self, camera: Camera, size: Size, settings: Optional[Settings] = None) -> None:
         """Builds the kernels, tables and layouts that pictures with these settings need, for every view direction, and waits for them."""
@@ -910,7 +911,7 @@ class Renderer:
     def set_surfaces(self, surfaces: Sequence[Surface]) -> None:
         """Draws surfaces in and around the volume, from the next frame on, in place of those before: a list of Mesh, Spheres and Tubes.
 
-        Slices show none. Enqueued frames, splatted layers, sheets and slicing raise InvalidValue while there are visible ones.
+        Slices show none. Splatted layers, sheets and slicing raise InvalidValue while there are visible ones.
         """
     def stream_plan(self, camera: Camera, size: Size, settings: Optional[Settings] = None) -> Optional[Dict[str, Any]]:
         """The streaming plan of a view, a dict; None if the renderer holds all voxels.
