@@ -213,7 +213,7 @@ impl Shown {
     pub fn legend(&self, tables: &[LabelTable]) -> Option<Legend> {
         if let Self::Vectors { .. } = self {
             let axes = [("x", [1.0, 0.0, 0.0]), ("y", [0.0, 1.0, 0.0]), ("z", [0.0, 0.0, 1.0])];
-            let entries = axes.map(|(name, color)| LegendEntry { name: name.into(), color }).into();
+            let entries = axes.map(|(name, color)| LegendEntry::new(name, color)).into();
             return Some(Legend { entries });
         }
         self.labels().map(|labels| legend_of(labels, tables))
@@ -304,7 +304,7 @@ pub(crate) fn legend_of(labels: &Labels, tables: &[LabelTable]) -> Legend {
 
 /// Names and colours of those labels that are visible.
 pub(crate) fn legend_of_all<'a>(labels: impl Iterator<Item = &'a Label>) -> Legend {
-    let entry = |label: &Label| LegendEntry { name: name_of(label), color: label.color };
+    let entry = |label: &Label| LegendEntry::new(name_of(label), label.color);
     Legend { entries: labels.filter(|label| label.drawn_opacity() > 0.0).map(entry).collect() }
 }
 

@@ -51,6 +51,10 @@ fn empty(scene: &OpenedScene, tiny: impl FnOnce() -> Option<String>) -> String {
                 (lo + hi) / 2.0
             )
         }
+        Blend::Composite if lo == hi && transfer.largest_opacity(lo, hi) <= 0.0 && !scene.surfaces.is_empty() => {
+            "the picture is empty: it shows no surface; omit options of the camera, and see `layersplat info FILE` for what the file has"
+                .into()
+        }
         Blend::Composite if lo == hi && transfer.largest_opacity(lo, hi) <= 0.0 => constant(scene, lo),
         Blend::Composite if transfer.largest_opacity(lo, hi) <= 0.0 => {
             let visible = visible_values(transfer)

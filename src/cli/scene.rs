@@ -229,7 +229,7 @@ impl OpenedScene {
             None => [options.surfaces.open(&volume)?, of_scene].concat(),
         };
         if processes.leads() && !is_alone {
-            surfaces::warn_of_those_outside(&surfaces, volume.grid());
+            surfaces::warn_of_places(&surfaces, volume.grid());
         }
         let legend = match legend {
             None if surfaces.is_empty() => None,

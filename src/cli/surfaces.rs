@@ -26,8 +26,15 @@ pub(super) struct SurfaceArguments {
 /// Keys, for messages.
 const KEYS: &str = "color, opacity, values, transfer, radius, ends, at, space, shading, clip, visible and name";
 
-/// Least extent of the empty volume around surfaces, as a fraction of the largest.
-const THINNEST: f64 = 1e-3;
+/// Voxels of the empty volume around surfaces, along its longest edge.
+const EMPTY_VOXELS: f64 = 16.0;
+/// Coordinates and extents that cameras can frame, in world units.
+const LARGEST: f64 = 1e25;
+const SMALLEST: f64 = 1e-25;
+/// Coordinates beside a volume, in its voxels: floats hold products of three.
+const LARGEST_IN_VOXELS: f64 = 1e12;
+/// Floats place sets that are as many voxels large to a tenth of a voxel.
+const PRECISE_VOXELS: f64 = 1e6;
 
 /// A file of surfaces, and how they look.
 #[derive(Clone, Default)]
@@ -178,15 +185,40 @@ pub(super) fn open_scene(surfaces: &[SceneSurface], volume: Option<&Volume>) -> 
 }
 
 fn open_all(specs: &[SurfaceSpec], volume: Option<&Volume>) -> Result<Vec<Surface>, Error> {
-    let opened: Result<Vec<_>, Error> = specs.iter().map(|spec| spec.open(volume)).collect();
-    Ok(opened?.concat())
+    let opened: Vec<_> = specs.iter().map(|spec| spec.open(volume)).collect::<Result<_, Error>>()?;
+    let all = opened.concat();
+    all.iter().try_for_each(|surface| check_size(surface, volume))?;
+    Ok(all)
 }
 
-/// Says which surfaces lie wholly outside a volume.
-pub(super) fn warn_of_those_outside(surfaces: &[Surface], grid: &Grid) {
+/// Fails for sets that cannot be drawn for their size, alone or beside a volume.
+fn check_size(surface: &Surface, volume: Option<&Volume>) -> Result<(), Error> {
+    let Some(Bounds { lowest, highest }) = surface.bounds() else { return Ok(()) };
+    let (farthest, extent) = (lowest.abs().max(highest.abs()).max_element(), (highest - lowest).max_element());
+    let largest = volume.map_or(LARGEST, |volume| LARGEST_IN_VOXELS * volume.grid().spacing().min_element());
+    if farthest <= largest && (extent == 0.0 || extent >= SMALLEST) {
+        return Ok(());
+    }
+    let problem = format!(
+        "it reaches from {} to {}: coordinates up to {largest:e} and extents from {SMALLEST:e} are drawn{}; scale it by at=FILE, a matrix",
+        position(lowest.to_array()),
+        position(highest.to_array()),
+        if volume.is_some() { " beside this volume" } else { "" }
+    );
+    Err(Error::Surface { name: surface.name.clone(), problem })
+}
+
+/// Says which surfaces lie wholly outside a volume, and which are too large for precise depths.
+pub(super) fn warn_of_places(surfaces: &[Surface], grid: &Grid) {
     for surface in surfaces.iter().filter(|surface| surface.is_visible) {
-        if let Some(place) = Place::of(surface, grid).filter(|place| !place.meets) {
+        let Some(place) = Place::of(surface, grid) else { continue };
+        if !place.meets {
             tracing::warn!("surface {} {place}", surface.name);
+        }
+        let voxels = (place.bounds.highest - place.bounds.lowest).max_element() / grid.spacing().min_element();
+        if voxels > PRECISE_VOXELS {
+            let error = shortened(voxels * f64::from(f32::EPSILON));
+            tracing::warn!("surface {} is {voxels:.1e} voxels large: it is placed to about {error} voxels", surface.name);
         }
     }
 }
@@ -264,11 +296,12 @@ pub(super) fn is_surface_file(path: &Path) -> bool {
 fn empty_volume(file: &Path, surfaces: &[Surface]) -> Result<(Volume<'static>, TransferFunction), Error> {
     let bounds = bounds(surfaces).unwrap_or(Bounds { lowest: DVec3::ZERO, highest: DVec3::ONE });
     let extent = bounds.highest - bounds.lowest;
-    let least = if extent.max_element() > 0.0 { THINNEST * extent.max_element() } else { 1.0 };
-    let spacing = extent.max(DVec3::splat(least));
-    let origin = (bounds.lowest + bounds.highest - spacing) / 2.0;
-    let grid = Grid::oriented([2; 3], spacing, origin, glam::DMat3::IDENTITY)?;
-    let volume = Volume::new(file.to_string_lossy(), grid, vec![0u8; 8])?;
+    let spacing = if extent.max_element() > 0.0 { extent.max_element() / EMPTY_VOXELS } else { 1.0 };
+    let edges = (extent / spacing).ceil().max(DVec3::ONE);
+    let origin = (bounds.lowest + bounds.highest - edges * spacing) / 2.0;
+    let dims = edges.to_array().map(|n| n as usize + 1);
+    let grid = Grid::oriented(dims, DVec3::splat(spacing), origin, glam::DMat3::IDENTITY)?;
+    let volume = Volume::new(file.to_string_lossy(), grid, vec![0u8; dims.iter().product()])?;
     let transfer = TransferFunction::new("nothing", vec![(0.0, [0.8; 3])], vec![(0.0, 0.0)])?;
     Ok((volume, transfer))
 }
@@ -283,10 +316,25 @@ pub(super) fn framing(surfaces: &[Surface]) -> Option<Framing> {
     bounds(surfaces).map(|bounds| Framing::of_box(bounds.lowest, bounds.highest))
 }
 
-/// Names and colours for a legend.
+/// Names and colours for a legend. Of values, the colours from the lowest to the highest, and these; of points or cells with colours, the mean.
 pub(super) fn entries(surfaces: &[Surface]) -> impl Iterator<Item = LegendEntry> {
-    let visible = surfaces.iter().filter(|surface| surface.is_visible);
-    visible.map(|surface| LegendEntry { name: surface.name.clone(), color: surface.color.map(f64::from) })
+    /// Colours of values.
+    const COLORS: usize = 6;
+    let of = |surface: &Surface| {
+        let name = surface.name.clone();
+        if let Some((_, transfer)) = surface.values() {
+            let [first, last] = [transfer.colors().first(), transfer.colors().last()].map(|end| end.map_or(0.0, |end| end.0));
+            let value = |n: usize| first + (last - first) * n as f64 / (COLORS - 1) as f64;
+            let name = format!("{name}, {} to {}", shortened(first), shortened(last));
+            return LegendEntry { name, colors: (0..COLORS).map(|n| transfer.color(value(n))).collect() };
+        }
+        let mean = |colors: &[[f32; 4]]| {
+            let sum = |i: usize| colors.iter().map(|color| f64::from(color[i])).sum::<f64>();
+            [0, 1, 2].map(|i| sum(i) / colors.len().max(1) as f64)
+        };
+        LegendEntry::new(name, surface.colors().map_or(surface.color.map(f64::from), |colors| mean(colors.entries())))
+    };
+    surfaces.iter().filter(|surface| surface.is_visible).map(of)
 }
 
 #[cfg(test)]
@@ -317,11 +365,25 @@ mod tests {
     }
 
     #[test]
+    fn legends_have_the_colours_of_values() {
+        let points = vec![DVec3::ZERO, DVec3::X, DVec3::Y];
+        let plain = Surface::new("t", crate::surface::Triangles::new(points, vec![[0, 1, 2]]).unwrap());
+        let red = |n: f32| [n, 0.0, 0.0, 1.0];
+        let colored = plain.clone().with_colors(Per::Point([0.0, 0.5, 1.0].map(red).to_vec())).unwrap();
+        let grey = TransferFunction::new("grey", vec![(2.0, [0.0; 3]), (4.5, [1.0; 3])], vec![(2.0, 1.0)]).unwrap();
+        let valued = plain.clone().with_values(Per::Cell(vec![3.0]), grey).unwrap();
+        let entries: Vec<_> = entries(&[plain, colored, valued]).collect();
+        assert_eq!(entries[0].colors, [[0.8_f32; 3].map(f64::from)]);
+        assert_eq!(entries[1].colors, [[0.5, 0.0, 0.0]]);
+        assert_eq!((entries[2].name.as_str(), entries[2].colors[0], entries[2].colors[5]), ("t, 2 to 4.5", [0.0; 3], [1.0; 3]));
+    }
+
+    #[test]
     fn flat_surfaces_have_a_volume_around_them() {
         let points = vec![DVec3::ZERO, DVec3::X, DVec3::Y];
         let triangle = Surface::new("t", crate::surface::Triangles::new(points, vec![[0, 1, 2]]).unwrap());
         let (volume, transfer) = empty_volume(Path::new("t.stl"), &[triangle]).unwrap();
-        assert_eq!(volume.grid().spacing(), DVec3::new(1.0, 1.0, THINNEST));
+        assert_eq!((volume.grid().dims(), volume.grid().spacing()), ([17, 17, 2], DVec3::splat(1.0 / EMPTY_VOXELS)));
         assert_eq!(transfer.opacity(0.0), 0.0);
     }
 }

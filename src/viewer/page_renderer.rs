@@ -134,7 +134,7 @@ impl SharedScene {
                 let shown = fields.iter().zip(look.channels_of(fields.len())?).filter(|(_, shown)| shown.visible);
                 let entries_of = |(field, look): (&PageField, &PageChannel)| {
                     Ok(match &field.shown {
-                        None => vec![LegendEntry { name: field.name.clone(), color: look.color()? }],
+                        None => vec![LegendEntry::new(&field.name, look.color()?)],
                         // Colours have none.
                         Some(shown) => shown.legend(&field.tables()?).map_or_else(Vec::new, |legend| legend.entries),
                     })

@@ -3,7 +3,7 @@
 use crate::common::*;
 use glam::DVec3;
 use layersplat::color::reflectance;
-use layersplat::settings::{Blend, Light, Lights, Look, Shading, Shadows, Sky, Studio};
+use layersplat::settings::{Blend, Clipping, CropBox, Light, Lights, Look, Shading, Shadows, Sky, Studio};
 use layersplat::surface::{Ends, Per, Spheres, Surface, SurfaceShading, Triangles, Tubes};
 use layersplat::volume::Voxels;
 use layersplat::{Camera, Frame, Orbit, Projection, Renderer, Settings, TransferFunction, Viewport, Volume};
@@ -181,9 +181,34 @@ fn invisible_sets_change_no_bit() {
     let mut more = crossing();
     more[0].opacity = 0.0;
     more[1].is_visible = false;
-    more[2].opacity = 0.0;
+    // Its fragments cut the volume.
+    let colors = Per::Point(vec![[0.9, 0.8, 0.2, 0.0]; 8]);
+    more[2] = more[2].clone().with_colors(colors).unwrap();
     more.extend(shown);
     assert!(drawn(&scene, &more, &camera, size) == expected);
+    // Alone, they leave the volume to the method that draws it without surfaces.
+    let rolled = along_z(20.0);
+    more.truncate(2);
+    assert!(drawn(&scene, &more, &rolled, size) == drawn(&scene, &[], &rolled, size));
+}
+
+#[test]
+fn surfaces_on_a_face_of_the_crop_box_are_whole() {
+    let size = viewport(60, 50);
+    let scene = clear();
+    let camera = parallel(&scene.0, size, 30.0, 20.0);
+    let everything = CropBox { lowest: DVec3::splat(-100.0), highest: DVec3::splat(100.0) };
+    let [mut below, mut above] = [everything; 2];
+    (below.highest.z, above.lowest.z) = (12.0, 12.0);
+    for crop in [below, above] {
+        let clipping = Clipping { crop: Some(crop), ..Clipping::default() };
+        let settings = Settings { shading: None, early_termination: false, clipping, ..Settings::default() };
+        for (z, is_inside) in [(11.9, crop == below), (12.0, true), (12.1, crop == above)] {
+            let square = [square(z, 7.0, 1.0)];
+            let expected = drawn(&scene, if is_inside { &square } else { &[] }, &camera, size);
+            assert!(drawn_with((&scene.0, &scene.1), &square, &camera, size, &settings) == expected, "{crop:?}, {z}");
+        }
+    }
 }
 
 /// A lit sphere alone: the volume's voxels cast no shadow on it where nothing is visible.
@@ -299,6 +324,8 @@ fn repeated_points_of_lines_change_no_bit() {
     let expected = picture(&[0, 1, 2]);
     assert!(picture(&[0, 0, 1, 1, 1, 2, 2]) == expected && largest_opacity(&expected) > 0.7);
     assert!(picture(&[0, 1]) != expected);
+    // Points that all coincide, with round ends: a ball, with two fragments in each pixel.
+    assert!(largest_opacity(&picture(&[1, 1])) == 0.75);
 }
 
 #[test]

@@ -74,7 +74,7 @@ pub(super) fn drawn_of(scene: &mut OpenedScene) -> Result<(Drawn, Vec<PageChanne
     let described = |(field, entry): (channels::Field, &LegendEntry)| {
         let channels::Field { volume, shown, transfer, look } = field;
         let channels::FieldLook { factor, visible, iso, gradient_opacity } = look;
-        let color = entry.color.iter().map(|c| format!("{:02x}", (c * 255.0).round() as u8)).collect::<String>();
+        let color = entry.colors.iter().flatten().map(|c| format!("{:02x}", (c * 255.0).round() as u8)).collect::<String>();
         let field = PageField { name: entry.name.clone(), volume, shown, transfer, iso, gradient_opacity };
         (field, PageChannel { visible, factor, color: format!("#{color}") })
     };

@@ -86,10 +86,8 @@ impl FieldSpec {
             let name = volume.name();
             name.strip_prefix("builtin:").unwrap_or(name).to_owned()
         });
-        LegendEntry {
-            name,
-            color: self.color.or_else(|| drawn.map(TransferFunction::most_opaque_color)).unwrap_or(self.channel_color),
-        }
+        let color = self.color.or_else(|| drawn.map(TransferFunction::most_opaque_color)).unwrap_or(self.channel_color);
+        LegendEntry::new(name, color)
     }
 
     /// The transfer function that it names.

@@ -22,8 +22,8 @@ const HIGHEST: f64 = 0.8;
 /// ```
 /// use layersplat::annotation::{Annotations, Legend, LegendEntry};
 ///
-/// let entry = |name: &str, color| LegendEntry { name: name.into(), color };
-/// let legend = Legend { entries: vec![entry("liver", [0.8, 0.2, 0.1]), entry("spleen", [0.4, 0.2, 0.6])] };
+/// let entries = vec![LegendEntry::new("liver", [0.8, 0.2, 0.1]), LegendEntry::new("spleen", [0.4, 0.2, 0.6])];
+/// let legend = Legend { entries };
 /// let annotations = Annotations { legend: true, list: Some(legend), ..Annotations::default() };
 /// # assert!(!annotations.is_empty());
 /// ```
@@ -38,12 +38,19 @@ pub struct Legend {
 pub struct LegendEntry {
     /// Name.
     pub name: String,
-    /// Red, green and blue, 0 to 1.
-    pub color: [f64; 3],
+    /// Red, green and blue, 0 to 1. Several are shown side by side.
+    pub colors: Vec<[f64; 3]>,
 }
 
-/// Rows of a list that fit into a picture: colours and texts. A row without a colour tells how many do not.
-pub(super) struct Rows(Vec<(Option<[u8; 3]>, String)>);
+impl LegendEntry {
+    /// An entry of one colour.
+    pub fn new(name: impl Into<String>, color: [f64; 3]) -> Self {
+        Self { name: name.into(), colors: vec![color] }
+    }
+}
+
+/// Rows of a list that fit into a picture: colours and texts. A row without colours tells how many do not.
+pub(super) struct Rows(Vec<(Vec<[u8; 3]>, String)>);
 
 /// Shapes of the list, in pixels of a picture.
 pub(super) struct Layout {
@@ -63,10 +70,10 @@ impl Rows {
         let count = legend.entries.len();
         let shown = if count > most { most - 1 } else { count };
         let of = |entry: &LegendEntry| {
-            let color = entry.color.map(|c| (c * 255.0 + 0.5) as u8);
-            (Some(color), shortened(&entry.name, extent))
+            let colors = entry.colors.iter().map(|color| color.map(|c| (c * 255.0 + 0.5) as u8)).collect();
+            (colors, shortened(&entry.name, extent))
         };
-        let rest = (count > shown).then(|| (None, format!("and {} more", count - shown)));
+        let rest = (count > shown).then(|| (Vec::new(), format!("and {} more", count - shown)));
         Self(legend.entries[..shown].iter().map(of).chain(rest).collect())
     }
 
@@ -93,13 +100,14 @@ impl Rows {
         let (scale, swatch, letters) = (extent.scale, swatch(extent), extent.measured("0").y);
         let left = (f64::from(extent.viewport.width) - self.room(extent) + GAP * scale).round();
         let mut layout = Layout { swatches: Vec::new(), lines: Vec::new(), labels: Vec::new() };
-        for (n, (color, name)) in self.0.iter().enumerate() {
+        for (n, (colors, name)) in self.0.iter().enumerate() {
             let middle = self.top(extent) + (n as f64 + 0.5) * row(extent);
-            if let Some(color) = *color {
+            if !colors.is_empty() {
                 let corner = DVec2::new(left, (middle - swatch / 2.0).round());
-                let area = [corner, corner + DVec2::splat(swatch)];
-                layout.swatches.push((area, color));
-                layout.lines.extend(frame(area, scale));
+                let edge = |i: usize| (swatch * i as f64 / colors.len() as f64).round();
+                let part = |i: usize| [corner + DVec2::new(edge(i), 0.0), corner + DVec2::new(edge(i + 1), swatch)];
+                layout.swatches.extend(colors.iter().enumerate().map(|(i, color)| (part(i), *color)));
+                layout.lines.extend(frame([corner, corner + DVec2::splat(swatch)], scale));
             }
             layout.labels.push((DVec2::new(left + swatch + NAME_GAP * scale, middle - letters / 2.0), name.clone()));
         }
@@ -149,7 +157,7 @@ mod tests {
     use crate::viewport::Viewport;
 
     fn legend(count: usize, name: &str) -> Legend {
-        let entry = |n: usize| LegendEntry { name: format!("{name} {n}"), color: [1.0, n as f64 / count as f64, 0.0] };
+        let entry = |n: usize| LegendEntry::new(format!("{name} {n}"), [1.0, n as f64 / count as f64, 0.0]);
         Legend { entries: (0..count).map(entry).collect() }
     }
 
@@ -175,8 +183,8 @@ mod tests {
     #[test]
     fn entries_without_a_row_are_counted() {
         let Rows(all) = Rows::new(&legend(300, "label"), extent(640, 480));
-        let (color, text) = all.last().unwrap();
-        assert_eq!((*color, text.clone()), (None, format!("and {} more", 300 - (all.len() - 1))));
+        let (colors, text) = all.last().unwrap();
+        assert_eq!((colors.len(), text.clone()), (0, format!("and {} more", 300 - (all.len() - 1))));
         assert_eq!(Rows::new(&legend(5, "label"), extent(640, 480)).0.len(), 5);
         assert!(Rows::new(&Legend::default(), extent(640, 480)).0.is_empty());
     }

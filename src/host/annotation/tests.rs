@@ -259,8 +259,7 @@ fn the_legend_alone_is_that_beside_a_picture() {
 /// A list takes the place of the colour bar, with the colours of its entries, and no more room than it needs.
 #[test]
 fn a_list_shows_the_colours_of_its_entries() {
-    let entry = |name: &str, color| LegendEntry { name: name.into(), color };
-    let entries = vec![entry("liver", [1.0, 0.0, 0.0]), entry("spleen", [0.0, 0.4, 1.0])];
+    let entries = vec![LegendEntry::new("liver", [1.0, 0.0, 0.0]), LegendEntry::new("spleen", [0.0, 0.4, 1.0])];
     let list = Annotations { legend: true, list: Some(Legend { entries }), ..Annotations::default() };
     let colors = |annotations: &Annotations, color: [f32; 3]| {
         let frame = drawn(annotations, [0.0; 4], PARALLEL);

@@ -143,6 +143,11 @@ impl Surface {
         self.shape.bounds(self.matrix, self.scale())
     }
 
+    /// Whether it can have fragments: it is visible, and neither empty nor wholly transparent.
+    pub fn is_drawn(&self) -> bool {
+        self.is_visible && self.opacity > 0.0 && self.shape.cells() > 0
+    }
+
     /// Whether any fragment of it can be translucent.
     pub fn is_translucent(&self) -> bool {
         self.opacity < 1.0 || self.colors.as_ref().is_some_and(|colors| colors.entries().iter().any(|c| c[3] < 1.0))

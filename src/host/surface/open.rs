@@ -139,6 +139,15 @@ impl SurfaceFile {
         if !lines.is_empty() {
             let (used, lengths) = (lines.concat(), lines.iter().map(|line| line.len()).collect::<Vec<_>>());
             let points = used.iter().map(placed).collect();
+            let is_point = |line: &&Box<[u32]>| line.iter().all(|n| placed(n) == placed(&line[0]));
+            let single = lines.iter().filter(is_point).count();
+            if single > 0 && options.ends != Ends::Round {
+                tracing::warn!(
+                    "{}: {single} of {} lines have no length and are not drawn: ends=round draws them as balls",
+                    path.display(),
+                    lines.len()
+                );
+            }
             let tubes = Tubes::new(points, radii.of(&used), &lengths, options.ends).map_err(of_file)?;
             kinds.push(("tubes", finished(Surface::new("tubes", tubes), &used, &numbers).map_err(of_file)?));
         }

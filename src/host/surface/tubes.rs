@@ -22,7 +22,7 @@ choices! { Ends, "ends"; Flat = "flat", Open = "open", Round = "round" }
 
 /// Tubes around lines of points. A piece between two points is a cone, whose radius changes linearly; at inner points, what a bend opens between
 /// two pieces is filled by the ball of that point. Of each piece, the part inside its neighbours is not drawn, so a translucent tube shows its
-/// outside.
+/// outside. A line whose points coincide is a ball with round ends, and nothing with others.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tubes {
     points: Vec<DVec3>,

@@ -12,7 +12,7 @@ use super::super::scene::Scene;
 use super::super::tiles::Target;
 use super::cells::{BOUNDS, COUNTS, CellLists, FoundCells, LISTS, POINTS, ROUNDED, declare_cells};
 use super::uploaded::{SurfaceSizes, UploadedSurfaces};
-use super::view::{ray_ends, surface_view};
+use super::view::{fragment_ends, ray_ends, surface_view};
 use crate::device::launch::structs::{Float4, WarpParams};
 use crate::device::launch::surfaces::{FRAGMENTS, Fragments, FragmentsArguments, OverFragments, OverFragmentsArguments};
 use crate::device::launch::{Launcher, Rendering};
@@ -186,7 +186,7 @@ impl SurfacePass {
             first: i32::from(first),
             view: found.view,
             sample,
-            ray_ends: ray_ends(&region, scene),
+            ray_ends: fragment_ends(&region, scene),
             light: illumination.arguments(&unused),
             depths: &arena.get(&DEPTHS),
             colors: &arena.get(&COLORS),

@@ -27,7 +27,7 @@ const VALUES: i32 = 3;
 const FLAT: i32 = 1;
 const SMOOTH: i32 = 2;
 
-/// The visible sets of a renderer. Their places are those in files; each frame places them.
+/// The sets that a renderer draws. Their places are those in files; each frame places them.
 pub(in crate::renderer) struct UploadedSurfaces {
     sets: Vec<PlacedSet>,
     /// Points, less the median of their set, and radii.
@@ -65,11 +65,11 @@ struct Gathered {
 }
 
 impl UploadedSurfaces {
-    /// Uploads the visible sets, if there are any.
+    /// Uploads the sets that are drawn, if there are any.
     pub fn new(device: &Device, surfaces: &[Surface]) -> Result<Option<Self>, Error> {
         let mut gathered = Gathered::default();
-        let visible = surfaces.iter().filter(|surface| surface.is_visible && surface.shape().cells() > 0);
-        let sets: Vec<_> = visible.enumerate().map(|(n, surface)| gathered.add(n, surface)).collect();
+        let drawn = surfaces.iter().filter(|surface| surface.is_drawn());
+        let sets: Vec<_> = drawn.enumerate().map(|(n, surface)| gathered.add(n, surface)).collect();
         if sets.is_empty() {
             return Ok(None);
         }
@@ -188,10 +188,12 @@ impl Gathered {
         for line in lines {
             let (begin, last) = (start, line.len().saturating_sub(1));
             start += line.len();
+            let place = |i: usize| (begin + i) as i32;
             if last == 0 {
+                // Its points coincide.
+                self.cells.extend(round.then(|| [place(0), NONE, NONE, kind(SPHERE, n)]));
                 continue;
             }
-            let place = |i: usize| (begin + i) as i32;
             for i in 0..last {
                 let flags = if i > 0 { CONE_BEFORE } else { 0 } | if i + 1 < last { CONE_BEHIND } else { 0 };
                 self.cells.push([place(i), place(i + 1), flags, kind(CONE, n)]);

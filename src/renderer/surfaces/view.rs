@@ -48,6 +48,21 @@ pub(super) fn surface_view(grid: &Grid, rays: &Rays, viewport: Viewport, lattice
     }
 }
 
+/// Voxels by which fragments may lie outside the crop box and clip planes: without, those of a surface on a face would be drawn or not by
+/// rounding.
+const ON_FACE: f32 = 1e-3;
+
+/// Where rays meet fragments.
+pub(super) fn fragment_ends(region: &Region, scene: &Scene) -> RayEnds {
+    let ends = ray_ends(region, scene);
+    RayEnds {
+        lowest: ends.lowest.map(|n| n - ON_FACE),
+        highest: ends.highest.map(|n| n + ON_FACE),
+        planes: ends.planes.map(|[a, b, c, d]| [a, b, c, d + ON_FACE * glam::Vec3::new(a, b, c).length()]),
+        ..ends
+    }
+}
+
 /// Ray ends of a region in voxels.
 pub(super) fn ray_ends(region: &Region, scene: &Scene) -> RayEnds {
     let grid = scene.field.grid();

@@ -133,8 +133,7 @@ fn pdf_has_a_right_cross_reference_table_and_right_lengths() {
 /// A list of names has a swatch for each, and no gradient.
 #[test]
 fn lists_of_names_have_swatches() {
-    let entry = |name: &str, color| LegendEntry { name: name.into(), color };
-    let entries = vec![entry("Leber <1>", [1.0, 0.0, 0.0]), entry("Milz", [0.0, 0.4, 1.0])];
+    let entries = vec![LegendEntry::new("Leber <1>", [1.0, 0.0, 0.0]), LegendEntry::new("Milz", [0.0, 0.4, 1.0])];
     let annotations = Annotations { list: Some(Legend { entries }), ..Annotations::default() };
     let of = |format: VectorFormat| {
         let (background, encoding) = (Background::Color([1.0; 3]), Encoding::default());

@@ -148,6 +148,10 @@ impl Elements {
                 }
             }
             let end = self.cones.len();
+            if first == end && tubes.ends() == Ends::Round {
+                let geometry = Geometry::Ball { centre: place(last), radius: scale * tubes.radii()[last], point: last as u32 };
+                self.all.push(Element { set, cell, geometry });
+            }
             for cone in (first + 1..end).filter(|_| is_smooth) {
                 if let Some(course) = Course::between(&self.cones[cone - 1], &self.cones[cone]) {
                     (self.cones[cone - 1].courses[1], self.cones[cone].courses[0]) = (course, course);
