@@ -26,8 +26,6 @@ pub(super) struct SurfaceArguments {
 /// Keys, for messages.
 const KEYS: &str = "color, opacity, values, transfer, radius, ends, at, space, shading, clip, visible and name";
 
-/// Voxels of the empty volume around surfaces, along its longest edge.
-const EMPTY_VOXELS: f64 = 16.0;
 /// Coordinates and extents that cameras can frame, in world units.
 const LARGEST: f64 = 1e25;
 const SMALLEST: f64 = 1e-25;
@@ -295,13 +293,9 @@ pub(super) fn is_surface_file(path: &Path) -> bool {
 /// A volume that shows nothing, around surfaces, and its transfer function.
 fn empty_volume(file: &Path, surfaces: &[Surface]) -> Result<(Volume<'static>, TransferFunction), Error> {
     let bounds = bounds(surfaces).unwrap_or(Bounds { lowest: DVec3::ZERO, highest: DVec3::ONE });
-    let extent = bounds.highest - bounds.lowest;
-    let spacing = if extent.max_element() > 0.0 { extent.max_element() / EMPTY_VOXELS } else { 1.0 };
-    let edges = (extent / spacing).ceil().max(DVec3::ONE);
-    let origin = (bounds.lowest + bounds.highest - edges * spacing) / 2.0;
-    let dims = edges.to_array().map(|n| n as usize + 1);
-    let grid = Grid::oriented(dims, DVec3::splat(spacing), origin, glam::DMat3::IDENTITY)?;
-    let volume = Volume::new(file.to_string_lossy(), grid, vec![0u8; dims.iter().product()])?;
+    let grid = Grid::around(bounds.lowest, bounds.highest)?;
+    let voxels = vec![0u8; grid.voxel_count()];
+    let volume = Volume::new(file.to_string_lossy(), grid, voxels)?;
     let transfer = TransferFunction::new("nothing", vec![(0.0, [0.8; 3])], vec![(0.0, 0.0)])?;
     Ok((volume, transfer))
 }
@@ -383,7 +377,7 @@ mod tests {
         let points = vec![DVec3::ZERO, DVec3::X, DVec3::Y];
         let triangle = Surface::new("t", crate::surface::Triangles::new(points, vec![[0, 1, 2]]).unwrap());
         let (volume, transfer) = empty_volume(Path::new("t.stl"), &[triangle]).unwrap();
-        assert_eq!((volume.grid().dims(), volume.grid().spacing()), ([17, 17, 2], DVec3::splat(1.0 / EMPTY_VOXELS)));
+        assert_eq!((volume.grid().dims(), volume.grid().spacing()), ([17, 17, 2], DVec3::splat(1.0 / 16.0)));
         assert_eq!(transfer.opacity(0.0), 0.0);
     }
 }

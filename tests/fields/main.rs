@@ -11,3 +11,4 @@ mod methods;
 mod mixed;
 mod sheared;
 mod studio;
+mod surfaces;

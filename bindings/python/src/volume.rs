@@ -112,6 +112,14 @@ impl Volume {
         }))
     }
 
+    /// Zeros on a coarse grid around a box.
+    #[staticmethod]
+    fn _around(lowest: [f64; 3], highest: [f64; 3]) -> Result<Self> {
+        let grid = Grid::around(lowest.into(), highest.into())?;
+        let voxels = vec![0u8; grid.voxel_count()];
+        Ok(Self(Ours::new("surfaces", grid, voxels)?))
+    }
+
     /// Opens a file, or builtin:marschner-lobb, builtin:hydrogen or builtin:cube with @N or @XxYxZ.
     ///
     /// dims: number of voxels along x, y, z. voxel_type, endian (little or big), header_bytes: properties of a raw file that its name

@@ -161,6 +161,16 @@ def test_views_are_fitted_to_surfaces(array):
         assert np.array_equal(layersplat.render(data, surfaces=[far.replaced(visible=False)], **look), layersplat.render(data, **look))
 
 
+def test_surfaces_alone_fill_the_picture():
+    ball = Spheres([[100, 20, -7]], 5, color=(1, 0.5, 0), shading="off")
+    picture = layersplat.render(None, surfaces=[ball, ball.replaced(visible=False)], size=64)
+    assert (picture[32, 32] == (255, 128, 0, 255)).all() and (picture[0, 0] == 0).all()
+    # A disc that nearly fills it.
+    assert 0.4 < (picture[..., 3] == 255).mean() < 0.8
+    flat = Mesh([[0, 0, 0], [8, 0, 0], [8, 8, 0], [0, 8, 0]], FACES, shading="off")
+    assert (layersplat.render(None, surfaces=[flat], size=64)[..., 3] > 0).mean() > 0.3, "it is not seen from its edge"
+
+
 @pytest.mark.parametrize(
     "make, words",
     [
@@ -195,6 +205,8 @@ def test_views_are_fitted_to_surfaces(array):
         (lambda: Surface.open("missing.stl"), "cannot read missing.stl"),
         (lambda: Renderer(np.zeros((4, 4, 4))).set_surfaces([CORNERS]), "expected a list of layersplat.Mesh, Spheres and Tubes"),
         (lambda: layersplat.volshow(np.zeros((4, 4, 4)), surfaces=[]), "live views draw none"),
+        (lambda: layersplat.render(None), "data is None: give a volume, or surfaces"),
+        (lambda: layersplat.render(None, cmap="fire", surfaces=[Mesh(CORNERS, FACES)]), "cmap: leave it out, there is no volume"),
     ],
 )
 def test_what_is_wrong_is_named(make, words):

@@ -139,8 +139,7 @@ impl SurfaceFile {
         if !lines.is_empty() {
             let (used, lengths) = (lines.concat(), lines.iter().map(|line| line.len()).collect::<Vec<_>>());
             let points = used.iter().map(placed).collect();
-            let is_point = |line: &&Box<[u32]>| line.iter().all(|n| placed(n) == placed(&line[0]));
-            let single = lines.iter().filter(is_point).count();
+            let single = lines.iter().filter(|line| line.iter().all(|n| placed(n) == placed(&line[0]))).count();
             if single > 0 && options.ends != Ends::Round {
                 tracing::warn!(
                     "{}: {single} of {} lines have no length and are not drawn: ends=round draws them as balls",

@@ -60,6 +60,20 @@ impl Grid {
         Ok(Self { dims, spacing, origin, direction, has_anatomy: false })
     }
 
+    /// A coarse grid of cubic voxels around a box, for scenes without a volume. Its longest edge has as many voxels as `LONGEST`.
+    ///
+    /// # Errors
+    /// As [`Grid::new`], for boxes that are too small or too large.
+    pub fn around(lowest: DVec3, highest: DVec3) -> Result<Self, Error> {
+        /// Light is computed on this grid.
+        const LONGEST: f64 = 16.0;
+        let extent = highest - lowest;
+        let spacing = if extent.max_element() > 0.0 { extent.max_element() / LONGEST } else { 1.0 };
+        let edges = (extent / spacing).ceil().max(DVec3::ONE);
+        let origin = (lowest + highest - edges * spacing) / 2.0;
+        Self::oriented(edges.to_array().map(|n| n as usize + 1), DVec3::splat(spacing), origin, DMat3::IDENTITY)
+    }
+
     /// Position (i, j, k) of voxel `index`, x fastest.
     #[doc(hidden)]
     pub fn place(&self, index: usize) -> [usize; 3] {

@@ -69,6 +69,8 @@ class Volume:
         name: Optional[str] = None,
     ) -> Volume: ...
     @staticmethod
+    def _around(lowest: Vector, highest: Vector) -> Volume: ...
+    @staticmethod
     def open(
         path: Path,
         *,

@@ -156,6 +156,19 @@ class View(Observed):
             self._framed = ((self.transfer, self.settings), framed(self._framing(), surfaces))
         return self
 
+    @classmethod
+    def _of_surfaces(cls, surfaces: Sequence[Surface], *looks: Any, **view: Any) -> "View":
+        """A view of surfaces without a volume."""
+        framing = framed(None, surfaces)
+        if framing is None:
+            raise InvalidValue("data is None: give a volume, or surfaces that are visible")
+        corners = [surface.bounds for surface in surfaces if surface.visible and surface.bounds]
+        lowest, highest = (pick(ends, axis=0) for pick, ends in zip((np.min, np.max), zip(*corners)))
+        shown = cls(Volume._around(tuple(lowest), tuple(highest)), None, None, None, 0.0, *looks, **view)
+        shown._framed = ((shown.transfer, shown.settings), framing)
+        shown._renderer.set_surfaces(surfaces)
+        return shown
+
     def _viewport(self) -> Tuple[int, int]:
         """Width and height in pixels."""
         if isinstance(self.size, int):
@@ -276,8 +289,14 @@ def render(
     channel_axis; or an xarray with a dimension ``c`` or ``channel``. cmap, clim, opacity, color, factor, visible and names are lists then, see :func:`channels`. colors: ``direct`` for an array (z, y, x, 3) or
     (z, y, x, 4) of colours, ``direction`` for (z, y, x, 3) of vectors, see Colors. labels: True for an array of ids, or their table, see Labels. data may also be a Colors or a Labels.
     label_colors: draws the volume in the colours of labels: Labels, an array of ids, or a file; labels is their table then. surfaces: a list of
-    Mesh, Spheres and Tubes in and around the volume, which the view is fitted to, too.
+    Mesh, Spheres and Tubes in and around the volume, which the view is fitted to, too; data may then be None.
     """
+    if data is None:
+        looks = {"spacing": spacing, "clim": clim, "cmap": cmap, "opacity": opacity, "colors": colors, "labels": labels}
+        for name, given in looks.items():
+            if given is not None:
+                raise InvalidValue(f"{name}: leave it out, there is no volume")
+        return View._of_surfaces(surfaces, blend, shade, **view).render()
     options = {"clim": clim, "cmap": cmap, "opacity": opacity, "color": color, "factor": factor, "visible": visible, "names": names}
     if label_colors is not None:
         label_colors, labels = labels_of(label_colors, None if labels is True else labels), None

@@ -1,6 +1,6 @@
 """Surfaces: meshes, spheres and tubes, and how they look."""
 
-from typing import Any, Iterable
+from typing import Any, Iterable, Optional
 
 import numpy as np
 
@@ -171,9 +171,10 @@ def matrix(given):
     return np.vstack([found, [0.0, 0.0, 0.0, 1.0]])[:4].ravel().tolist()
 
 
-def framed(framing: Framing, surfaces: Iterable[Surface]) -> Framing:
-    """A framing with visible surfaces."""
+def framed(framing: Optional[Framing], surfaces: Iterable[Surface]) -> Optional[Framing]:
+    """A framing with visible surfaces, or of these alone."""
     for surface in surfaces:
         own = surface.framing() if surface.visible else None
-        framing = framing if own is None else framing.joined(own)
+        if own is not None:
+            framing = own if framing is None else framing.joined(own)
     return framing
