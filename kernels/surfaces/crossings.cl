@@ -31,44 +31,16 @@ static inline BlockPlace place_of_block(const SurfaceView *view, __global const 
     return place;
 }
 
-// The number of a pixel in its block. GPUs would keep blocks indexed by a variable in memory.
-static inline int in_block(const BlockPlace *place, int x, int y) {
-    return RASTER > 1 ? (y - place->row) * RASTER + (x - place->column) : 0;
-}
-
 static inline bool is_wanted(const Block *block, int n);
 static inline void add_crossings(Block *block, int n, uint index, __global const SurfaceSet *set, const SurfaceRay *ray, Crossings crossings);
 
-static inline void meet_triangle(Block *block, const BlockPlace *place, const SurfaceView *view, __global const float4 *points,
-                                 __global const int2 *rounded, uint index, int4 cell, __global const SurfaceSet *set, Pixels covered) {
-    const ScreenTriangle triangle = on_pixels(rounded, cell);
-    const bool is_exact = is_rounded(&triangle);
-    Edges edges = {0, 0, 0};
-    if (is_exact)
-        edges = edges_at(&triangle, covered.x, covered.z);
-    for (int y = covered.z; y <= covered.w; y++, edges.here += edges.per_row) {
-        long4 here = edges.here;
-        for (int x = covered.x; x <= covered.y; x++, here += edges.per_column) {
-            const int n = in_block(place, x, y);
-            if ((is_exact && !are_alike(here)) || !is_wanted(block, n))
-                continue;
-            const SurfaceRay ray = surface_ray(view, x, y);
-            if (is_exact || covers(view, points, cell, &triangle, x, y, &ray))
-                add_crossings(block, n, index, set, &ray, (Crossings)(triangle_depth(points, cell, &ray), NAN));
-        }
-    }
-}
-
-static inline void meet_quadric(Block *block, const BlockPlace *place, const SurfaceView *view, __global const float4 *points, uint index,
-                                int4 cell, __global const SurfaceSet *set, Pixels covered) {
-    for (int y = covered.z; y <= covered.w; y++)
-        for (int x = covered.x; x <= covered.y; x++) {
-            const int n = in_block(place, x, y);
-            if (!is_wanted(block, n))
-                continue;
-            const SurfaceRay ray = surface_ray(view, x, y);
-            add_crossings(block, n, index, set, &ray, quadric_crossings(points, cell, &ray));
-        }
+// Where a ray crosses a cell. is_exact: a triangle that is known to cover the pixel.
+static inline Crossings crossings_of(const SurfaceView *view, __global const float4 *points, int4 cell, const ScreenTriangle *triangle,
+                                     bool is_exact, int x, int y, const SurfaceRay *ray) {
+    if ((cell.w & 7) != TRIANGLE)
+        return quadric_crossings(points, cell, ray);
+    const bool is_covered = is_exact || covers(view, points, cell, triangle, x, y, ray);
+    return (Crossings)(is_covered ? triangle_depth(points, cell, ray) : NAN, NAN);
 }
 
 // Finds all crossings. bounds: the pixels of each cell.
@@ -83,10 +55,26 @@ static inline void meet_cells(Block *block, const BlockPlace *place, const Surfa
         if (covered.x > covered.y || covered.z > covered.w)
             continue;
         const int4 cell = cells[index];
-        __global const SurfaceSet *set = sets + (cell.w >> 3);
-        if ((cell.w & 7) == TRIANGLE)
-            meet_triangle(block, place, view, points, rounded, index, cell, set, covered);
-        else
-            meet_quadric(block, place, view, points, index, cell, set, covered);
+        Edges edges = {0, 0, 0};
+        ScreenTriangle triangle;
+        bool is_exact = false;
+        if ((cell.w & 7) == TRIANGLE) {
+            triangle = on_pixels(rounded, cell);
+            is_exact = is_rounded(&triangle);
+        }
+        if (is_exact)
+            edges = edges_at(&triangle, covered.x, covered.z);
+        for (int y = covered.z; y <= covered.w; y++, edges.here += edges.per_row) {
+            long4 here = edges.here;
+            for (int x = covered.x; x <= covered.y; x++, here += edges.per_column) {
+                // GPUs would keep blocks indexed by a variable in memory.
+                const int n = RASTER > 1 ? (y - place->row) * RASTER + (x - place->column) : 0;
+                if ((is_exact && !are_alike(here)) || !is_wanted(block, n))
+                    continue;
+                const SurfaceRay ray = surface_ray(view, x, y);
+                add_crossings(block, n, index, sets + (cell.w >> 3), &ray,
+                              crossings_of(view, points, cell, &triangle, is_exact, x, y, &ray));
+            }
+        }
     }
 }

@@ -3,7 +3,7 @@
 use crate::common::*;
 use glam::DVec3;
 use layersplat::color::reflectance;
-use layersplat::settings::{Blend, Clipping, CropBox, Light, Lights, Look, Shading, Shadows, Sky, Studio};
+use layersplat::settings::{Blend, Clipping, CropBox, DepthCue, Light, Lights, Look, Shading, Shadows, Sky, Studio};
 use layersplat::surface::{Ends, Per, Spheres, Surface, SurfaceShading, Triangles, Tubes};
 use layersplat::volume::Voxels;
 use layersplat::{Camera, Frame, Orbit, Projection, Renderer, Settings, TransferFunction, Viewport, Volume};
@@ -358,6 +358,52 @@ fn cells_found_for_a_view_serve_no_other() {
         }
     }
     assert_ne!(drawn(&scene, &[near], &cameras[0], size).pixels(), drawn(&scene, &[far], &cameras[0], size).pixels());
+}
+
+/// Frames of one view, each with one thing changed: fragments of the frame before are drawn where they are the same.
+#[test]
+fn fragments_of_a_frame_serve_no_other_light_or_clipping() {
+    let (volume, transfer) = fog(0.05);
+    let (_, thick) = fog(0.6);
+    let own = Settings { unit_distance: Some(1.0), ..Settings::default() };
+    let lit = |light: Light| Settings {
+        shading: Some(Shading { lights: Lights::new(&[light]).unwrap(), ..Shading::default() }),
+        ..own
+    };
+    let side = lit(Light::towards(DVec3::new(1.0, 0.3, 0.2)));
+    let shadows = Settings { shadows: Some(Shadows::default()), ..side };
+    let below = |y: f64| {
+        let crop = Some(CropBox { lowest: DVec3::ZERO, highest: DVec3::new(19.0, y, 19.0) });
+        Settings { clipping: Clipping { crop, ..Clipping::default() }, ..side }
+    };
+    let cued = Settings { depth_cue: Some(DepthCue { strength: 0.7, ..DepthCue::default() }), ..own };
+    // More translucent ones than are found at first, of which the thick fog hides most.
+    let squares: Vec<_> = (0..7).map(|n| square(4.0 + 1.7 * f64::from(n), 6.0 - 0.4 * f64::from(n), 0.3)).collect();
+    let (camera, size) = (along_z(12.0), viewport(40, 30));
+    let mut renderer = Renderer::new(&device(), &volume, &transfer).unwrap();
+    renderer.set_surfaces(&squares).unwrap();
+    let frames = [
+        (own, &transfer),
+        (own, &thick),
+        (side, &thick),
+        (below(11.0), &thick),
+        (below(12.5), &thick),
+        (below(12.5), &transfer),
+        (side, &thick),
+        (shadows, &thick),
+        (shadows, &transfer),
+        (cued, &thick),
+        (own, &thick),
+        (own, &transfer),
+    ];
+    let mut before = None;
+    for (n, (settings, transfer)) in frames.into_iter().enumerate() {
+        renderer.set_transfer_function(transfer);
+        let (frame, _) = renderer.render(&camera, size, &settings).unwrap();
+        let alone = drawn_with((&volume, transfer), &squares, &camera, size, &settings);
+        assert!(frame.pixels() == alone.pixels(), "frame {n} after another");
+        assert!(before.replace(frame) != Some(alone), "frame {n} is that before");
+    }
 }
 
 #[test]

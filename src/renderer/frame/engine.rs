@@ -466,6 +466,9 @@ impl Engine {
             })?;
             first = false;
         }
+        if enqueued.is_none() {
+            self.passes.surfaces.end();
+        }
         Ok(SurfacePass::picture(&self.target))
     }
 

@@ -13,7 +13,7 @@ use super::super::tiles::Target;
 use super::cells::{BOUNDS, COUNTS, CellLists, FoundCells, LISTS, POINTS, ROUNDED, declare_cells};
 use super::uploaded::{SurfaceSizes, UploadedSurfaces};
 use super::view::{fragment_ends, ray_ends, surface_view};
-use crate::device::launch::structs::{Float4, WarpParams};
+use crate::device::launch::structs::{Float4, LightParams, RayEnds, WarpParams};
 use crate::device::launch::surfaces::{FRAGMENTS, Fragments, FragmentsArguments, OverFragments, OverFragmentsArguments};
 use crate::device::launch::{Launcher, Rendering};
 use crate::device::{Buffer, Tuning};
@@ -21,7 +21,7 @@ use crate::error::Error;
 use crate::layers::{Kernel, Lattice};
 use crate::settings::Settings;
 use crate::viewport::Viewport;
-use std::sync::Arc;
+use std::sync::{Arc, Weak};
 
 const DEPTHS: Slot<f32> = Slot::new("the depths of fragments");
 const COLORS: Slot<[u16; 4]> = Slot::new("the colours of fragments");
@@ -47,6 +47,30 @@ pub(in crate::renderer) struct SurfacePass {
     over: Launcher<OverFragments>,
     /// The cells of the frame.
     found: Option<Arc<FoundCells>>,
+    /// The fragments that the last frame has left in its buffers, or those that this frame draws: all that are the first ones of rays.
+    kept: Option<FoundFragments>,
+    drawn: Option<FoundFragments>,
+}
+
+/// What the first fragments of a frame depend on. Frames share them as long as it stays the same, but not in the light of volumes, which changes
+/// in its buffers.
+struct FoundFragments {
+    cells: Weak<FoundCells>,
+    /// The buffer that has their depths: frames in other memory have others.
+    depths: Weak<Buffer<f32>>,
+    light: LightParams,
+    gradient_scale: [f32; 3],
+    ray_ends: RayEnds,
+    rendering: Rendering,
+}
+
+impl FoundFragments {
+    fn are_of(&self, other: &Self) -> bool {
+        self.cells.ptr_eq(&other.cells)
+            && self.depths.ptr_eq(&other.depths)
+            && (self.light, self.gradient_scale, self.ray_ends) == (other.light, other.gradient_scale, other.ray_ends)
+            && self.rendering == other.rendering
+    }
 }
 
 /// What a frame still needs.
@@ -137,7 +161,7 @@ impl SurfacePass {
         target: &Target,
     ) -> Result<Option<EnqueuedPasses>, Error> {
         let Scene { device, field, rays, viewport, .. } = *scene;
-        self.found = None;
+        (self.found, self.drawn) = (None, None);
         let view = surface_view(field.grid(), rays, viewport, lattice);
         let placed = surfaces.placed(field.grid(), field.world().unit());
         let (found, passes) = if is_enqueued {
@@ -157,19 +181,40 @@ impl SurfacePass {
 
     /// Drops what frames of the same view share.
     pub fn drop_cached(&mut self) {
-        self.found = None;
+        (self.found, self.kept, self.drawn) = (None, None, None);
         self.cells.clear();
+    }
+
+    /// Ends a frame that has been waited for: the next one may draw its fragments.
+    pub fn end(&mut self) {
+        self.kept = self.drawn.take();
     }
 
     /// Finds the first fragments of all rays, or the next ones of those that wait for them.
     pub fn find(&mut self, scene: &mut Scene, surfaces: &UploadedSurfaces, target: &Target, first: bool) -> Result<(), Error> {
         let (device, arena) = (scene.device, &target.arena);
         let found = self.found.as_ref().expect("a frame begins");
-        let cells = &found.buffers;
+        let (cells, depths) = (&found.buffers, arena.get(&DEPTHS));
         let illumination = scene.illumination()?;
         let table = scene.table(Kernel::Cubic)?;
         let sample = scene.surface_samples(&table, AXIS.frame());
         let region = Region::of_clipping(scene);
+        let rendering = Rendering { gradient_opacity: false, ..region.rendering };
+        let ray_ends = fragment_ends(&region, scene);
+        let fragments = FoundFragments {
+            cells: Arc::downgrade(found),
+            depths: Arc::downgrade(&depths),
+            light: sample.light,
+            gradient_scale: sample.field.gradient,
+            ray_ends,
+            rendering,
+        };
+        let kept = self.kept.take().filter(|kept| first && kept.are_of(&fragments));
+        let are_kept = kept.is_some();
+        self.drawn = kept.or_else(|| Some(fragments).filter(|_| first && !rendering.light_volume && !rendering.studio));
+        if are_kept {
+            return Ok(());
+        }
         let unused = Buffer::<u8>::new(device, 1, "no light")?;
         let arguments = FragmentsArguments {
             points: &cells.get(&POINTS),
@@ -186,14 +231,14 @@ impl SurfacePass {
             first: i32::from(first),
             view: found.view,
             sample,
-            ray_ends: fragment_ends(&region, scene),
+            ray_ends,
             light: illumination.arguments(&unused),
-            depths: &arena.get(&DEPTHS),
+            depths: &depths,
             colors: &arena.get(&COLORS),
             crossings: &arena.get(&CROSSINGS),
             states: &arena.get(&STATES),
         };
-        self.fragments.launch(device, Rendering { gradient_opacity: false, ..region.rendering }, &arguments)
+        self.fragments.launch(device, rendering, &arguments)
     }
 
     /// Composites what was drawn, and the fragments behind it, and cuts rays at the next ones.
