@@ -2,7 +2,8 @@
 //
 // One work-item per block of RASTER x RASTER pixels of a tile. depths, colors: SLOTS of them per pixel, slot by slot; colors are straight, lit,
 // and of half precision. states: number of fragments, FOLLOWED if there can be more, WANTED where the next ones are to be found: those behind
-// the last of before, whose crossing is in `crossings`.
+// the last of before, whose crossing is in `crossings`. SORTED: the entries of tiles are in the order of `nearest`, and `farthest` is what
+// sort_cells.cl says.
 
 #include "shared/elementary.cl"
 #include "shared/shading.cl"
@@ -66,14 +67,45 @@ static inline bool begin_block(Block *block, const BlockPlace *place, const Surf
     return any_wanted;
 }
 
+#ifdef SORTED
+// Entries that are met before it is looked whether any of the next ones can be nearer than the fragments that are kept.
+#define BATCH 16
+
+// The first entry with a crossing behind the last fragments of before.
+static inline uint first_entry(const Block *block, const BlockPlace *place, __global const float *farthest) {
+    float last = INFINITY;
+    for (int n = 0; n < RASTER * RASTER; n++)
+        last = block->wanted[n] ? fmin(last, block->last[n].depth) : last;
+    uint first = place->begin, end = place->end;
+    while (first < end) {
+        const uint middle = first + (end - first) / 2;
+        if (farthest[middle] < last)
+            first = middle + 1;
+        else
+            end = middle;
+    }
+    return first;
+}
+
+// Whether crossings from a depth on are behind all fragments that are kept.
+static inline bool is_complete(const Block *block, float depth) {
+    bool is_complete = true;
+    for (int n = 0; n < RASTER * RASTER; n++) {
+        const float kept = block->count[n] == SLOTS ? block->found[SLOTS - 1][n].depth : INFINITY;
+        is_complete &= !block->wanted[n] || depth > fmin(kept, block->opaque[n].depth);
+    }
+    return is_complete;
+}
+#endif
+
 __kernel void fragments(SURFACE_DATA, __global const int2 *rounded, __global const ushort4 *bounds, __global const uint *ends,
-                        __global const uint *lists, int chunks, int first, SurfaceView view, SampleParams sample, RayEnds ray_ends,
+                        __global const uint *lists, __global const float *nearest, __global const float *farthest, int chunks, int first, SurfaceView view, SampleParams sample, RayEnds ray_ends,
                         __global const uchar *light, __global const uchar *sky, __global float *depths, __global ushort4 *colors,
                         __global uint *crossings, __global uchar *states, ulong first_item) {
     const int item = first_item + get_global_id(0), across = SURFACE_TILE / RASTER;
     if (item >= view.tiles_u * across * view.tiles_v * across)
         return;
-    const BlockPlace place = place_of_block(&view, ends, chunks, item);
+    BlockPlace place = place_of_block(&view, ends, chunks, item);
     if (place.begin == place.end) {
         for (int y = place.row; y < place.row + place.rows; y++)
             for (int x = place.column; x < place.column + place.columns; x++)
@@ -83,7 +115,21 @@ __kernel void fragments(SURFACE_DATA, __global const int2 *rounded, __global con
     Block block = {SURFACE_DATA_SOURCE};
     if (!begin_block(&block, &place, &view, &ray_ends, first, depths, crossings, states))
         return;
+#ifdef SORTED
+    const uint end = place.end;
+    for (place.begin = first_entry(&block, &place, farthest); place.begin < end; place.begin = place.end) {
+        if (is_complete(&block, nearest[place.begin])) {
+            // Perhaps by none.
+            for (int n = 0; n < RASTER * RASTER; n++)
+                block.followed[n] |= block.count[n] == SLOTS;
+            break;
+        }
+        place.end = min(place.begin + BATCH, end);
+        meet_cells(&block, &place, &view, points, cells, sets, rounded, bounds, lists);
+    }
+#else
     meet_cells(&block, &place, &view, points, cells, sets, rounded, bounds, lists);
+#endif
 
     const LightVolume volume = {light, sky};
     const size_t pixels = (size_t)view.width * view.height;

@@ -168,7 +168,7 @@ mod tests {
 
     /// These kernels render nothing for a frame of one field at full resolution; tests/shadows, tests/slices and tests/embedding check their
     /// results, and tests/channels and tests/colors those of several fields and of colours.
-    const NOT_CHECKED: [&str; 22] = [
+    const NOT_CHECKED: [&str; 23] = [
         "layered/channel_apart.cl",
         "layered/channel_lattice.cl",
         "layered/channels.cl",
@@ -183,6 +183,7 @@ mod tests {
         "shared/label_surface.cl",
         "slice/slice.cl",
         "surfaces/count_fragments.cl",
+        "surfaces/sort_cells.cl",
         "volume/color_voxels.cl",
         "volume/label_at.cl",
         "volume/label_moments.cl",

@@ -6,18 +6,23 @@ use glam::DVec3;
 use layersplat::device::DeviceMemory;
 use layersplat::renderer::{PictureFormat, PictureMemory};
 use layersplat::settings::{Blend, Look};
-use layersplat::surface::{Spheres, Surface, Triangles};
+use layersplat::surface::{Per, Spheres, Surface, Triangles};
 use layersplat::{Background, Camera, Settings, Volume};
 use opencl3::event::CL_COMPLETE;
 
-/// Triangles across the volume, `count` of them behind each other, in front of most of it and through it.
+/// Triangles across the volume, `count` of them behind each other, in front of most of it and through it, and aslant, so that they intersect.
 fn stack(volume: &Volume, count: usize, opacity: f32) -> Surface {
     let (centre, size) = (volume.grid().centre(), volume.grid().diagonal());
-    let corner = |n: usize, x: f64, y: f64| centre + size * DVec3::new(x, y, 0.6 * n as f64 / count as f64 - 0.4);
+    let corner = |n: usize, x: f64, y: f64| {
+        let aslant = 0.15 * (n % 5) as f64 * (x + 0.6 * y);
+        centre + size * DVec3::new(x, y, 0.6 * n as f64 / count as f64 - 0.4 + aslant)
+    };
     let corners = (0..count).flat_map(|n| [corner(n, -0.5, -0.3), corner(n, 0.4, -0.35), corner(n, 0.1, 0.5)]).collect();
+    let colors = (0..count).map(|n| [0.9, (n % 3) as f32 / 2.0, (n % 7) as f32 / 6.0, 1.0]).collect();
     let indices = (0..count as u32).map(|n| [3 * n, 3 * n + 1, 3 * n + 2]).collect();
     let mut surface = Surface::new("stack", Triangles::new(corners, indices).unwrap());
-    (surface.color, surface.opacity) = ([0.9, 0.6, 0.2], opacity);
+    surface = surface.with_colors(Per::Cell(colors)).unwrap();
+    surface.opacity = opacity;
     surface
 }
 
@@ -30,13 +35,13 @@ fn spheres(volume: &Volume, opacity: f32) -> Surface {
     surface
 }
 
-/// Opaque; translucent; both; and so many that they are found in several passes.
+/// Opaque; translucent; both; and so many that they are found in several passes, by rendered frames in sorted lists.
 fn scenes(volume: &Volume) -> [Vec<Surface>; 4] {
     [
         vec![spheres(volume, 1.0)],
         vec![spheres(volume, 0.4)],
         vec![spheres(volume, 1.0), stack(volume, 3, 0.3)],
-        vec![spheres(volume, 0.2), stack(volume, 9, 0.1)],
+        vec![spheres(volume, 0.2), stack(volume, 40, 0.03)],
     ]
 }
 

@@ -94,8 +94,10 @@ kernel! {
 kernel! {
     /// Finds the next fragments of each pixel.
     Fragments = "surfaces/fragments.cl", fragments, "surfaces", Items::Tiles;
-    defines |tuning, rendering: Rendering| {
-        defines().with_lighting(rendering).with_if(rendering.light_volume, "LIFTED_LIGHT").with("RASTER", raster(tuning))
+    // Whether the cells of tiles are sorted.
+    defines |tuning, (rendering, sorted): (Rendering, bool)| {
+        let lit = defines().with_lighting(rendering).with_if(rendering.light_volume, "LIFTED_LIGHT");
+        lit.with("RASTER", raster(tuning)).with_if(sorted, "SORTED")
     };
     items |a, tuning| surface_blocks(&a.view, tuning);
     arguments FragmentsArguments<'a> {
@@ -112,6 +114,9 @@ kernel! {
         /// Scanned counts of [`Bins`], and the lists.
         ends: &'a Buffer<u32>,
         lists: &'a Buffer<u32>,
+        /// Of [`SortCells`], if they are sorted.
+        nearest: &'a Buffer<f32>,
+        farthest: &'a Buffer<f32>,
         chunks: i32,
         /// 1: the first fragments of all pixels.
         first: i32,
@@ -146,6 +151,27 @@ kernel! {
         view: SurfaceView,
         /// Most translucent fragments of a ray, per block ([`surface_blocks`]).
         most: &'a Buffer<u32>,
+    }
+}
+
+kernel! {
+    /// Sorts the cells of each tile by depth.
+    SortCells = "surfaces/sort_cells.cl", sort_cells, "surfaces", Items::Tiles;
+    defines |_, (): ()| defines();
+    items |a, _| super::tiles(a.view.tiles);
+    arguments SortCellsArguments<'a> {
+        points: &'a Buffer<Float4>,
+        cells: &'a Buffer<[i32; 4]>,
+        sets: &'a Buffer<SurfaceSet>,
+        rounded: &'a Buffer<[i32; 2]>,
+        bounds: &'a Buffer<[u16; 4]>,
+        ends: &'a Buffer<u32>,
+        lists: &'a Buffer<u32>,
+        chunks: i32,
+        view: SurfaceView,
+        /// Per entry of the lists: the nearest crossing of the cell, and the farthest one up to it.
+        nearest: &'a Buffer<f32>,
+        farthest: &'a Buffer<f32>,
     }
 }
 

@@ -6,7 +6,7 @@ use crate::device::launch::Launcher;
 use crate::device::launch::structs::{Float4, SurfaceSet, SurfaceView};
 use crate::device::launch::surfaces::{
     Bins, BinsArguments, CountFragments, CountFragmentsArguments, Pass, PlacePoints, PlacePointsArguments, SURFACE_TILE, Scan,
-    ScanArguments, surface_blocks,
+    ScanArguments, SortCells, SortCellsArguments, surface_blocks,
 };
 use crate::device::{Buffer, Device, Tuning};
 use crate::error::Error;
@@ -44,9 +44,18 @@ pub(super) struct CellLists {
     bins: Launcher<Bins>,
     scan: Launcher<Scan>,
     count: Launcher<CountFragments>,
+    sort: Launcher<SortCells>,
     /// For enqueued frames: their own commands may wait for the caller's events.
     own_queue: Option<Device>,
     found: Option<Arc<FoundCells>>,
+    sorted: Option<SortedCells>,
+}
+
+/// Depths of the cells of tiles, which are in their order.
+struct SortedCells {
+    cells: Weak<FoundCells>,
+    nearest: Buffer<f32>,
+    farthest: Buffer<f32>,
 }
 
 /// The cells of tiles in a view.
@@ -80,6 +89,7 @@ impl CellLists {
         if let Some(found) = self.found.as_ref().filter(|found| found.are_of(surfaces, &view, &placed)) {
             return Ok(found.clone());
         }
+        self.sorted = None;
         // Frames that read the buffers come before this one.
         let buffers = self.found.take().and_then(Arc::into_inner).map(|found| found.buffers).unwrap_or_default();
         let found = Arc::new(self.find(device, surfaces, (view, placed), buffers)?);
@@ -100,7 +110,7 @@ impl CellLists {
         if let Some(found) = self.found.as_ref().filter(is_counted) {
             return Ok(found.clone());
         }
-        self.found = None;
+        self.clear();
         let queue = match &self.own_queue {
             Some(queue) => queue.clone(),
             None => self.own_queue.insert(device.with_own_queue()?).clone(),
@@ -115,7 +125,43 @@ impl CellLists {
 
     /// Drops the lists.
     pub fn clear(&mut self) {
-        self.found = None;
+        (self.found, self.sorted) = (None, None);
+    }
+
+    /// Sorts the cells of tiles by depth; the nearest crossings of cells, and the farthest ones up to them. `None` if there is no memory for
+    /// these.
+    pub fn sorted(
+        &mut self,
+        device: &Device,
+        surfaces: &UploadedSurfaces,
+        found: &Arc<FoundCells>,
+    ) -> Result<Option<[&Buffer<f32>; 2]>, Error> {
+        let cells = Arc::downgrade(found);
+        if self.sorted.as_ref().is_none_or(|sorted| !sorted.cells.ptr_eq(&cells)) {
+            self.sorted = None;
+            let lists = found.buffers.get(&LISTS);
+            let depths = || Buffer::new(device, lists.len(), "the depths of cells");
+            let (nearest, farthest) = match depths().and_then(|nearest| Ok((nearest, depths()?))) {
+                Err(error) if error.is_lack_of_device_memory() => return Ok(None),
+                both => both?,
+            };
+            let arguments = SortCellsArguments {
+                points: &found.buffers.get(&POINTS),
+                cells: &surfaces.cells,
+                sets: &found.sets,
+                rounded: &found.buffers.get(&ROUNDED),
+                bounds: &found.buffers.get(&BOUNDS),
+                ends: &found.buffers.get(&COUNTS),
+                lists: &lists,
+                chunks: device.tuning().splat_chunks as i32,
+                view: found.view,
+                nearest: &nearest,
+                farthest: &farthest,
+            };
+            self.sort.launch(device, (), &arguments)?;
+            self.sorted = Some(SortedCells { cells, nearest, farthest });
+        }
+        Ok(self.sorted.as_ref().map(|sorted| [&sorted.nearest, &sorted.farthest]))
     }
 
     /// Lists the cells of each tile. Reads their number back, to allocate the lists.

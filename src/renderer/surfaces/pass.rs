@@ -39,6 +39,9 @@ const VOLUME_MARGIN: f64 = 2.0;
 /// Passes that an enqueued frame has at most.
 const MOST_PASSES: usize = 256;
 
+/// Times that fragments are found in a frame before the cells of tiles are sorted, which takes about as long as to find them once.
+const FOUND_UNSORTED: usize = 2;
+
 /// Draws surfaces.
 #[derive(Default)]
 pub(in crate::renderer) struct SurfacePass {
@@ -50,6 +53,8 @@ pub(in crate::renderer) struct SurfacePass {
     /// The fragments that the last frame has left in its buffers, or those that this frame draws: all that are the first ones of rays.
     kept: Option<FoundFragments>,
     drawn: Option<FoundFragments>,
+    /// Times that fragments have been found, if cells may be sorted: of enqueued frames, passes are bounded by exact numbers.
+    times: Option<usize>,
 }
 
 /// What the first fragments of a frame depend on. Frames share them as long as it stays the same, but not in the light of volumes, which changes
@@ -162,6 +167,7 @@ impl SurfacePass {
     ) -> Result<Option<EnqueuedPasses>, Error> {
         let Scene { device, field, rays, viewport, .. } = *scene;
         (self.found, self.drawn) = (None, None);
+        self.times = (!is_enqueued).then_some(0);
         let view = surface_view(field.grid(), rays, viewport, lattice);
         let placed = surfaces.placed(field.grid(), field.world().unit());
         let (found, passes) = if is_enqueued {
@@ -216,6 +222,13 @@ impl SurfacePass {
             return Ok(());
         }
         let unused = Buffer::<u8>::new(device, 1, "no light")?;
+        let unsorted = Buffer::<f32>::new(device, 1, "no depths")?;
+        self.times.iter_mut().for_each(|times| *times += 1);
+        let sorted = match self.times {
+            Some(times) if times > FOUND_UNSORTED => self.cells.sorted(device, surfaces, found)?,
+            _ => None,
+        };
+        let [nearest, farthest] = sorted.unwrap_or([&unsorted; 2]);
         let arguments = FragmentsArguments {
             points: &cells.get(&POINTS),
             cells: &surfaces.cells,
@@ -227,6 +240,8 @@ impl SurfacePass {
             bounds: &cells.get(&BOUNDS),
             ends: &cells.get(&COUNTS),
             lists: &cells.get(&LISTS),
+            nearest,
+            farthest,
             chunks: device.tuning().splat_chunks as i32,
             first: i32::from(first),
             view: found.view,
@@ -238,7 +253,7 @@ impl SurfacePass {
             crossings: &arena.get(&CROSSINGS),
             states: &arena.get(&STATES),
         };
-        self.fragments.launch(device, rendering, &arguments)
+        self.fragments.launch(device, (rendering, sorted.is_some()), &arguments)
     }
 
     /// Composites what was drawn, and the fragments behind it, and cuts rays at the next ones.
