@@ -334,6 +334,7 @@ pub(super) fn entries(surfaces: &[Surface]) -> impl Iterator<Item = LegendEntry>
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::surface::{Per, Triangles};
 
     #[test]
     fn specs_are_read() {
@@ -361,7 +362,7 @@ mod tests {
     #[test]
     fn legends_have_the_colours_of_values() {
         let points = vec![DVec3::ZERO, DVec3::X, DVec3::Y];
-        let plain = Surface::new("t", crate::surface::Triangles::new(points, vec![[0, 1, 2]]).unwrap());
+        let plain = Surface::new("t", Triangles::new(points, vec![[0, 1, 2]]).unwrap());
         let red = |n: f32| [n, 0.0, 0.0, 1.0];
         let colored = plain.clone().with_colors(Per::Point([0.0, 0.5, 1.0].map(red).to_vec())).unwrap();
         let grey = TransferFunction::new("grey", vec![(2.0, [0.0; 3]), (4.5, [1.0; 3])], vec![(2.0, 1.0)]).unwrap();
@@ -375,7 +376,7 @@ mod tests {
     #[test]
     fn flat_surfaces_have_a_volume_around_them() {
         let points = vec![DVec3::ZERO, DVec3::X, DVec3::Y];
-        let triangle = Surface::new("t", crate::surface::Triangles::new(points, vec![[0, 1, 2]]).unwrap());
+        let triangle = Surface::new("t", Triangles::new(points, vec![[0, 1, 2]]).unwrap());
         let (volume, transfer) = empty_volume(Path::new("t.stl"), &[triangle]).unwrap();
         assert_eq!((volume.grid().dims(), volume.grid().spacing()), ([17, 17, 2], DVec3::splat(1.0 / 16.0)));
         assert_eq!(transfer.opacity(0.0), 0.0);
