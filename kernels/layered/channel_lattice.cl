@@ -227,11 +227,10 @@ __kernel void channel_lattice(SHADED_CHANNELS, PER_CHANNEL(__global const int4 *
         for (int c = 0; c < count; c++)
             channels[c].intervals[n] = interval_within(channels[c].field.place, &intervals[n], origin, direction);
     }
-    float begin, end;
-    tile_bounds(intervals, patches, &begin, &end);
+    const TileBounds bounds = tile_bounds(intervals, patches);
 #ifdef CUT_RAYS
     // Nothing reads these samples.
-    if (begin >= end) {
+    if (bounds.from >= bounds.to) {
         active_samples[id] = 0;
         return;
     }
@@ -244,8 +243,8 @@ __kernel void channel_lattice(SHADED_CHANNELS, PER_CHANNEL(__global const int4 *
     for (int passed = 0; passed < slabs && open; passed++) {
         const int q = enters ? highest - passed : lowest + passed;
 #ifdef CLIPPED
-        const float entry = p.layer_step * (q - RADIUS + enters - p.centre_layer);
-        if (entry >= end || entry + 1.0f <= begin)
+        const int within = patches_in_slab(&bounds, patches, p.layer_step * (q - RADIUS + enters - p.centre_layer));
+        if (!within)
             continue;
 #endif
         int hidden = INT_MAX;
@@ -255,6 +254,13 @@ __kernel void channel_lattice(SHADED_CHANNELS, PER_CHANNEL(__global const int4 *
             passed += min(hidden, slabs) - 1;
             continue;
         }
+#ifdef CUT_RAYS
+        int over = 0;
+        for (int c = 0; c < count; c++)
+            over |= channels[c].over &= within;
+        if (!(open & over))
+            continue;
+#endif
         const int ahead = q - RADIUS + 1 - enters + (RADIUS + 1) * p.layer_step;
         for (int c = 0; c < count; c++)
             if (channels[c].over && channels[c].field.place->placed != APART)

@@ -69,11 +69,10 @@ __kernel void color_lattice(COLOR_FIELDS, __global const int *shown_slabs, RayLa
     cut_intervals(&p, &tile, cuts, intervals);
 #endif
 #ifdef CLIPPED
-    float begin, end;
-    tile_bounds(intervals, patches, &begin, &end);
+    const TileBounds bounds = tile_bounds(intervals, patches);
 #ifdef CUT_RAYS
     // Nothing reads these samples.
-    if (begin >= end) {
+    if (bounds.from >= bounds.to) {
         active_samples[id] = 0;
         return;
     }
@@ -88,8 +87,8 @@ __kernel void color_lattice(COLOR_FIELDS, __global const int *shown_slabs, RayLa
     for (int passed = 0; passed <= highest - lowest && open; passed++) {
         const int q = enters ? highest - passed : lowest + passed;
 #ifdef CLIPPED
-        const float entry = p.layer_step * (q - RADIUS + enters - p.centre_layer);
-        if (entry >= end || entry + 1.0f <= begin)
+        const int within = patches_in_slab(&bounds, patches, p.layer_step * (q - RADIUS + enters - p.centre_layer));
+        if (!within)
             continue;
 #endif
         int over = LOW_BITS(patches);
@@ -99,6 +98,11 @@ __kernel void color_lattice(COLOR_FIELDS, __global const int *shown_slabs, RayLa
             passed += skip - 1;
             continue;
         }
+#ifdef CUT_RAYS
+        over &= within;
+        if (!(open & over))
+            continue;
+#endif
         for (int i = 0; i < s; i++) {
             const int l0 = enters ? (q + 1) * s - i : q * s + i, l1 = l0 + p.layer_step;
             Layer *front = sampled_layer(&fields, SHADED, &view, &p, &tile, s, l0, over);

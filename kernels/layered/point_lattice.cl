@@ -60,17 +60,13 @@ __kernel void point_lattice(SHADED_FIELD, __global const uchar *visible, __globa
     cut_intervals(&p, &tile, cuts, intervals);
 #endif
 #ifdef CLIPPED
-    float begin, end;
-    tile_bounds(intervals, patches, &begin, &end);
+    const TileBounds bounds = tile_bounds(intervals, patches);
 #ifdef CUT_RAYS
     // Nothing reads these samples.
-    if (begin >= end) {
+    if (bounds.from >= bounds.to) {
         active_samples[id] = 0;
         return;
     }
-    float begins_at[TILE_ROWS], ends_at[TILE_ROWS];
-    for (int n = 0; n < patches; n++)
-        tile_bounds(intervals + n, 1, begins_at + n, ends_at + n);
 #endif
 #endif
 
@@ -85,8 +81,8 @@ __kernel void point_lattice(SHADED_FIELD, __global const uchar *visible, __globa
     for (int passed = 0; passed <= highest - lowest && open; passed++) {
         const int q = enters ? highest - passed : lowest + passed;
 #ifdef CLIPPED
-        const float entry = p.layer_step * (q - RADIUS + enters - p.centre_layer);
-        if (entry >= end || entry + 1.0f <= begin)
+        const int within = patches_in_slab(&bounds, patches, p.layer_step * (q - RADIUS + enters - p.centre_layer));
+        if (!within)
             continue;
 #endif
         int over = LOW_BITS(patches);
@@ -97,8 +93,7 @@ __kernel void point_lattice(SHADED_FIELD, __global const uchar *visible, __globa
             continue;
         }
 #ifdef CUT_RAYS
-        for (int n = 0; n < patches; n++)
-            over &= entry >= ends_at[n] || entry + 1.0f <= begins_at[n] ? ~(1 << n) : -1;
+        over &= within;
         if (!(open & over))
             continue;
 #endif

@@ -6,14 +6,38 @@
 #include "shared/segment.cl"
 
 #ifdef CLIPPED
-// Union of the clip intervals of a tile.
-static inline void tile_bounds(const Interval *intervals, int patches, float *from, float *to) {
-    *from = INFINITY, *to = -INFINITY;
+// Union of the clip intervals of a tile. CUT_RAYS: also that of each patch.
+typedef struct {
+    float from, to;
+#ifdef CUT_RAYS
+    float patches_from[TILE_ROWS], patches_to[TILE_ROWS];
+#endif
+} TileBounds;
+
+static inline TileBounds tile_bounds(const Interval *intervals, int patches) {
+    TileBounds bounds = {INFINITY, -INFINITY};
     for (int n = 0; n < patches; n++) {
         const intv hit = intervals[n].from < intervals[n].to;
-        *from = MIN(*from, smallest_lane(hit ? intervals[n].from : (realv)(INFINITY)));
-        *to = MAX(*to, largest_lane(hit ? intervals[n].to : (realv)(-INFINITY)));
+        const float from = smallest_lane(hit ? intervals[n].from : (realv)(INFINITY));
+        const float to = largest_lane(hit ? intervals[n].to : (realv)(-INFINITY));
+        bounds.from = MIN(bounds.from, from), bounds.to = MAX(bounds.to, to);
+#ifdef CUT_RAYS
+        bounds.patches_from[n] = from, bounds.patches_to[n] = to;
+#endif
     }
+    return bounds;
+}
+
+// Patches that can have rays in the slab that begins at a position along rays.
+static inline int patches_in_slab(const TileBounds *bounds, int patches, float entry) {
+    if (entry >= bounds->to || entry + 1.0f <= bounds->from)
+        return 0;
+    int within = LOW_BITS(patches);
+#ifdef CUT_RAYS
+    for (int n = 0; n < patches; n++)
+        within &= entry >= bounds->patches_to[n] || entry + 1.0f <= bounds->patches_from[n] ? ~(1 << n) : -1;
+#endif
+    return within;
 }
 #endif
 
