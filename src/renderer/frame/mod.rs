@@ -4,6 +4,7 @@ mod arena;
 mod declaring;
 mod engine;
 mod resources;
+mod running;
 mod steps;
 
 pub(super) use arena::Arena;

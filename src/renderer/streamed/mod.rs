@@ -145,10 +145,8 @@ impl<'v> StreamedRenderer<'v> {
     /// # Errors
     /// If they do not fit into the memory of the device; there are none then.
     pub fn set_surfaces(&mut self, surfaces: &[Surface]) -> Result<(), Error> {
-        // Before the new ones: there may not be enough memory for both.
-        (self.surfaces, self.kept) = (None, None);
-        self.surfaces = UploadedSurfaces::new(&self.device, surfaces)?.map(Arc::new);
-        Ok(())
+        self.kept = None;
+        UploadedSurfaces::replace(&mut self.surfaces, &self.device, surfaces)
     }
 
     /// The transfer function in use.

@@ -8,6 +8,7 @@ use crate::surface::{Ends, Per, Shape, Surface, SurfaceShading, Triangles, Tubes
 use crate::volume::Grid;
 use glam::{DMat3, DMat4, DVec3};
 use std::ops::Range;
+use std::sync::Arc;
 
 /// Kinds of cells, and flags of cones: kernels/surfaces/cells.cl.
 const TRIANGLE: i32 = 0;
@@ -65,8 +66,16 @@ struct Gathered {
 }
 
 impl UploadedSurfaces {
+    /// Replaces surfaces by others.
+    pub fn replace(held: &mut Option<Arc<Self>>, device: &Device, surfaces: &[Surface]) -> Result<(), Error> {
+        // Before the new ones: there may not be enough memory for both.
+        *held = None;
+        *held = Self::new(device, surfaces)?.map(Arc::new);
+        Ok(())
+    }
+
     /// Uploads the sets that are drawn, if there are any.
-    pub fn new(device: &Device, surfaces: &[Surface]) -> Result<Option<Self>, Error> {
+    fn new(device: &Device, surfaces: &[Surface]) -> Result<Option<Self>, Error> {
         let mut gathered = Gathered::default();
         let drawn = surfaces.iter().filter(|surface| surface.is_drawn());
         let sets: Vec<_> = drawn.enumerate().map(|(n, surface)| gathered.add(n, surface)).collect();
