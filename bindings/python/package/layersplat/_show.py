@@ -14,7 +14,7 @@ from ._layersplat import Camera, Device, Framing, Labels, LiveScene, Settings, S
 from ._observed import Attribute, Change, Observed
 from ._options import DEFAULT
 from ._png import png
-from ._surfaces import framed
+from ._surfaces import framed, framing_of
 from ._transfer import transfer_function
 from ._types import Background, Blend, Path, Quality, Shading, Size
 
@@ -159,7 +159,7 @@ class View(Observed):
     @classmethod
     def _of_surfaces(cls, surfaces: Sequence[Surface], *looks: Any, **view: Any) -> "View":
         """A view of surfaces without a volume."""
-        framing = framed(None, surfaces)
+        framing = framing_of(surfaces)
         if framing is None:
             raise InvalidValue("data is None: give a volume, or surfaces that are visible")
         corners = [surface.bounds for surface in surfaces if surface.visible and surface.bounds]

@@ -1,5 +1,6 @@
 """Surfaces: meshes, spheres and tubes, and how they look."""
 
+import functools
 from typing import Any, Iterable, Optional
 
 import numpy as np
@@ -171,10 +172,13 @@ def matrix(given):
     return np.vstack([found, [0.0, 0.0, 0.0, 1.0]])[:4].ravel().tolist()
 
 
-def framed(framing: Optional[Framing], surfaces: Iterable[Surface]) -> Optional[Framing]:
-    """A framing with visible surfaces, or of these alone."""
-    for surface in surfaces:
-        own = surface.framing() if surface.visible else None
-        if own is not None:
-            framing = own if framing is None else framing.joined(own)
-    return framing
+def framing_of(surfaces: Iterable[Surface]) -> Optional[Framing]:
+    """The framing of visible surfaces, if they have any points."""
+    framings = [framing for surface in surfaces if surface.visible and (framing := surface.framing()) is not None]
+    return functools.reduce(Framing.joined, framings) if framings else None
+
+
+def framed(framing: Framing, surfaces: Iterable[Surface]) -> Framing:
+    """A framing with visible surfaces."""
+    own = framing_of(surfaces)
+    return framing if own is None else framing.joined(own)
