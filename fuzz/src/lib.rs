@@ -1,6 +1,6 @@
 //! Shared by the fuzz targets. Readers take paths, so every input is written to a file in memory.
 
-use layersplat::surface::{SurfaceFile, SurfaceOptions};
+use layersplat::surface::{PointData, SurfaceFile, SurfaceOptions};
 use layersplat::transfer::FileFormat;
 use layersplat::volume::{Endian, OpenOptions, ScalarType, Volume};
 use layersplat::{TransferFunction, glam::DVec3};
@@ -87,6 +87,7 @@ impl File {
     /// Opens it as a surface, once more with the values of its first array.
     pub fn surface(&self, bytes: &[u8]) {
         std::fs::write(&self.path, bytes).expect("a file in memory");
+        let _ = PointData::read(&self.path);
         let Ok(file) = SurfaceFile::read(&self.path) else { return };
         let values = file.arrays.first().map(|array| array.name.clone());
         let bounds = file.bounds();

@@ -7,7 +7,9 @@ use crate::annotation::LegendEntry;
 use crate::choice::Choice;
 use crate::error::Error;
 use crate::framing::Framing;
-use crate::surface::{Bounds, Ends, Radius, Space, Surface, SurfaceFile, SurfaceOptions, SurfaceShading};
+use crate::surface::{
+    Bounds, Ends, Per, PointData, Radius, Space, Surface, SurfaceArray, SurfaceFile, SurfaceOptions, SurfaceShading,
+};
 use crate::transfer::TransferFunction;
 use crate::volume::{Grid, Volume};
 use clap::Args;
@@ -18,13 +20,13 @@ use std::path::{Path, PathBuf};
 /// Options of surfaces.
 #[derive(Args)]
 pub(super) struct SurfaceArguments {
-    /// Draw the surfaces of an STL, PLY or VTK PolyData file, repeatable; see the guide for keys: color, opacity, values, transfer, radius, …
+    /// Draw the surfaces of a file (STL, PLY, OBJ, VTK, GIFTI, FreeSurfer), repeatable; see the guide for keys: color, opacity, data, values, …
     #[arg(long = "surface", value_name = "FILE[,KEY=VALUE…]", value_parser = SurfaceSpec::from_text, help_heading = "Volume")]
     surfaces: Vec<SurfaceSpec>,
 }
 
 /// Keys, for messages.
-const KEYS: &str = "color, opacity, values, transfer, radius, ends, at, space, shading, clip, visible and name";
+const KEYS: &str = "color, opacity, data, values, transfer, radius, ends, at, space, shading, clip, visible and name";
 
 /// Coordinates and extents that cameras can frame, in world units.
 const LARGEST: f64 = 1e25;
@@ -41,6 +43,8 @@ struct SurfaceSpec {
     name: Option<String>,
     color: Option<[f32; 3]>,
     opacity: Option<f32>,
+    /// File with values or labels of the points.
+    data: Option<PathBuf>,
     values: Option<String>,
     transfer: Option<String>,
     radius: Option<String>,
@@ -76,7 +80,8 @@ impl SurfaceSpec {
             let beside = surface.path(Path::new(&name));
             if beside.exists() { beside.to_string_lossy().into_owned() } else { name }
         });
-        Ok(Self { at: spec.at.map(|at| surface.path(&at)), transfer, ..spec })
+        let beside = |path: PathBuf| surface.path(&path);
+        Ok(Self { at: spec.at.map(beside), data: spec.data.map(beside), transfer, ..spec })
     }
 
     fn with(mut self, pairs: &Pairs) -> Result<Self, String> {
@@ -94,6 +99,7 @@ impl SurfaceSpec {
                 let opacity = parse::finite(value).ok().filter(|opacity| (0.0..=1.0).contains(opacity));
                 self.opacity = Some(opacity.ok_or_else(expected)? as f32);
             }
+            "data" => self.data = Some(value.into()),
             "values" => self.values = Some(value.into()),
             "transfer" => self.transfer = Some(value.into()),
             "radius" => self.radius = Some(value.into()),
@@ -110,16 +116,21 @@ impl SurfaceSpec {
 
     /// Reads the file. `volume`: that of the scene, if there is one.
     fn open(&self, volume: Option<&Volume>) -> Result<Vec<Surface>, Error> {
-        if self.transfer.is_some() && self.values.is_none() {
-            let problem = format!("{}: transfer needs values=NAME, the array whose values it colours", self.file.display());
+        if self.transfer.is_some() && self.values.is_none() && self.data.is_none() {
+            let problem =
+                format!("{}: transfer needs values=NAME, the array whose values it colours, or data=FILE", self.file.display());
             return Err(Error::Settings { field: "surface", problem });
         }
-        let file = SurfaceFile::read(&self.file)?;
+        let mut file = SurfaceFile::read(&self.file)?;
+        let data = self.data.as_ref().map(|data| file.add(PointData::read(data)?)).transpose()?;
+        let values = self.values.clone().or(data.flatten());
+        let scalars = || file.array(values.as_deref().unwrap_or_default()).map(SurfaceArray::scalars);
+        let transfer = self.transfer.as_deref().map(|source| transfer_of(&scalars()?, source, volume));
         let options = SurfaceOptions {
             name: self.name.clone(),
             color: self.color,
-            values: self.values.clone(),
-            transfer: self.transfer.as_deref().map(|source| self.transfer(&file, source, volume)).transpose()?,
+            values,
+            transfer: transfer.transpose()?,
             radius: self.radius.as_deref().map(Radius::from),
             ends: self.ends,
             space: self.space,
@@ -136,14 +147,13 @@ impl SurfaceSpec {
         };
         file.into_surfaces(&options)?.into_iter().map(looked).collect()
     }
+}
 
-    /// A built-in transfer function over the values, or that of a file.
-    fn transfer(&self, file: &SurfaceFile, source: &str, volume: Option<&Volume>) -> Result<TransferFunction, Error> {
-        let scalars = file.array(self.values.as_deref().unwrap_or_default())?.scalars();
-        match (scalars.colored_by(source), volume) {
-            (Err(_), Some(volume)) if Path::new(source).exists() => TransferFunction::open(source, volume),
-            (transfer, _) => transfer,
-        }
+/// A built-in transfer function over values, or that of a file.
+fn transfer_of(scalars: &Per<f32>, source: &str, volume: Option<&Volume>) -> Result<TransferFunction, Error> {
+    match (scalars.colored_by(source), volume) {
+        (Err(_), Some(volume)) if Path::new(source).exists() => TransferFunction::open(source, volume),
+        (transfer, _) => transfer,
     }
 }
 
@@ -158,10 +168,11 @@ impl SurfaceArguments {
         open_all(&self.surfaces, Some(volume))
     }
 
-    /// Opens the surfaces of a file that stands in place of a volume, and all others.
+    /// Opens the surfaces of a file that stands in place of a volume, and all others. If the file is one of these, they say how it looks.
     pub fn open_alone(&self, file: &Path) -> Result<SurfacesAlone, Error> {
-        let first = SurfaceSpec { file: file.into(), ..SurfaceSpec::default() };
-        let all: Vec<_> = std::iter::once(first).chain(self.surfaces.iter().cloned()).collect();
+        let first = (!self.surfaces.iter().any(|surface| surface.file == file))
+            .then(|| SurfaceSpec { file: file.into(), ..SurfaceSpec::default() });
+        let all: Vec<_> = first.into_iter().chain(self.surfaces.iter().cloned()).collect();
         let surfaces = open_all(&all, None)?;
         let (volume, transfer) = empty_volume(file, &surfaces)?;
         Ok(SurfacesAlone { volume, transfer, surfaces })

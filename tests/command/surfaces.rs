@@ -139,3 +139,27 @@ fn surfaces_outside_the_volume_are_named() {
     let said = problem(f, &["info", "far.ply", "--surface", "far.ply"]);
     assert!(said.contains("the file holds surfaces, too"), "{said}");
 }
+
+/// A file in place of a volume is drawn as `--surface` says, if that names it, too.
+#[test]
+fn surfaces_alone_look_as_their_keys_say() {
+    let files = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/formats/files");
+    let folder = tempfile::tempdir().unwrap();
+    let seen = |surfaces: &[&str]| {
+        let given: Vec<_> = surfaces.iter().flat_map(|surface| ["--surface", surface]).collect();
+        let view = ["--size", "24x24", "--shading", "off", "--device-unchecked", "-o", "p.png"];
+        let box_ = files.join("surfaces/lh.box");
+        let output = layersplat(folder.path(), &[&["render", box_.to_str().unwrap()][..], &view, &given].concat());
+        assert!(output.status.success(), "{surfaces:?}: {}", String::from_utf8_lossy(&output.stderr));
+        let pixels = pixels(&folder.path().join("p.png"));
+        let colors: std::collections::BTreeSet<[u8; 3]> = pixels.as_chunks().0.iter().copied().collect();
+        colors.into_iter().collect::<Vec<_>>()
+    };
+    let box_ = files.join("surfaces/lh.box").to_str().unwrap().to_owned();
+    let plain = format!("{box_},shading=off,color=#ff8000");
+    assert_eq!(seen(&[&plain]), [[0, 0, 0], [255, 128, 0]]);
+    let labels = files.join("surface_data/lh.parts.annot");
+    let found = seen(&[&format!("{box_},shading=off,data={}", labels.display())]);
+    let has_ends = found.contains(&[0, 0, 255]) && found.iter().any(|color| color[0] > 100 && color[2] < 200);
+    assert!(has_ends && found.len() > 5, "red, blue and what lies between: {found:?}");
+}

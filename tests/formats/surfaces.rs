@@ -2,7 +2,7 @@
 
 use crate::files::folder;
 use layersplat::glam::{DVec3, Vec3};
-use layersplat::surface::{Per, Radius, Shape, Space, Surface, SurfaceFile, SurfaceOptions, open};
+use layersplat::surface::{Per, PointData, Radius, Shape, Space, Surface, SurfaceFile, SurfaceOptions, open};
 use layersplat::{OpenOptions, Volume};
 use std::path::PathBuf;
 
@@ -17,7 +17,7 @@ pub fn path(file: &str) -> PathBuf {
 pub fn all() -> Vec<String> {
     let entries = std::fs::read_dir(folder().join("surfaces")).unwrap();
     let names = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap());
-    names.filter(|name| cfg!(feature = "vtk") || !name.ends_with(".vtp")).collect()
+    names.filter(|name| cfg!(feature = "vtk") || ![".vtp", ".gii"].iter().any(|ending| name.ends_with(ending))).collect()
 }
 
 fn surfaces(file: &str, options: &SurfaceOptions) -> Vec<Surface> {
@@ -91,6 +91,50 @@ fn check_values(file: &str, read: &SurfaceFile, surface: &Surface, n: usize) {
     let (values, transfer) = surface.values().unwrap();
     assert_eq!(values, &if n < 2 { Per::Point(expected) } else { Per::Cell(expected) }, "{file}, {}", surface.name);
     assert!(transfer.range().0 < transfer.range().1);
+}
+
+/// Values and labels of the points, in files of their own.
+#[test]
+fn values_and_labels_are_added_to_their_points() {
+    let data = |file: &str| folder().join("surface_data").join(file);
+    let values: Vec<f32> =
+        (0..8).map(|n| (1.0 + 1.5 * (n & 1) as f32) + 10.0 * ((n & 2) as f32 - 2.0) + 100.0 * (3.0 + (n & 4) as f32)).collect();
+    for (file, name) in [("lh.thickness", "lh.thickness"), ("box.func.gii", "box.func.gii, 0")] {
+        if cfg!(not(feature = "vtk")) && file.ends_with(".gii") {
+            continue;
+        }
+        let mut read = SurfaceFile::read(path("lh.box")).unwrap();
+        read.add(PointData::read(data(file)).unwrap()).unwrap();
+        assert_eq!(read.array(name).unwrap().values, Per::Point(values.clone()), "{file}");
+        if let Ok(vectors) = read.array("box.func.gii, 1") {
+            let corners = (0..8).flat_map(|n| [1.5 * (n & 1) as f32, (n & 2) as f32, (n & 4) as f32]).collect();
+            assert_eq!((vectors.components, &vectors.values), (3, &Per::Point(corners)), "they are stored by columns");
+        }
+    }
+    for (file, alpha) in [("lh.parts.annot", 1.0), ("box.label.gii", 0.5)] {
+        if cfg!(not(feature = "vtk")) && file.ends_with(".gii") {
+            continue;
+        }
+        let mut read = SurfaceFile::read(path("trimesh.obj")).unwrap();
+        read.add(PointData::read(data(file)).unwrap()).unwrap();
+        let high = |point: &DVec3| point.z > LOWEST.z;
+        let color = |point| if high(point) { [0.0, 0.0, 1.0, alpha] } else { [1.0, 0.0, 0.0, 1.0] };
+        assert_eq!(read.colors, Some(Per::Point(read.points.iter().map(color).collect())), "{file}");
+    }
+    let message =
+        SurfaceFile::read(path("points.ply")).unwrap().add(PointData { arrays: Vec::new(), colors: Some(vec![[1.0; 4]; 7]) });
+    assert!(message.unwrap_err().to_string().contains("it has 8 points, and its data are of 7"));
+    let message = PointData::read(path("text.ply")).unwrap_err().to_string();
+    assert!(message.contains("it holds no values or labels of points"), "{message}");
+}
+
+/// Sides in the colours of the materials beside the file, whose names have blanks.
+#[test]
+fn materials_of_obj_have_colours() {
+    let [surface] = open(folder().join("surface_data/materials.obj"), &SurfaceOptions::default()).unwrap().try_into().unwrap();
+    assert_eq!(volume(&surface), 6.0 * SIZE.element_product());
+    let color = |n: usize| if n / 2 % 2 == 0 { [1.0, 0.0, 0.0, 0.5] } else { [0.0, 0.2, 1.0, 0.5] };
+    assert_eq!(surface.colors(), Some(&Per::Cell((0..12).map(color).collect())));
 }
 
 /// The number of a triangle is that of the side on which it lies, behind points and lines.

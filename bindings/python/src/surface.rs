@@ -10,8 +10,8 @@ use crate::warned::{warn, warned};
 use layersplat::framing::Framing as OurFraming;
 use layersplat::glam::{DMat4, DVec3, Vec3};
 use layersplat::surface::{
-    DEFAULT_COLORS, Ends, Per, Radius, Shape, Space, Spheres, Surface as Ours, SurfaceFile, SurfaceOptions, SurfaceShading,
-    Triangles, Tubes, default_radius,
+    DEFAULT_COLORS, Ends, Per, PointData, Radius, Shape, Space, Spheres, Surface as Ours, SurfaceFile, SurfaceOptions,
+    SurfaceShading, Triangles, Tubes, default_radius,
 };
 use layersplat::{Choice, TransferFunction as Transfer};
 use numpy::{PyReadonlyArray1, PyReadonlyArray2};
@@ -112,24 +112,26 @@ impl Surface {
         Ok(Self(surface.get().0.clone()))
     }
 
-    /// Opens a file: STL, PLY or VTK PolyData, as a list: triangles as a Mesh, lines as Tubes, single points as Spheres, each if the file has
+    /// Opens a file: STL, PLY, OBJ, VTK PolyData, GIFTI or FreeSurfer, as a list: triangles as a Mesh, lines as Tubes, single points as Spheres, each if the file has
     /// them.
     ///
-    /// values: name of an array whose values are shown as colours. transfer: a TransferFunction or the name of a colour map, by default
+    /// data: a file of GIFTI or FreeSurfer with values or labels of the points, of which labels, else the first values, are shown. values: name
+    /// of an array whose values are shown as colours. transfer: a TransferFunction or the name of a colour map, by default
     /// viridis over all values. radius: of tubes and spheres, a number or the name of an array of points; by default 1/200 of the diagonal of
     /// the bounds. ends: flat, open or round, of tubes. space: LPS or RAS, the axes of a patient, if the file states none. volume: a Volume;
     /// where it is a patient's, as those of NIfTI and DICOM files, coordinates that are known to be LPS are turned into its world.
     #[staticmethod]
     #[pyo3(
         signature = (
-            path, *, values = None, transfer = None, radius = None, ends = Argument::Default("flat".into()), space = None, volume = None
+            path, *, data = None, values = None, transfer = None, radius = None, ends = Argument::Default("flat".into()), space = None, volume = None
         ),
-        text_signature = "(path, *, values=None, transfer=None, radius=None, ends='flat', space=None, volume=None)"
+        text_signature = "(path, *, data=None, values=None, transfer=None, radius=None, ends='flat', space=None, volume=None)"
     )]
     #[allow(clippy::too_many_arguments)] // Python passes them by keyword.
     fn open<'py>(
         py: Python<'py>,
         path: Argument<PathBuf>,
+        data: Option<Argument<PathBuf>>,
         values: Option<Argument<String>>,
         transfer: Option<Argument<Colors>>,
         radius: Option<Argument<Size>>,
@@ -137,9 +139,12 @@ impl Surface {
         space: Option<Argument<String>>,
         volume: Option<Argument<Bound<Volume>>>,
     ) -> Result<Vec<Bound<'py, PyAny>>> {
-        extract!(path, values, transfer, radius, ends, space, volume);
-        if transfer.is_some() && values.is_none() {
-            return Err(crate::errors::conflict("transfer", "it colours values: name an array by values, too"));
+        extract!(path, data, values, transfer, radius, ends, space, volume);
+        if transfer.is_some() && values.is_none() && data.is_none() {
+            return Err(crate::errors::conflict(
+                "transfer",
+                "it colours values: name an array by values, or a file by data, too",
+            ));
         }
         let coloring = transfer.map(Coloring::from);
         let options = SurfaceOptions {
@@ -151,12 +156,14 @@ impl Surface {
             ..SurfaceOptions::default()
         };
         let (surfaces, warnings) = warned(py, move || {
-            let file = SurfaceFile::read(path)?;
-            let transfer = match (coloring, &options.values) {
+            let mut file = SurfaceFile::read(path)?;
+            let data = data.map(|data| file.add(PointData::read(data)?)).transpose()?;
+            let values = options.values.or(data.flatten());
+            let transfer = match (coloring, &values) {
                 (Some(coloring), Some(name)) => Some(coloring.of(&file.array(name)?.scalars())?),
                 _ => None,
             };
-            Ok(file.into_surfaces(&SurfaceOptions { transfer, ..options })?)
+            Ok(file.into_surfaces(&SurfaceOptions { values, transfer, ..options })?)
         })?;
         warn(py, warnings)?;
         let classes = py.import("layersplat._surfaces")?;

@@ -10,7 +10,7 @@ mod triangles;
 mod tubes;
 
 pub use attributes::{DEFAULT_COLORS, Per};
-pub use format::{Cells, SurfaceArray, SurfaceFile};
+pub use format::{Cells, PointData, SurfaceArray, SurfaceFile};
 pub use open::{Radius, SurfaceOptions, default_radius, open};
 pub use shapes::{Bounds, Shape};
 pub use space::Space;

@@ -39,8 +39,8 @@ pub use covering::{reach, spacing_along};
 pub use description::Description;
 #[doc(hidden)]
 pub use description::Stored;
+pub(crate) use format::{FREESURFER_TRIANGLES, STL_BYTES, SurfaceFormat, stl_triangles, vtk};
 pub use format::{Level, OpenOptions, Placement};
-pub(crate) use format::{STL_BYTES, SurfaceFormat, stl_triangles, vtk};
 pub use grid::Grid;
 #[doc(hidden)]
 pub use labels::grid_over;

@@ -1,4 +1,5 @@
 """Surfaces, written with VTK, trimesh and plyfile, and by hand: a box of six quadrilaterals, two lines, and points (tests/formats/surfaces.rs)."""
+import nibabel
 import numpy as np
 import plyfile
 import trimesh
@@ -148,3 +149,64 @@ def surfaces():
     xml(at, "all.vtp", polydata(lines=True, vertices=True), packer=zlib)
     xml(at, "pieces.vtp", polydata(lines=True), pieces=3)
     xml(at, "points.vtp", polydata(sides=False), "Ascii")
+    others(at, fan)
+
+
+def gifti(points, triangles, encoding, matrix=np.eye(4), metadata={}, spaces=("NIFTI_XFORM_UNKNOWN", "NIFTI_XFORM_SCANNER_ANAT"), more=()):
+    from nibabel import gifti
+
+    system = gifti.GiftiCoordSystem(*(nibabel.nifti1.xform_codes.code[space] for space in spaces), matrix)
+    array = gifti.GiftiDataArray
+    pointset = array(points.astype("float32"), "NIFTI_INTENT_POINTSET", coordsys=system, encoding=encoding, meta=metadata)
+    faces = array(np.array(triangles, "int32"), "NIFTI_INTENT_TRIANGLE", encoding=encoding)
+    return gifti.GiftiImage(darrays=[pointset, faces, *more])
+
+
+def others(at, fan):
+    """OBJ, GIFTI and FreeSurfer, and files of values and labels of the points of GIFTI and FreeSurfer."""
+    from nibabel import freesurfer, gifti as g
+
+    trimesh.Trimesh(POINTS, fan, process=False, vertex_normals=CORNERS * 2.0 - 1).export(at / "trimesh.obj")
+    array = g.GiftiDataArray
+    values = array(VALUES.astype("float32"), "NIFTI_INTENT_SHAPE", encoding="GIFTI_ENCODING_ASCII", meta={"Name": "values"})
+    centre = np.array([5.0, -6.5, 20.0])
+    placed, stated = np.eye(4), {f"VolGeomC_{axis}": str(c) for axis, c in zip("RAS", centre)}
+    placed[:3, 3] = centre
+    scanner = ("NIFTI_XFORM_SCANNER_ANAT",) * 2
+    for name, image in [
+        ("text.surf.gii", gifti(POINTS, fan, "GIFTI_ENCODING_ASCII", more=[values])),
+        ("base64.surf.gii", gifti(POINTS, fan, "GIFTI_ENCODING_B64BIN")),
+        ("gzip.surf.gii", gifti(POINTS, fan, "GIFTI_ENCODING_B64GZ", metadata=stated, spaces=scanner)),
+        ("matrix.surf.gii", gifti(POINTS - centre, fan, "GIFTI_ENCODING_B64GZ", placed, stated)),
+        ("centre.surf.gii", gifti(POINTS - centre, fan, "GIFTI_ENCODING_B64GZ", metadata=stated)),
+    ]:
+        nibabel.save(image, at / name)
+    # Along the axes of a volume of sagittal slices, and of one that is turned by 90° about x.
+    for name, axes in [("lh.box", [[-1, 0, 0], [0, 0, -1], [0, 1, 0]]), ("lh.turned", [[-1, 0, 0], [0, 1, 0], [0, 0, 1]])]:
+        turn = np.array(axes).T @ np.array([[-1, 0, 0], [0, 0, -1], [0, 1, 0]])
+        info = {"head": np.array([2, 0, 20]), "valid": "1  # volume info valid", "filename": "a.mgz", "volume": np.array([256, 256, 256]),
+                "voxelsize": np.ones(3), **{f"{axis}ras": np.array(v, float) for axis, v in zip("xyz", axes)}, "cras": centre}
+        freesurfer.write_geometry(at / name, (POINTS - centre) @ turn, np.array(fan), volume_info=info)
+    freesurfer.write_geometry(at / "lh.plain", POINTS, np.array(fan))
+
+    data = folder("surface_data")
+    shape = array(VALUES.astype("float32"), "NIFTI_INTENT_SHAPE", encoding="GIFTI_ENCODING_B64GZ")
+    column = array((POINTS - LOWEST).astype("float32"), "NIFTI_INTENT_VECTOR", encoding="GIFTI_ENCODING_B64BIN", ordering="F")
+    column.ind_ord = 2
+    nibabel.save(g.GiftiImage(darrays=[shape, column]), data / "box.func.gii")
+    table = g.GiftiLabelTable()
+    for key, name, color in [(1, "low", (1, 0, 0, 1)), (2, "high", (0, 0, 1, 0.5))]:
+        label = g.GiftiLabel(key, *color)
+        label.label = name
+        table.labels.append(label)
+    labels = array((CORNERS[:, 2] + 1).astype("int32"), "NIFTI_INTENT_LABEL", encoding="GIFTI_ENCODING_B64GZ")
+    nibabel.save(g.GiftiImage(darrays=[labels], labeltable=table), data / "box.label.gii")
+    freesurfer.write_morph_data(data / "lh.thickness", VALUES.astype("float32"))
+    colors = np.array([[255, 0, 0, 0], [0, 0, 255, 0]])
+    freesurfer.write_annot(data / "lh.parts.annot", CORNERS[:, 2], colors, ["low", "high"], fill_ctab=True)
+    # Sides in the colours of materials.
+    lines = ["# SPACE=RAS", "mtllib sides.mtl"] + ["v %g %g %g" % tuple(p) for p in POINTS]
+    for n, side in enumerate(SIDES):
+        lines += [f"usemtl side {n % 2}", "f " + " \\\n ".join(str(point - 8) for point in side)]
+    (data / "materials.obj").write_text("\n".join(lines) + "\n")
+    (data / "sides.mtl").write_text("newmtl side 0\nKd 1 0 0\nd 0.5\n\nnewmtl side 1\nKa 1 1 1\nKd 0 0.2 1\nTr 0.5\n")

@@ -746,6 +746,7 @@ class Surface:
     def open(
         path: Path,
         *,
+        data: Optional[Path] = None,
         values: Optional[str] = None,
         transfer: Optional[Union[TransferFunction, str]] = None,
         radius: Optional[Union[float, str]] = None,

@@ -1,6 +1,10 @@
 //! Files of surfaces. Each format parses its file to a [`SurfaceFile`].
 
 mod cells;
+mod freesurfer;
+#[cfg(feature = "vtk")]
+mod gifti;
+mod obj;
 mod ply;
 mod stl;
 mod vtk;
@@ -62,6 +66,39 @@ impl SurfaceArray {
     }
 }
 
+/// Values and colours of points, which files have without the points.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PointData {
+    /// Arrays of points.
+    pub arrays: Vec<SurfaceArray>,
+    /// Colours of points, such as those of their labels.
+    pub colors: Option<Vec<[f32; 4]>>,
+}
+
+impl PointData {
+    /// Reads a file of values or labels: GIFTI (`.func.gii`, `.shape.gii`, `.label.gii`; feature `vtk`) or FreeSurfer's (`lh.thickness`,
+    /// `lh.aparc.annot`).
+    ///
+    /// # Errors
+    /// If the file cannot be read, has another format, or is truncated or damaged.
+    pub fn read(path: impl AsRef<Path>) -> Result<Self, Error> {
+        let path = path.as_ref();
+        caught(path, || {
+            let bytes = bytes_of(path)?;
+            #[cfg(feature = "vtk")]
+            if gifti::is_one(&bytes) {
+                return gifti::point_data(path, &bytes).map_err(|problem| Error::volume(path, problem));
+            }
+            if freesurfer::has_point_data(path, &bytes) {
+                return freesurfer::point_data(path, &bytes).map_err(|problem| Error::volume(path, problem));
+            }
+            let problem =
+                "it holds no values or labels of points: give those of GIFTI (.func.gii, .shape.gii, .label.gii) or FreeSurfer";
+            Err(Error::volume(path, problem))
+        })
+    }
+}
+
 /// What a file of surfaces holds, as it states it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SurfaceFile {
@@ -91,7 +128,8 @@ pub struct SurfaceFile {
 }
 
 impl SurfaceFile {
-    /// Reads a file: STL, PLY, VTK PolyData (`.vtp` with the feature `vtk`, and legacy `.vtk`), as its content says.
+    /// Reads a file: STL, PLY, OBJ, VTK PolyData (`.vtp` with the feature `vtk`, and legacy `.vtk`), GIFTI (feature `vtk`) or FreeSurfer, as its
+    /// content says.
     ///
     /// # Errors
     /// If the file cannot be read, has another format, or is truncated or damaged; if it has no points, points that are not finite, or cells
@@ -109,13 +147,40 @@ impl SurfaceFile {
                     return Err(Error::volume(path, "it is XML of VTK, which needs a build with the feature vtk"));
                 }
                 Some(SurfaceFormat::VtkLegacy) => vtk::legacy(path)?,
+                Some(SurfaceFormat::Obj) => obj::read(path)?,
+                Some(SurfaceFormat::FreeSurfer) => freesurfer::read(path)?,
+                #[cfg(feature = "vtk")]
+                Some(SurfaceFormat::Gifti) => gifti::read(path)?,
+                #[cfg(not(feature = "vtk"))]
+                Some(SurfaceFormat::Gifti) => {
+                    return Err(Error::volume(path, "it is GIFTI, XML which needs a build with the feature vtk"));
+                }
                 None => {
-                    let problem = "it holds no surface of a known format: these are STL, PLY and VTK PolyData (.vtp, .vtk)";
+                    let problem = "it holds no surface of a known format: these are STL, PLY, OBJ, VTK PolyData (.vtp, .vtk), GIFTI and FreeSurfer";
                     return Err(Error::volume(path, problem));
                 }
             };
             file.checked(path)
         })
+    }
+
+    /// Adds values and colours of its points. Colours replace those of the file. Returns the name of the first array, if there are no colours.
+    ///
+    /// # Errors
+    /// If it has another number of points.
+    pub fn add(&mut self, data: PointData) -> Result<Option<String>, Error> {
+        let count = self.points.len();
+        let of_arrays = data.arrays.iter().map(|array| array.values.entries().len() / array.components);
+        if let Some(found) = of_arrays.chain(data.colors.as_ref().map(Vec::len)).find(|found| *found != count) {
+            return Err(Error::volume(
+                &self.path,
+                format!("it has {count} points, and its data are of {found}: give those of this surface"),
+            ));
+        }
+        let first = data.arrays.first().filter(|_| data.colors.is_none()).map(|array| array.name.clone());
+        self.arrays.extend(data.arrays);
+        self.colors = data.colors.map(Per::Point).or(self.colors.take());
+        Ok(first)
     }
 
     /// Whether a file holds a surface, by its first bytes, or its name.

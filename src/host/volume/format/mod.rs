@@ -48,7 +48,7 @@ mod zarr;
 pub(super) use load::Header;
 pub use options::{Level, OpenOptions, Placement};
 pub(super) use raw::told_by_name;
-pub(crate) use surfaces::{STL_BYTES, SurfaceFormat, stl_triangles};
+pub(crate) use surfaces::{FREESURFER_TRIANGLES, STL_BYTES, SurfaceFormat, stl_triangles};
 
 use super::grid::lengths;
 use super::labels::Declared;

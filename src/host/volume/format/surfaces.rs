@@ -12,7 +12,13 @@ pub(crate) enum SurfaceFormat {
     Ply,
     VtkXml,
     VtkLegacy,
+    Obj,
+    Gifti,
+    FreeSurfer,
 }
+
+/// The first bytes of FreeSurfer's surfaces.
+pub(crate) const FREESURFER_TRIANGLES: [u8; 3] = [0xff, 0xff, 0xfe];
 
 /// Bytes of a binary STL file before its triangles, and per triangle.
 pub(crate) const STL_BYTES: [u64; 2] = [84, 50];
@@ -29,6 +35,9 @@ impl SurfaceFormat {
         match () {
             () if file.folder => None,
             () if file.ends_with(&[".ply"]) || start.starts_with(b"ply\n") || start.starts_with(b"ply\r") => Some(Self::Ply),
+            () if file.ends_with(&[".obj"]) => Some(Self::Obj),
+            () if file.ends_with(&[".gii"]) || has(b"<GIFTI") => Some(Self::Gifti),
+            () if start.starts_with(&FREESURFER_TRIANGLES) => Some(Self::FreeSurfer),
             () if file.ends_with(&[".vtp"]) || has(b"<VTKFile") && has(b"\"PolyData\"") => Some(Self::VtkXml),
             () if start.starts_with(b"# vtk DataFile") && has(b"DATASET POLYDATA") => Some(Self::VtkLegacy),
             () if file.ends_with(&[".stl", ".stlb"]) || start.starts_with(b"solid") && has(b"facet") => Some(Self::Stl),
@@ -42,6 +51,9 @@ impl SurfaceFormat {
             Self::Stl => "STL",
             Self::Ply => "PLY",
             Self::VtkXml | Self::VtkLegacy => "VTK PolyData",
+            Self::Obj => "OBJ",
+            Self::Gifti => "GIFTI",
+            Self::FreeSurfer => "FreeSurfer",
         }
     }
 }

@@ -8,7 +8,7 @@ mod collection;
 #[cfg(feature = "vtk")]
 pub(crate) mod document;
 #[cfg(feature = "vtk")]
-mod encoded;
+pub(crate) mod encoded;
 mod legacy;
 #[cfg(feature = "vtk")]
 mod pieces;
