@@ -4,8 +4,10 @@
 //! picture is rendered.
 
 mod orientation;
+mod sight;
 
 pub use orientation::{Orientation, Side, UpReason};
+pub use sight::{HalfSpace, Sight};
 
 use crate::camera::{Basis, Camera, Orbit, Projection};
 use crate::progress::Task;
@@ -69,21 +71,22 @@ pub struct Fixed {
 
 impl Framing {
     /// Bounds of the voxels that `transfer` makes visible, widened by a kernel radius of 1; of the whole grid if nothing is visible.
-    /// Opacities apply per `unit_distance` in world units, by default the smallest spacing.
+    /// Opacities apply per `unit_distance` in world units, by default [`Grid::unit`].
     pub fn visible(volume: &Volume, transfer: &TransferFunction, unit_distance: Option<f64>) -> Self {
-        let unit = unit_distance.unwrap_or_else(|| volume.grid().spacing().min_element());
+        let (volume, unit) = (volume.framed(), unit_distance.unwrap_or_else(|| volume.grid().unit()));
         let faint = -(-FAINT * unit / volume.grid().diagonal()).exp_m1();
         Self::showing(volume, |lo, hi| transfer.largest_opacity(lo, hi) >= faint)
     }
 
     /// Bounds of the iso-surface at `value`; of the whole grid if the field does not reach that value.
     pub fn iso(volume: &Volume, value: f64) -> Self {
-        Self::showing(volume, |lo, hi| lo <= value && value <= hi)
+        Self::showing(volume.framed(), |lo, hi| lo <= value && value <= hi)
     }
 
     /// Bounds of all voxels.
     pub fn whole(volume: &Volume) -> Self {
-        Self::from_voxels(volume.grid(), corners([0; 3], volume.grid().dims().map(|n| n as i64 - 1)))
+        let grid = volume.framed().grid();
+        Self::from_voxels(grid, corners([0; 3], grid.dims().map(|n| n as i64 - 1)))
     }
 
     /// Bounds of a box along the axes of the world, such as that around surfaces.

@@ -254,6 +254,9 @@ fn every_voxel_type_with_its_background() {
     let size = viewport(20, 20);
     for (voxels, (lo, hi)) in cases {
         let volume = volume(dims, DVec3::ONE, voxels);
+        // Opacities of a coarse level apply per spacing of the finest.
+        let grid = volume.grid().clone().with_unit(0.6);
+        let volume = volume.with_grid(grid).unwrap();
         let kind = volume.voxel_type();
         let transfer = smooth_transfer().stretched(lo, hi).unwrap();
         for (azimuth, elevation) in [(10.0, 5.0), (80.0, -10.0)] {

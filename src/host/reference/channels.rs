@@ -168,6 +168,6 @@ impl Summand<'_> {
             }
         };
         let (color, _) = look.at(self.volume, || self.field.gradient(p), seen.to_eye, color, 1.0);
-        (extinction * length / self.volume.grid().spacing().min_element(), color)
+        (extinction * length / self.volume.grid().unit(), color)
     }
 }

@@ -49,7 +49,7 @@ impl<'a> Colors<'a> {
     fn composite(&self, ray: &Ray, to_eye: DVec3) -> [f64; 4] {
         let Some(extent) = self.fields[3].support(ray) else { return [0.0; 4] };
         let spacing = self.extinction.grid().spacing();
-        let per_t = (ray.direction * spacing).length() / spacing.min_element();
+        let per_t = (ray.direction * spacing).length() / self.extinction.grid().unit();
         let steps = ((extent.to - extent.from) * per_t * STEPS).ceil().max(1.0);
         let step = (extent.to - extent.from) / steps;
         let look = ShadingInputs {

@@ -67,7 +67,7 @@ impl<'a> Integral<'a> {
     /// Integral of the field of the paper's cubic (Eq. 1 and 2). Opacities apply per `unit_distance` in world units, by default the smallest
     /// spacing.
     pub fn new(volume: &'a Volume<'a>, transfer: &'a TransferFunction, unit_distance: Option<f64>) -> Self {
-        let unit_distance = unit_distance.unwrap_or_else(|| volume.grid().spacing().min_element());
+        let unit_distance = unit_distance.unwrap_or_else(|| volume.grid().unit());
         let integrand = Box::new(Field::new(volume, transfer, Blend::Composite, Kernel::Cubic));
         Self {
             integrand,

@@ -2,7 +2,7 @@
 
 use super::compositing::{Gathered, picture};
 use super::field::Field;
-use super::shading::{Lighting, ShadingInputs, range_of_values};
+use super::shading::{Lighting, ShadingInputs};
 use super::shadow_rays::Reached;
 use super::smoothing::smoothed;
 use crate::camera::Camera;
@@ -89,7 +89,7 @@ impl Labels {
     fn composite(&self, ray: &Ray, to_eye: DVec3) -> [f64; 4] {
         let Some(extent) = self.means[0].support(ray) else { return [0.0; 4] };
         let spacing = self.opacity.grid().spacing();
-        let per_t = (ray.direction * spacing).length() / spacing.min_element();
+        let per_t = (ray.direction * spacing).length() / self.opacity.grid().unit();
         let steps = ((extent.to - extent.from) * per_t * STEPS).ceil().max(1.0);
         let step = (extent.to - extent.from) / steps;
         let mut gathered = Gathered::new();
@@ -110,7 +110,7 @@ impl Labels {
                     reached: Reached::ALL,
                 };
                 let gradient = self.means[0].gradient(p);
-                let length = (gradient * spacing.min_element() / spacing).length() / range_of_values(&self.opacity);
+                let length = (gradient / spacing).length() / self.opacity.description().steepness();
                 let by_surface = 1.0 - (1.0 - of_label.clamp(0.0, 1.0)).powi(4);
                 let lighting = Lighting::new(&self.opacity, look, gradient, to_eye);
                 lighting.in_part(smooth_step(lack), length, by_surface, look).on(color)

@@ -220,7 +220,7 @@ impl<'a> Layered<'a> {
     /// Length of a sample in unit distances.
     pub(super) fn sample_length(&self, crossing: &Crossing) -> f64 {
         let spacing = self.volume.grid().spacing();
-        let unit = self.settings.unit_distance.unwrap_or(spacing.min_element());
+        let unit = self.settings.unit_distance.unwrap_or(self.volume.grid().unit());
         let samples = f64::from(self.classification.samples_per_layer());
         (crossing.shear.extend(1.0) * crossing.axis.frame().local(spacing)).length() / unit / samples
     }

@@ -110,7 +110,7 @@ impl<'a> Marched<'a> {
     /// World length of a vector in voxels, and the smallest spacing; both in unit distances.
     fn lengths(&self, vector: DVec3) -> (f64, f64) {
         let spacing = self.volume.grid().spacing();
-        let unit = self.settings.unit_distance.unwrap_or(spacing.min_element());
+        let unit = self.settings.unit_distance.unwrap_or(self.volume.grid().unit());
         ((vector * spacing).length() / unit, spacing.min_element() / unit)
     }
 

@@ -82,7 +82,7 @@ impl<'a> PathTracer<'a> {
             (to_grid * light.direction.expect("a direction").normalize(), light.strength * DVec3::from_array(light.color))
         };
         let (lo, hi) = volume.description().field_range();
-        let unit = grid.spacing().min_element() / settings.unit_distance.unwrap_or(grid.spacing().min_element());
+        let unit = grid.spacing().min_element() / settings.unit_distance.unwrap_or(grid.unit());
         let matter = |n: usize| {
             let value = lo + (hi - lo) * n as f64 / (ENTRIES - 1) as f64;
             let reflectance = DVec3::from_array(transfer.color(value).map(reflectance));
@@ -287,7 +287,7 @@ impl<'a> PathTracer<'a> {
         let spacing = self.volume.grid().spacing();
         let of_axis = |axis: DVec3| 0.5 * (self.value(point + axis) - self.value(point - axis));
         let differences = DVec3::new(of_axis(DVec3::X), of_axis(DVec3::Y), of_axis(DVec3::Z));
-        differences / self.range.max(f64::MIN_POSITIVE) * spacing.min_element() / spacing
+        differences / spacing / self.volume.description().steepness()
     }
 
     fn blocks(&self) -> [i64; 3] {

@@ -5,7 +5,7 @@ use super::compositing::{Gathered, opacity_of_depth, opacity_over};
 use super::depth_cue::{Fade, faded};
 use super::interval::Part;
 use super::layered::{Crossing, Layered};
-use super::shading::{Lighting, range_of_values};
+use super::shading::Lighting;
 use super::surfaces::{Cuts, Fragment, over};
 use crate::layers::{lighting_curve, segment_ends};
 use crate::settings::Blend;
@@ -105,7 +105,9 @@ impl Layered<'_> {
         let gradients = segment.points.map(|p| self.field.gradient(p));
         let ([front, back], slopes) = (segment.values, gradients.map(|g| g.dot(step)));
         let value = (front + back) / 2.0 + (slopes[0] - slopes[1]) / 8.0;
-        let gradient = gradient_in_the_middle(gradients, back - front, step, range_of_values(self.volume));
+        let description = self.volume.description();
+        let range = description.steepness() * description.grid().spacing().min_element();
+        let gradient = gradient_in_the_middle(gradients, back - front, step, range);
         let middle = segment.place(0.5);
         let half = |points, values, gradients, from: f64| {
             let parameters = [from, from + 0.5].map(|t| segment.parameter(t));

@@ -51,12 +51,6 @@ impl ShadingInputs {
     }
 }
 
-/// Range of values, the unit of gradient magnitudes.
-pub(super) fn range_of_values(volume: &Volume) -> f64 {
-    let (lo, hi) = volume.range();
-    if hi > lo { hi - lo } else { 1.0 }
-}
-
 /// Constant term of the interpolation weight of lighting, for kernels with analytic gradients: kernels/shared/span_lighting.cl.
 const EVEN: f64 = 0.2;
 
@@ -96,8 +90,7 @@ impl Lighting {
     pub fn new(volume: &Volume, look: ShadingInputs, gradient: DVec3, to_eye: DVec3) -> Self {
         let grid = volume.grid();
         let left = look.gradient_opacity.map_or(1.0, |opacity| opacity.at((gradient / grid.spacing()).length()));
-        let range = range_of_values(volume);
-        let gradient = gradient * grid.spacing().min_element() / grid.spacing() / range;
+        let gradient = gradient / grid.spacing() / volume.description().steepness();
         let weight = gradient.length().max(LEAST_LENGTH).sqrt();
         let Some(shading) = look.shading else { return Self { weight, left, ..Self::NONE } };
         let unshaded = Self::unshaded(shading, look.reached);

@@ -154,7 +154,7 @@ impl Absorber<'_> {
             return 0.0;
         }
         let spacing = self.volume.grid().spacing();
-        let length = length / settings.unit_distance.unwrap_or(spacing.min_element());
+        let length = length / settings.unit_distance.unwrap_or(self.volume.grid().unit());
         let left = settings.gradient_opacity.map_or(1.0, |thin| thin.at((self.field.gradient(place) / spacing).length()));
         let per_length = match settings.extinction {
             Extinction::Exponential => self.transfer.extinction(value),

@@ -109,7 +109,7 @@ impl<'a> Sheets<'a> {
     /// Length of a ray in unit distances per voxel of depth.
     fn length_per_depth(&self, ray: &Ray, projection: &SplatProjection) -> f64 {
         let spacing = self.volume.grid().spacing();
-        let unit = self.settings.unit_distance.unwrap_or(spacing.min_element());
+        let unit = self.settings.unit_distance.unwrap_or(self.volume.grid().unit());
         (ray.direction * spacing).length() / unit / projection.along.dot(ray.direction)
     }
 

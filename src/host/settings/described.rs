@@ -201,7 +201,7 @@ impl Setting {
         field!("depth_cue", "Fade colours with their distance", Kind::Structure, None, depth_cue),
         field!("crop", "Show only this box", Kind::Structure, None, clipping.crop),
         field!("planes", "Show only the sides of planes that their normals point to", Kind::Structure, None, clipping.planes),
-        field!("unit_distance", "Thickness in world units at which the given opacity applies [default: the smallest spacing]",
+        field!("unit_distance", "Thickness in world units at which the given opacity applies [default: the smallest spacing, of the finest level]",
             Kind::Number(Settings::UNIT_DISTANCE), Some("unit-distance"), unit_distance),
         field!("extinction", "How opacity grows with the length of a ray segment", Kind::choice::<Extinction>(), Some("extinction"), extinction),
         field!("early_termination", "Stop tiles once all their rays are opaque", Kind::Switch, Some("early-termination"), early_termination),

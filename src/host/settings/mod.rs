@@ -88,7 +88,7 @@ pub struct Settings {
     /// Width of a pixel in heights of a pixel, 1/16 … 16: the viewport is this much wider in the world. Framing and annotations take
     /// pixels as square. Default: 1.
     pub pixel_aspect: f64,
-    /// World distance to which the opacities apply. Default: the smallest spacing.
+    /// World distance to which the opacities apply. Default: [`Grid::unit`](crate::volume::Grid::unit).
     pub unit_distance: Option<f64>,
     /// Gamma of pictures of 8 and 16 bits, 0.2 … 5: their straight colours are raised to 1/gamma. Pictures of floats are unaffected.
     /// Default: 1.

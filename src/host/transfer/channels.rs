@@ -34,6 +34,7 @@ impl TransferFunction {
 }
 
 fn channel_window(volume: &Volume) -> (f64, f64) {
+    let volume = volume.overview();
     let statistics = volume.statistics();
     let [before, median, hi] = [NOISE_BEGINS, 50.0, BRIGHTEST].map(|percent| percentile(volume, &statistics, percent));
     let lo = median + (NOISE_WIDTHS * (median - before)).min(MOST_NOISE * (hi - median));

@@ -156,7 +156,7 @@ impl TransferFunction {
         let transfer = Self::new(name, preset.colors.to_vec(), preset.opacities.to_vec())?;
         let (lo, hi) = super::visible_range::visible_range(volume);
         match preset.scale {
-            Scale::Hounsfield if hounsfield::is_ct(&volume.statistics(), volume) => Ok(transfer),
+            Scale::Hounsfield if hounsfield::is_ct(&volume.overview().statistics(), volume.overview()) => Ok(transfer),
             Scale::Hounsfield => {
                 debug_assert_eq!(transfer.range(), CT_RANGE);
                 transfer.stretched(lo, hi)

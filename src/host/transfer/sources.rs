@@ -144,6 +144,7 @@ impl TransferFunction {
 
 /// The transfer function that a built-in volume has, or one derived from the voxels.
 fn of_volume(volume: &Volume, palette: Palette) -> TransferFunction {
+    let volume = volume.overview();
     let fixed = phantom::transfer(volume).or_else(|| test_signal::transfer(volume, palette));
     fixed.unwrap_or_else(|| automatic::derived(volume, palette))
 }

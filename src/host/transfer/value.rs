@@ -30,7 +30,7 @@ impl Value {
     /// Returns a function that resolves values for `volume`. The first percentile takes a pass over the voxels. Each percentile in a
     /// crowded histogram bin takes up to three more.
     pub fn finder<'a>(volume: &'a Volume<'_>) -> impl Fn(Value) -> f64 + 'a {
-        let statistics = OnceCell::new();
+        let (volume, statistics) = (volume.overview(), OnceCell::new());
         move |value| match value {
             Value::Number(number) => number,
             Value::Percentile(percent) => percentile(volume, statistics.get_or_init(|| volume.statistics()), percent),

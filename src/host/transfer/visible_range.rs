@@ -2,10 +2,11 @@
 
 use crate::volume::Volume;
 
-/// Range of values over which built-in functions are stretched: the range of the data. If all voxels are equal, it includes the
+/// Range of values over which built-in functions are stretched: that which the file says to show, or the range of the data, of all levels of a
+/// data set the same. If all voxels are equal, it includes the
 /// background. If that is equal too, it spans 0 and a value above it, so that the volume is visible.
 pub(super) fn visible_range(volume: &Volume) -> (f64, f64) {
-    let (lo, hi) = volume.range();
+    let (lo, hi) = volume.contents().window.unwrap_or(volume.description().common_range());
     if lo < hi {
         return (lo, hi);
     }

@@ -1,5 +1,7 @@
 //! What a file states and holds beside the volume that is read from it.
 
+use glam::DVec3;
+
 /// What a file states about its volumes: their numbers, and which of them was read. Built-in volumes and volumes in memory hold one.
 ///
 /// ```
@@ -39,10 +41,28 @@ pub struct Contents {
     pub levels: Vec<[usize; 3]>,
     /// The resolution that was read, from 0.
     pub level: usize,
+    /// Where the voxels of each resolution lie.
+    pub lattices: Vec<LevelLattice>,
     /// Voxels along x, y and z of the chunks of each resolution, if they are stored in chunks that can be read by themselves.
     pub chunks: Vec<[usize; 3]>,
+    /// Range of values that the file says to show, of the channel that was read.
+    pub window: Option<(f64, f64)>,
     /// Red, green and blue, 0 to 1, of each value, if voxels are indices of a palette. Empty otherwise.
     pub palette: Vec<[f64; 3]>,
+}
+
+/// Where the voxels of a resolution lie, in voxels of the finest.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LevelLattice {
+    /// The first voxel.
+    pub first: DVec3,
+    /// Distances between voxels.
+    pub step: DVec3,
+}
+
+impl LevelLattice {
+    /// That of the finest.
+    pub(super) const OWN: Self = Self { first: DVec3::ZERO, step: DVec3::ONE };
 }
 
 /// Distance between consecutive frames.
@@ -71,7 +91,9 @@ impl Default for Contents {
             are_colors: false,
             levels: Vec::new(),
             level: 0,
+            lattices: Vec::new(),
             chunks: Vec::new(),
+            window: None,
             palette: Vec::new(),
         }
     }
@@ -88,7 +110,22 @@ impl FrameSpacing {
 /// Largest difference of intervals of time that count as equal, as a share of one.
 const SAME_INTERVAL: f64 = 1e-6;
 
+/// Fewest and most voxels of a level that stands for all.
+const OVERVIEW: std::ops::RangeInclusive<usize> = 1 << 18..=1 << 28;
+
 impl Contents {
+    /// The level that stands for all, if there are several: the coarsest with enough voxels for statistics, else the finest.
+    pub(super) fn overview_level(&self) -> Option<usize> {
+        let voxels = |dims: &[usize; 3]| dims.iter().fold(1, |n: usize, &size| n.saturating_mul(size));
+        let level = self.levels.iter().rposition(|dims| voxels(dims) >= *OVERVIEW.start()).unwrap_or(0);
+        (self.levels.len() > 1 && voxels(&self.levels[level]) <= *OVERVIEW.end()).then_some(level)
+    }
+
+    /// Whether voxels of these dimensions are a part of the level.
+    pub(super) fn are_part(&self, dims: [usize; 3]) -> bool {
+        self.levels.get(self.level).is_some_and(|&whole| whole != dims)
+    }
+
     /// Sets the times of the frames: their distance, if it is the same between all.
     pub(super) fn set_times(&mut self, times: Vec<f64>) {
         let mut intervals = times.windows(2).map(|pair| pair[1] - pair[0]);

@@ -36,6 +36,15 @@ pub struct Description {
     /// Background set by the caller; by default the smallest value.
     pub(super) background: Option<f64>,
     pub(super) invalid_voxels: bool,
+    /// What all levels of a data set have in common, of one level with several.
+    pub(super) common: Option<Common>,
+}
+
+/// What gives all levels of a data set one look: the range and the smallest spacing of the level that stands for all.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Common {
+    pub range: (f64, f64),
+    pub spacing: f64,
 }
 
 /// Values before rescaling, as kernels see them.
@@ -78,7 +87,16 @@ impl Description {
                 format!("all values lie within {}, too narrow a range for 32-bit floats: scale them up", shortened(hi - lo));
             return Err(Error::volume(Path::new(&name), problem));
         }
-        Ok(Self { name, grid, voxel_type, rescale: Rescale::default(), stored_range, background: None, invalid_voxels: false })
+        Ok(Self {
+            name,
+            grid,
+            voxel_type,
+            rescale: Rescale::default(),
+            stored_range,
+            background: None,
+            invalid_voxels: false,
+            common: None,
+        })
     }
 
     /// Sets the [background](Self::background): any finite value whose stored number is at most ±1e30, even outside the range of the voxel type.
@@ -101,7 +119,7 @@ impl Description {
 
     /// Replaces the mapping from stored numbers to values. Resets the background, which was a value of the previous mapping.
     pub fn with_rescale(self, rescale: Rescale) -> Self {
-        Self { rescale, background: None, ..self }
+        Self { rescale, background: None, common: None, ..self }
     }
 
     /// The same field at the voxels of another grid, as floats.
@@ -165,10 +183,24 @@ impl Description {
         self.rescale.range(self.stored_range)
     }
 
+    /// Range of values over which transfer functions are stretched: that of the voxels, or of the level that stands for all levels of a data
+    /// set. Voxels of finer levels may lie outside it.
+    pub fn common_range(&self) -> (f64, f64) {
+        self.common.map_or_else(|| self.range(), |common| common.range)
+    }
+
+    /// The gradient, in values per world unit, that lighting counts as one: the [common range](Self::common_range) within a voxel.
+    #[doc(hidden)]
+    pub fn steepness(&self) -> f64 {
+        let (lo, hi) = self.common_range();
+        let spacing = self.common.map_or_else(|| self.grid.spacing().min_element(), |common| common.spacing);
+        (if hi > lo { hi - lo } else { 1.0 }) / spacing
+    }
+
     /// Value of invalid voxels and of missing voxels outside the grid, which kernels near the border read. Defaults to the smallest valid
-    /// value.
+    /// value, of the [common range](Self::common_range).
     pub fn background(&self) -> f64 {
-        self.background.unwrap_or(self.range().0)
+        self.background.unwrap_or(self.common_range().0)
     }
 
     /// Range of interpolated values: voxels and background.
@@ -185,7 +217,8 @@ impl Description {
     pub fn stored(&self) -> Stored {
         let (lo, hi) = self.stored_range;
         let smallest_value = if self.rescale.slope() < 0.0 { hi } else { lo };
-        let background = self.background.map_or(smallest_value, |value| self.rescale.stored(value));
+        let background = self.background.or(self.common.map(|common| common.range.0));
+        let background = background.map_or(smallest_value, |value| self.rescale.stored(value));
         Stored { range: self.stored_range, smallest_value, background }
     }
 }

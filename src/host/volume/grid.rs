@@ -21,6 +21,7 @@ pub struct Grid {
     origin: DVec3,
     direction: DMat3,
     has_anatomy: bool,
+    unit: f64,
 }
 
 impl Grid {
@@ -57,7 +58,7 @@ impl Grid {
             return Err(Error::Grid { problem: format!("the origin {origin} is not finite") });
         }
         check_directions(direction)?;
-        Ok(Self { dims, spacing, origin, direction, has_anatomy: false })
+        Ok(Self { dims, spacing, origin, direction, has_anatomy: false, unit: least })
     }
 
     /// A coarse grid of cubic voxels around a box, for scenes without a volume. Its longest edge has as many voxels as `LONGEST`.
@@ -84,7 +85,7 @@ impl Grid {
     /// The same grid in world units of length `unit`.
     #[doc(hidden)]
     pub fn in_units_of(&self, unit: f64) -> Self {
-        Self { spacing: self.spacing / unit, origin: self.origin / unit, ..*self }
+        Self { spacing: self.spacing / unit, origin: self.origin / unit, unit: self.unit / unit, ..*self }
     }
 
     /// Grid with voxel (i, j, k) at `index_to_world · (i, j, k)`. Rotations and mirrored axes are allowed.
@@ -103,7 +104,7 @@ impl Grid {
     /// As [`Grid::oriented`].
     pub(super) fn with_origin(&self, origin: DVec3) -> Result<Self, Error> {
         let moved = Self::oriented(self.dims, self.spacing, origin, self.direction)?;
-        Ok(Self { has_anatomy: self.has_anatomy, ..moved })
+        Ok(Self { has_anatomy: self.has_anatomy, unit: self.unit, ..moved })
     }
 
     /// As [`from_affine`](Self::from_affine), where axes that are sheared by up to [`ROUNDED_SHEAR`] become those at right angles next to them,
@@ -155,6 +156,17 @@ impl Grid {
     /// World distance between adjacent voxels along x, y, z.
     pub fn spacing(&self) -> DVec3 {
         self.spacing
+    }
+
+    /// Declares a level of a data set whose finest level has `unit` as its smallest spacing.
+    #[doc(hidden)]
+    pub fn with_unit(self, unit: f64) -> Self {
+        Self { unit, ..self }
+    }
+
+    /// World length to which opacities refer by default: the smallest spacing, that of the finest level of a data set with several.
+    pub fn unit(&self) -> f64 {
+        self.unit
     }
 
     /// World position of voxel (0, 0, 0).

@@ -33,7 +33,7 @@ pub use builtin::BUILTIN;
 pub use builtin::builtin_volume;
 pub use channels::ChannelDescription;
 pub use color_channels::ColorChannels;
-pub use contents::{Contents, FrameSpacing};
+pub use contents::{Contents, FrameSpacing, LevelLattice};
 #[doc(hidden)]
 pub use covering::{reach, spacing_along};
 pub use description::Description;
@@ -95,6 +95,8 @@ pub struct Volume<'a> {
     invalid: usize,
     shared: Option<Shared>,
     contents: Contents,
+    /// The level that stands for all levels of a data set, unless this is it.
+    overview: Option<Arc<Volume<'static>>>,
     /// Counted once, for all clones.
     statistics: Arc<OnceLock<Statistics>>,
 }
@@ -171,7 +173,8 @@ impl<'a> Volume<'a> {
         let (range, invalid) = voxels.valid_range(&Task::new(format!("looking at {name}"), bytes));
         let description = Description::new(name, grid, voxel_type, range.unwrap_or((0.0, 0.0)))?;
         let description = if invalid > 0 { description.with_invalid_voxels() } else { description };
-        Ok(Self { description, voxels, invalid, shared: None, contents: Contents::default(), statistics: Arc::default() })
+        let (contents, statistics) = Default::default();
+        Ok(Self { description, voxels, invalid, shared: None, contents, overview: None, statistics })
     }
 
     /// Places the voxels on another grid of the same dimensions.
@@ -194,7 +197,7 @@ impl<'a> Volume<'a> {
 
     /// See [`Description::with_rescale`].
     pub fn with_rescale(self, rescale: Rescale) -> Self {
-        Self { description: self.description.with_rescale(rescale), statistics: Arc::default(), ..self }
+        Self { description: self.description.with_rescale(rescale), overview: None, statistics: Arc::default(), ..self }
     }
 
     /// Declares what else the file of the volume holds.
@@ -202,6 +205,43 @@ impl<'a> Volume<'a> {
         // Headers state a spacing of times even where there is one time.
         let frame_spacing = contents.frame_spacing.filter(|_| contents.frames > 1);
         Self { contents: Contents { frame_spacing, ..contents }, ..self }
+    }
+
+    /// Gives this level of a data set the look of all levels: that of an overview, if it is another level.
+    pub(in crate::volume) fn with_overview(mut self, overview: Option<Arc<Volume<'static>>>) -> Self {
+        if let Some((name, (lo, hi))) = overview.as_ref().map(|overview| (overview.name(), overview.range()))
+            && let (from, to) = self.range()
+            && (from < lo || hi < to)
+        {
+            tracing::info!("{name}: values from {from} to {to}; the level by which all are shown has {lo} to {hi}");
+        }
+        self.description.common = overview
+            .as_ref()
+            .map(|overview| description::Common { range: overview.range(), spacing: overview.grid().spacing().min_element() });
+        Self { overview, ..self }
+    }
+
+    /// The volume from which statistics, transfer functions and cameras are derived, so that they are the same for all levels of a data set: the
+    /// level that stands for all, which is read with each; any other volume itself.
+    pub fn overview(&self) -> &Volume<'a> {
+        self.overview.as_deref().unwrap_or(self)
+    }
+
+    /// Where its voxels lie among those of the finest level of its data set.
+    #[doc(hidden)]
+    pub fn lattice(&self) -> LevelLattice {
+        let of = |volume: &Volume| volume.contents.lattices.get(volume.contents.level).copied().unwrap_or(LevelLattice::OWN);
+        if !self.contents.are_part(self.grid().dims()) {
+            return of(self);
+        }
+        let (overview, LevelLattice { first, step }) = (self.overview(), of(self.overview()));
+        LevelLattice { first: first + step * overview.grid().world_to_voxel(self.grid().origin()), ..of(self) }
+    }
+
+    /// The volume that cameras fit: one level for all levels of a data set, unless a part was read.
+    #[doc(hidden)]
+    pub fn framed(&self) -> &Volume<'a> {
+        if self.contents.are_part(self.grid().dims()) { self } else { self.overview() }
     }
 
     /// What the file holds beside this volume: frames, channels and resolutions.

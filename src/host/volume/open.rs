@@ -5,6 +5,7 @@ use super::{Contents, Grid, OpenOptions, ScalarType, Volume, builtin_volume, for
 use super::{Layers, Unseen, builtin};
 use crate::error::Error;
 use std::path::Path;
+use std::sync::Arc;
 
 impl Volume<'static> {
     /// Opens `builtin:NAME[@SIZE]`, a file, OME-Zarr or Zarr on a web server (`https://`, `http://`, `s3://` of a public bucket; feature `http`), or one file per slice: a folder of numbered `.png` or `.tif` files, or a name with `%d` in
@@ -29,6 +30,15 @@ impl Volume<'static> {
             Some(builtin) => builtin_volume(builtin, options),
             None => format::read(source, options),
         }
+    }
+
+    /// Opens another level of the data set of this volume, or a part of one, with the same look. `source` and `options` are those of this one.
+    ///
+    /// # Errors
+    /// As [`Volume::open`].
+    #[doc(hidden)]
+    pub fn other_level(&self, source: &Path, options: &OpenOptions) -> Result<Self, Error> {
+        format::read_alone(source, options).map(|volume| volume.with_overview(Some(Arc::new(self.overview().clone()))))
     }
 }
 

@@ -38,6 +38,7 @@ pub struct Unseen<'a> {
     held: VoxelBox,
     own: VoxelBox,
     voxels: Found<'a>,
+    overview: Option<Arc<Volume<'static>>>,
 }
 
 /// The data read.
@@ -60,7 +61,7 @@ impl Unseen<'static> {
     pub(super) fn wide(name: String, grid: Grid, layers: &Layers, numbers: WideNumbers) -> Self {
         let [held, own] = layers.boxes(grid.dims());
         let voxels = Found::Wide(numbers);
-        Self { name, grid, rescale: Rescale::default(), background: None, held, own, voxels }
+        Self { name, grid, rescale: Rescale::default(), background: None, held, own, voxels, overview: None }
     }
 
     /// Layers of voxels, as stored in a file.
@@ -100,11 +101,17 @@ impl<'a> Unseen<'a> {
         let Some(voxels) = storage.placed(held.dims) else {
             return Err(wrong("its first byte and strides place voxels outside its bytes".into()));
         };
-        Ok(Self { name, grid, rescale: Rescale::default(), background: None, held, own, voxels: Found::Voxels(voxels) })
+        let (rescale, voxels) = (Rescale::default(), Found::Voxels(voxels));
+        Ok(Self { name, grid, rescale, background: None, held, own, voxels, overview: None })
     }
 
     pub fn with_rescale(self, rescale: Rescale) -> Self {
         Self { rescale, ..self }
+    }
+
+    /// See [`Volume::overview`].
+    pub(super) fn with_overview(self, overview: Option<Arc<Volume<'static>>>) -> Self {
+        Self { overview, ..self }
     }
 
     /// Bytes of the held voxels, as stored.
@@ -128,13 +135,13 @@ impl<'a> Unseen<'a> {
         let range = common_range(numbers.range(), collective).unwrap_or((0.0, 0.0));
         let (storage, offset) = wide::storage(&self.name, numbers, range, None)?;
         let rescale = Rescale::new(self.rescale.slope(), self.rescale.value(offset))?;
-        let Self { name, grid, background, held, own, .. } = self;
-        Ok(Self { background, rescale, ..Self::new(name, grid, held, own, storage)? })
+        let Self { name, grid, background, held, own, overview, .. } = self;
+        Ok(Self { background, rescale, overview, ..Self::new(name, grid, held, own, storage)? })
     }
 
     /// Collective: creates the volume with the range over all processes. Numbers must be [converted](Self::converted) before.
     pub fn shared(self, collective: Arc<dyn Collective>, read_bytes: u64) -> Result<Volume<'a>, Error> {
-        let Self { name, grid, rescale, background, held, own, voxels } = self;
+        let Self { name, grid, rescale, background, held, own, voxels, overview } = self;
         let Found::Voxels(voxels) = voxels else { unreachable!("wide numbers are converted first") };
         let bytes = (own.count() * voxels.voxel_type().bytes()) as u64;
         let task = Task::new(format!("scanning {name}"), bytes);
@@ -148,8 +155,8 @@ impl<'a> Unseen<'a> {
         let description = if invalid > 0 { description.with_invalid_voxels() } else { description };
         let shared = Some(Shared { held, own, read_bytes, collective });
         let (contents, statistics) = (Contents::default(), Arc::default());
-        let volume =
-            Volume { description, voxels, invalid: invalid as usize, shared, contents, statistics }.with_rescale(rescale);
+        let volume = Volume { description, voxels, invalid: invalid as usize, shared, contents, overview: None, statistics };
+        let volume = volume.with_rescale(rescale).with_overview(overview);
         match background {
             Some(value) => volume.with_background(value),
             None => Ok(volume),

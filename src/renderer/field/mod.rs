@@ -35,7 +35,7 @@ pub(super) struct Field {
     world: World,
     /// Grid of the whole volume in normalised world units.
     grid: Grid,
-    /// Smallest spacing of the grid on which the voxels were measured, in normalised world units.
+    /// [`Grid::unit`] of the grid on which the voxels were measured, in normalised world units.
     unit_distance: f64,
     /// The voxels on the device.
     held: VoxelBox,
@@ -99,7 +99,7 @@ impl Field {
             description: description.clone(),
             world,
             grid: world.grid(description.grid()),
-            unit_distance: 1.0,
+            unit_distance: world.grid(description.grid()).unit(),
             held,
             store: Arc::new(Mutex::new(Store::new(budget(&voxels, held)))),
             voxels: Arc::new(voxels),
@@ -156,7 +156,8 @@ impl Field {
         }
         self.description = held.description.clone();
         self.world = World::new(self.description.grid());
-        (self.grid, self.unit_distance) = (self.world.grid(self.description.grid()), 1.0);
+        self.grid = self.world.grid(self.description.grid());
+        self.unit_distance = self.grid.unit();
         (self.held, self.placed) = (voxel_box, Placement::dense(voxel_box.dims));
         (self.version, self.changes, self.all_changes) = (Version::new(), 0, Arc::default());
         self.range_is_declared = false;
@@ -237,7 +238,7 @@ impl Field {
         &self.grid
     }
 
-    /// Distance to which opacities refer by default, in normalised world units: the smallest spacing.
+    /// Distance to which opacities refer by default, in normalised world units.
     pub fn unit_distance(&self) -> f64 {
         self.unit_distance
     }

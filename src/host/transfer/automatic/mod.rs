@@ -24,8 +24,18 @@ const CONSTANT: f64 = 0.9;
 /// Half the width of a transition between colours, as a fraction of the narrower class.
 const BLEND: f64 = 0.08;
 
-/// Derives a transfer function for a volume.
+/// Derives a transfer function for a volume. Opacities are found per voxel; of a level of a data set they apply per voxel of the finest.
 pub(super) fn derived(volume: &Volume, palette: Palette) -> TransferFunction {
+    let (found, grid) = (per_voxel(volume, palette), volume.grid());
+    let thinner = grid.unit() / grid.spacing().min_element();
+    if thinner == 1.0 {
+        return found;
+    }
+    let opacities = found.opacities().iter().map(|&(value, opacity)| (value, 1.0 - (1.0 - opacity).powf(thinner))).collect();
+    found.with_opacities(opacities).expect("ascending")
+}
+
+fn per_voxel(volume: &Volume, palette: Palette) -> TransferFunction {
     let statistics = volume.statistics();
     if statistics.min >= statistics.max {
         return constant(volume, palette);

@@ -64,6 +64,7 @@ use load::Opened;
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// All formats. The first one that recognises a file reads it. Raw files have no magic number, so they come last.
 const FORMATS: &[&dyn Format] = &[
@@ -207,8 +208,37 @@ pub(super) fn read(path: &Path, options: &OpenOptions) -> Result<Volume<'static>
             );
             Ok(resampled)
         }
-        opened => load::volume(path, opened?, options.memory),
+        opened => {
+            let volume = load::volume(path, opened?, options.memory)?;
+            let overview = overview(path, options, volume.contents(), volume.grid().dims())?;
+            Ok(volume.with_overview(overview))
+        }
     })
+}
+
+/// Opens a file without the level that stands for all.
+pub(super) fn read_alone(path: &Path, options: &OpenOptions) -> Result<Volume<'static>, Error> {
+    let path = &*url::public(path);
+    caught(path, || load::volume(path, open(path, options)?, options.memory))
+}
+
+/// The level that stands for all levels of a file, beside one that was opened, or a part of it.
+fn overview(
+    path: &Path,
+    options: &OpenOptions,
+    contents: &Contents,
+    dims: [usize; 3],
+) -> Result<Option<Arc<Volume<'static>>>, Error> {
+    let Some(level) = contents.overview_level().filter(|&level| level != contents.level || contents.are_part(dims)) else {
+        return Ok(None);
+    };
+    let options = OpenOptions { level: Some(Level::Number(level)), region: None, ..options.clone() };
+    tracing::info!("{}: level {level} gives range, automatic transfer function and camera for all levels", path.display());
+    match open(path, &options) {
+        // A tiny data set, of which less was asked for.
+        Err(Error::Settings { field: "download", .. }) => Ok(None),
+        opened => load::volume(path, opened?, options.memory).map(|volume| Some(volume.into())),
+    }
 }
 
 /// Options that open a file with the spacing of its sheared axes.
@@ -224,7 +254,11 @@ pub(super) fn layers(
     choose: &dyn Fn([usize; 3]) -> Layers,
 ) -> Result<Unseen<'static>, Error> {
     let path = &*url::public(path);
-    caught(path, || load::layers(path, open(path, options)?, choose))
+    caught(path, || {
+        let opened = open(path, options)?;
+        let overview = overview(path, options, &opened.header.contents, opened.header.grid.dims())?;
+        Ok(load::layers(path, opened, choose)?.with_overview(overview))
+    })
 }
 
 /// The header of a file of any format that is large enough for its voxels.

@@ -120,6 +120,8 @@ pub enum Level {
     Pixels(usize),
     /// The finest level with at most this many bytes of voxels, else the coarsest. Also accepted by formats with one resolution.
     Bytes(u64),
+    /// The level that stands for all ([`Volume::overview`](crate::volume::Volume::overview)). Also accepted by formats with one resolution.
+    Overview,
 }
 
 impl Level {
@@ -130,6 +132,9 @@ impl Level {
 }
 
 impl OpenOptions {
+    /// Most bytes of voxels that are read from a server for one volume, unless [`download`](Self::download) says others.
+    pub const DOWNLOAD: u64 = 2_000_000_000;
+
     /// Axis-aligned grid of `dims` voxels with the given spacing and origin.
     pub(in crate::volume) fn grid(&self, dims: [usize; 3]) -> Result<Grid, Error> {
         Placement { spacing: self.spacing, origin: self.origin }.grid(dims)

@@ -37,7 +37,7 @@ impl Volume<'_> {
             VoxelType::Float32 => filled(self.name(), count, |n| stored(n) as f32)?.into(),
         };
         let masked = Volume::new(self.name(), self.grid().clone(), voxels)?.with_rescale(rescale).with_background(background)?;
-        Ok(masked.with_contents(self.contents().clone()))
+        Ok(masked.with_contents(self.contents().clone()).with_overview(self.overview.clone()))
     }
 }
 

@@ -27,7 +27,8 @@ impl Sequence {
         let mut sample: Option<Sample> = None;
         for step in self.play(steps.clone()) {
             let step = step?;
-            sample.get_or_insert_with(|| Sample::new(step.grid(), steps.len())).add(&step);
+            let step = step.overview();
+            sample.get_or_insert_with(|| Sample::new(step.grid(), steps.len())).add(step);
         }
         let volume = sample.expect("a sequence has a step").volume(self.steps[0].path.display().to_string())?;
         match self.background {
@@ -94,6 +95,7 @@ impl Sample {
         let along = self.grid.dims().map(|n| n.div_ceil(self.every));
         let steps = self.values.len() / along.iter().product::<usize>();
         let grid = Grid::new([along[0], along[1], along[2] * steps], self.grid.spacing() * self.every as f64)?;
+        let grid = grid.with_unit(self.grid.unit());
         match (self.stored, self.kind) {
             (Some(stored), Some((voxel_type, rescale))) => {
                 let mut volume = Volume::new(name, grid, of_type(voxel_type, stored))?;

@@ -23,7 +23,7 @@ use crate::memory;
 use crate::panics::caught;
 use crate::url;
 use crate::volume::labels::{self, Declared};
-use crate::volume::{ChannelDescription, Contents, Level, VoxelBox};
+use crate::volume::{ChannelDescription, Contents, Level, LevelLattice, VoxelBox};
 use array::Array;
 use glam::{DAffine3, DVec3};
 use multiscales::Multiscales;
@@ -35,8 +35,6 @@ pub(super) struct Zarr;
 
 /// A default level may take 1/`SHARE` of the available memory, because rendering needs as much again.
 const SHARE: u64 = 2;
-/// Most bytes of voxels that are read from a server, unless others are chosen.
-const DOWNLOAD: u64 = 2_000_000_000;
 /// Without names, the last of four or more axes holds channels if its size is at most this.
 const MOST_CHANNELS: usize = 4;
 
@@ -82,6 +80,8 @@ impl Format for Zarr {
         };
         let roles = Roles::new(&axes, array.shape.len());
         let at = roles.choose(&path, options, &array.shape, &mut contents)?;
+        let window = |described: Vec<ChannelDescription>| described.into_iter().nth(contents.channel)?.window;
+        contents.window = omero::channels(&node::ome(&path, "omero")?).ok().and_then(window);
         let place = roles.place(&path, &axes, &array.shape, &mut contents);
         let dims = roles.dims(&array.shape);
         let part = part_of(options, contents.levels.first().copied().unwrap_or(dims), dims)?;
@@ -94,7 +94,13 @@ impl Format for Zarr {
             return Err(Error::Settings { field: "download", problem });
         }
         let place = place * DAffine3::from_translation(DVec3::from_array(part.first.map(|n| n as f64)));
+        // A spacing that is given is that of the finest level.
+        let coarser = contents.lattices.get(contents.level).map_or(DVec3::ONE, |lattice| lattice.step);
+        let options = &OpenOptions { spacing: options.spacing.map(|spacing| spacing * coarser), ..options.clone() };
         let grid = load::grid(&path, part.dims, place, options)?;
+        let is_known = contents.states_spacing || options.spacing.is_some();
+        let finest = grid.spacing() / if is_known { coarser } else { DVec3::ONE };
+        let grid = grid.with_unit(finest.min_element());
         let Packed { scalar, rescale, missing } = array.packed().map_err(|e| Error::volume(&path, e.to_string()))?;
         let header = Header { endian: array.endian, rescale, missing, contents, ..Header::new(grid, scalar) };
         let bytes = pieces::Pieces::new(array, roles.space, at).filling_refused(options.fills_refused);
@@ -159,6 +165,8 @@ fn level(path: &Path, image: Multiscales, options: &OpenOptions, contents: &mut 
     let bytes = |n: usize| parts[n].iter().fold(arrays[n].scalar.bytes() as u64, |n, &size| n.saturating_mul(size as u64));
     let download = most_downloaded(path, options).unwrap_or(u64::MAX);
     let count = arrays.len();
+    contents.levels = arrays.iter().map(sizes).collect();
+    contents.lattices = image.levels.iter().map(|level| lattice(roles.space, &level.axes, finest)).collect();
     let finest_within = |most: u64| (0..count).find(|&n| bytes(n) <= most).unwrap_or(count - 1);
     let index = match options.level {
         Some(Level::Number(n)) if n < count => n,
@@ -172,6 +180,7 @@ fn level(path: &Path, image: Multiscales, options: &OpenOptions, contents: &mut 
             parts.iter().rposition(|part| part.iter().zip(wanted).all(|(&size, wanted)| size >= wanted)).unwrap_or(0)
         }
         Some(Level::Bytes(most)) => finest_within(most.min(download)),
+        Some(Level::Overview) => contents.overview_level().unwrap_or(count - 1).max(finest_within(download)),
         None => finest_within(download.min(memory::available() / SHARE)),
     };
     let name = path.display();
@@ -198,10 +207,19 @@ fn level(path: &Path, image: Multiscales, options: &OpenOptions, contents: &mut 
     if image.moved && index > 0 {
         tracing::info!("{name}: its metadata move no level: level {index} is moved so that its voxels cover those of level 0");
     }
-    contents.levels = arrays.iter().map(sizes).collect();
     contents.chunks = arrays.iter().map(|array| roles.dims(&array.chunks)).collect();
     contents.level = index;
     Ok((arrays.swap_remove(index), image.levels[index].axes.clone()))
+}
+
+/// Where the voxels of a level lie among those of the finest, along x, y and z.
+fn lattice(space: [Option<usize>; 3], axes: &[Axis], finest: &[Axis]) -> LevelLattice {
+    let along = |of: &dyn Fn(&Axis, &Axis) -> f64, otherwise: f64| {
+        let of_axis = |axis: usize| Some(of(&axes[axis], &finest[axis])).filter(|number| number.is_finite()).unwrap_or(otherwise);
+        DVec3::from_array(space.map(|axis| axis.map_or(otherwise, of_axis)))
+    };
+    let step = along(&|axis, finest| axis.step / finest.step, 1.0);
+    LevelLattice { first: along(&|axis, finest| (axis.first - finest.first) / finest.step, 0.0), step }
 }
 
 /// The voxels of a level of `dims` that cover the region of the options, which is in voxels of the finest level.
@@ -224,7 +242,7 @@ fn part_of(options: &OpenOptions, finest: [usize; 3], dims: [usize; 3]) -> Resul
 
 /// Most bytes of voxels that are read; `None` of files of this machine.
 fn most_downloaded(path: &Path, options: &OpenOptions) -> Option<u64> {
-    url::is_url(path).then(|| options.download.unwrap_or(DOWNLOAD))
+    url::is_url(path).then(|| options.download.unwrap_or(OpenOptions::DOWNLOAD))
 }
 
 /// The nodes of all levels, asked for at once where that takes long; `None` of those that lead elsewhere.
