@@ -5,7 +5,9 @@ use super::{names, parse};
 use crate::Error;
 use crate::settings::{Blend, ClipPlane, Clipping, CropBox, Settings};
 use crate::transfer::Value;
+use crate::volume::{LevelLattice, Volume};
 use clap::Args;
+use glam::DVec3;
 
 /// Blend mode and ray clip region.
 #[derive(Args)]
@@ -26,7 +28,7 @@ pub(super) struct BlendOptions {
     /// Colour of the surface: white, grey, #rrggbb or R,G,B [default: ivory, or that of --transfer at the value]
     #[arg(long, value_parser = parse::color, value_name = "COLOR")]
     iso_color: Option<[f64; 3]>,
-    /// Show only this box, in voxels from 0; an omitted bound is open
+    /// Show only this box, in voxels from 0, of the finest level; an omitted bound is open
     #[arg(long, value_parser = parse::crop, value_name = "X0:X1,Y0:Y1,Z0:Z1", allow_hyphen_values = true)]
     crop: Option<CropBox>,
     /// Show only the side of a plane to which its normal points; a point and the normal in world units. Repeatable, up to 6
@@ -56,6 +58,13 @@ impl BlendOptions {
             return Err(Error::Settings { field: "clipping", problem });
         }
         Ok(())
+    }
+
+    /// The crop box, which is in voxels of the finest level, in those of a volume.
+    pub fn crop_of(&self, volume: &Volume) -> Option<CropBox> {
+        let LevelLattice { first, step } = volume.lattice();
+        let voxel = |place: DVec3| (place - first) / step;
+        self.crop.map(|CropBox { lowest, highest }| CropBox { lowest: voxel(lowest), highest: voxel(highest) })
     }
 
     /// The blend mode without the value of its surface.

@@ -11,30 +11,30 @@ use std::rc::Rc;
 
 /// Makes the cameras of the options.
 #[derive(Clone)]
-pub(super) struct Cameras<'a> {
+pub(super) struct Cameras {
     options: CameraOptions,
-    grid: &'a Grid,
+    grid: Grid,
     orientation: Orientation,
     /// Bounds that views are fitted to. `None` fits the whole volume from all sides, which needs no pass over the volume.
     framing: Option<Rc<Framing>>,
 }
 
-impl<'a> Cameras<'a> {
+impl Cameras {
     /// Creates cameras that fit `default` unless `--fit` is given.
-    pub fn new(options: &CameraOptions, scene: &'a OpenedScene, default: Fit, orientation: Orientation) -> Self {
+    pub fn new(options: &CameraOptions, scene: &OpenedScene, default: Fit, orientation: Orientation) -> Self {
         let fit = options.fit.unwrap_or(default);
         let framing = (fit == Fit::Visible).then(|| Rc::new(scene.framing()));
-        Self { options: options.clone(), grid: scene.volume.grid(), orientation, framing }
+        Self { options: options.clone(), grid: scene.extent.clone(), orientation, framing }
     }
 
     /// Creates cameras that fit the volume's bounding box unless `--fit` is given.
-    pub fn with_bounding_box(options: &CameraOptions, scene: &'a OpenedScene, orientation: Orientation) -> Self {
+    pub fn with_bounding_box(options: &CameraOptions, scene: &OpenedScene, orientation: Orientation) -> Self {
         // The box of a single voxel has no extent.
         let framing =
             (options.fit.is_none() && scene.volume.grid().voxel_count() > 1).then(|| Rc::new(Framing::whole(&scene.volume)));
         framing.map_or_else(
             || Self::new(options, scene, Fit::Visible, orientation),
-            |framing| Self { options: options.clone(), grid: scene.volume.grid(), orientation, framing: Some(framing) },
+            |framing| Self { options: options.clone(), grid: scene.extent.clone(), orientation, framing: Some(framing) },
         )
     }
 
@@ -105,7 +105,7 @@ impl<'a> Cameras<'a> {
 
     /// A camera that fits the whole volume for every orbit.
     fn whole_volume(&self, orbit: Orbit) -> Camera {
-        let (options, grid) = (&self.options, self.grid);
+        let (options, grid) = (&self.options, &self.grid);
         let orbit = self.orientation.frame().orbit(orbit);
         let centre = options.center.unwrap_or_else(|| grid.centre());
         match (options.perspective, options.parallel_scale, options.distance) {

@@ -99,7 +99,7 @@ impl Keys {
     }
 
     /// Values for what keys omit, equal for all keys: centre, scale and distance fit the visible part along the whole path.
-    fn with_shared_fit<'a>(&self, cameras: &Cameras<'a>, default: Orbit) -> Cameras<'a> {
+    fn with_shared_fit(&self, cameras: &Cameras, default: Orbit) -> Cameras {
         let orbits: Vec<Orbit> = self.keys.iter().filter_map(|(_, view)| view.orbit(cameras, default)).collect();
         let mix = |pair: &[Orbit], n: u32| interpolate(pair[0], pair[1], f64::from(n) / f64::from(FIT_SAMPLES));
         let between = orbits.windows(2).flat_map(|pair| (0..FIT_SAMPLES).map(move |n| mix(pair, n)));

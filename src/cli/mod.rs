@@ -21,6 +21,7 @@ mod info;
 mod json_view;
 mod keys;
 mod labels;
+mod levels;
 mod many;
 mod names;
 mod notice;

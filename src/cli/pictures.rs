@@ -96,7 +96,7 @@ impl<'a> Pictures<'a> {
             annotations,
             keeps_floats: false,
             scene_renderer: SceneRenderer::new(scene)?,
-            grid: scene.volume.grid().clone(),
+            grid: scene.extent.clone(),
             surfaces: scene.surfaces.clone(),
             others: vec![None; scene.others.len()],
             first_checked: false,
@@ -240,7 +240,7 @@ impl<'a> Pictures<'a> {
 
 impl PictureOptions {
     /// Cameras that fit the visible part, or the bounding box if it is drawn. Says on standard error which way is up.
-    pub fn cameras<'a>(&self, options: &CameraOptions, scene: &'a OpenedScene) -> Cameras<'a> {
+    pub fn cameras(&self, options: &CameraOptions, scene: &OpenedScene) -> Cameras {
         let orientation = scene.orientation(options);
         let options = CameraOptions { size: self.inner(options.size, scene), ..options.clone() };
         match self.bounding_box {

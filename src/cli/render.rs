@@ -103,13 +103,14 @@ pub(super) fn run(arguments: &Arguments, processes: &Processes) -> Result<ExitCo
     if !processes.owns(0) {
         return Ok(ExitCode::SUCCESS);
     }
-    let scene = OpenedScene::open(&arguments.scene, processes)?;
+    let mut scene = OpenedScene::open_for_views(&arguments.scene, processes)?;
     if arguments.legend_only {
         return arguments.write_colour_bar(&scene, &output);
     }
     let cameras = arguments.pictures.cameras(options, &scene);
     let camera = cameras.still(cameras.angles().or_all_of(OBLIQUE));
     let inner = arguments.pictures.inner(options.size, &scene);
+    scene.read_seen(&arguments.scene, &[camera], inner)?;
     arguments.require_shared(&scene, camera, inner, &scene.settings)?;
     let families = arguments.families(&scene, camera, inner, &scene.settings)?;
     processes.in_turn(|| check::require(&scene.device, &families, &arguments.scene.device))?;

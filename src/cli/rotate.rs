@@ -111,7 +111,7 @@ pub(super) fn run(arguments: &Arguments, processes: &Processes) -> Result<ExitCo
             let Timed { sequence, others, shown } = moments.timed();
             OpenedScene::open_sequence(&arguments.scene, processes, sequence, others, shown.as_ref())?
         }
-        None => OpenedScene::open(&arguments.scene, processes)?,
+        None => OpenedScene::open_for_views(&arguments.scene, processes)?,
     };
     let fitting = arguments.pictures.cameras(options, &scene);
     let start = fitting.angles().or_each_of(START);
@@ -121,7 +121,9 @@ pub(super) fn run(arguments: &Arguments, processes: &Processes) -> Result<ExitCo
     };
     let up = UpReport::new(fitting.orientation());
     scene.fix_lights(&arguments.scene, &cameras[0])?;
-    let inner = arguments.pictures.rendered(arguments.pictures.inner(options.size, &scene))?;
+    let inner = arguments.pictures.inner(options.size, &scene);
+    scene.read_seen(&arguments.scene, &cameras, inner)?;
+    let inner = arguments.pictures.rendered(inner)?;
     scene.require_checked(&arguments.scene, inner, &cameras)?;
     let mut pictures = Pictures::new(&scene, &arguments.pictures, options.background)?;
     pictures.announce(&cameras[0], options.size)?;

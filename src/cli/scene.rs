@@ -24,7 +24,7 @@ use crate::shown::{Shown, legend_of};
 use crate::surface::Surface;
 use crate::transfer::{TransferFunction, Value};
 use crate::viewport::Viewport;
-use crate::volume::{LabelTable, Labels, Sequence, Volume};
+use crate::volume::{Grid, LabelTable, Labels, Sequence, Volume};
 use clap::Args;
 use glam::DVec3;
 use std::time::{Duration, Instant};
@@ -98,6 +98,10 @@ pub(super) struct OpenedScene {
     pub first_pass: Duration,
     /// A sample of all steps of a sequence.
     pub overview: Option<Volume<'static>>,
+    /// Whether the volume is the level that stands for all until [`read_seen`](Self::read_seen).
+    pub is_overview: bool,
+    /// Grid of all voxels, the same for all levels of a data set.
+    pub extent: Grid,
     /// Bounds of what the steps of a sequence show, if views are fitted to them.
     pub shown_by_steps: Option<Framing>,
 }
@@ -105,7 +109,14 @@ pub(super) struct OpenedScene {
 impl OpenedScene {
     /// Checks the options, opens the device and reads the volume, or this process's part of it.
     pub fn open(options: &SceneOptions, processes: &Processes) -> Result<Self, Error> {
-        Self::open_first(options, processes, None, &[], None)
+        Self::open_first(options, processes, None, &[], None, false)
+    }
+
+    /// As [`open`](Self::open), for commands that say by [`read_seen`](Self::read_seen) what their pictures show of the volume.
+    pub fn open_for_views(options: &SceneOptions, processes: &Processes) -> Result<Self, Error> {
+        let is_plain = !options.channels.are_given() && !options.labels.are_given();
+        let by_view = is_plain && options.volume.leaves_level() && processes.counts().is_none_or(|(count, _)| count == 1);
+        Self::open_first(options, processes, None, &[], None, by_view)
     }
 
     /// As [`open`](Self::open), for a sequence, the steps of the fields beside it, and colours or labels that it shows. Values, transfer function and fit are those of its
@@ -117,7 +128,7 @@ impl OpenedScene {
         others: &[FieldSteps],
         shown: Option<&ShownSteps>,
     ) -> Result<Self, Error> {
-        let mut scene = Self::open_first(options, processes, Some(sequence), others, shown)?;
+        let mut scene = Self::open_first(options, processes, Some(sequence), others, shown, false)?;
         let mut framings: Vec<Framing> = Vec::new();
         match shown {
             _ if options.camera.fit.is_some_and(|fit| fit != Fit::Visible) => {}
@@ -142,6 +153,7 @@ impl OpenedScene {
         sequence: Option<&Sequence>,
         others: &[FieldSteps],
         in_time: Option<&ShownSteps>,
+        by_view: bool,
     ) -> Result<Self, Error> {
         let settings = options.quality.settings(options.camera.background)?;
         // Conflicting options fail before the volume is read.
@@ -172,6 +184,7 @@ impl OpenedScene {
             (_, _, Some(sequence)) => sequence.step(0)?,
             _ => match options.channels.first_component() {
                 Some(first) => options.volume.open_component(&first, Some(options.camera.size))?,
+                None if by_view => options.volume.open_overview(memory)?,
                 None => processes.open(&options.volume, Some(options.camera.size), memory)?,
             },
         };
@@ -190,8 +203,10 @@ impl OpenedScene {
                 remark_on_components(&volume);
             }
         }
-        let settings = options.quality.light.with_sky_of(settings, options.camera.orientation(volume.grid()).up());
-        let settings = options.blend.apply(settings, Value::finder(values));
+        let extent = volume.framed().grid().clone();
+        let settings = options.quality.light.with_sky_of(settings, options.camera.orientation(&extent).up());
+        let mut settings = options.blend.apply(settings, Value::finder(values));
+        settings.clipping.crop = options.blend.crop_of(&volume);
         if settings.blend.gathers_values() && volume.grid().voxel_count() == 1 {
             let problem =
                 "maximum, minimum and average are taken between voxels, but the volume has a single one: omit the option";
@@ -222,7 +237,7 @@ impl OpenedScene {
             Some(labels) if legend.is_none() => Some(legend_of(labels, &labels.changed_tables(&[])?)),
             _ => legend,
         };
-        let is_alone = alone.is_some();
+        let (is_alone, is_overview) = (alone.is_some(), by_view && shown.is_none() && alone.is_none());
         let of_scene = surfaces::open_scene(&fields.surfaces, Some(&volume).filter(|_| !is_alone))?;
         let surfaces = match alone {
             Some(alone) => [alone.surfaces, of_scene].concat(),
@@ -268,6 +283,8 @@ impl OpenedScene {
             opened_at,
             first_pass,
             overview,
+            is_overview,
+            extent,
             shown_by_steps,
         })
     }
@@ -275,7 +292,7 @@ impl OpenedScene {
     /// The settings with other options of light.
     pub fn settings_with_light(&self, options: &SceneOptions, light: &LightOptions) -> Result<Settings, Error> {
         let settings = options.quality.settings_with_light(light, options.camera.background)?;
-        let settings = light.with_sky_of(settings, options.camera.orientation(self.volume.grid()).up());
+        let settings = light.with_sky_of(settings, options.camera.orientation(&self.extent).up());
         let Settings { blend, clipping, .. } = self.settings;
         Ok(Settings { blend, clipping, ..settings })
     }
@@ -317,7 +334,7 @@ impl OpenedScene {
 
     /// The orientation of the volume, with a line on standard error if it was not given.
     pub fn orientation(&self, options: &CameraOptions) -> Orientation {
-        let grid = self.volume.grid();
+        let grid = &self.extent;
         let orientation = options.orientation(grid);
         if orientation.reason() != UpReason::Given && self.processes.leads() {
             eprintln!("up: {} (choose another with --up)", describe(&orientation, grid));

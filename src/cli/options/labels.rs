@@ -59,6 +59,11 @@ impl LabelOptions {
         self.label_colors.is_none() && (self.labels.is_some() || !self.label.is_empty() || self.label_surfaces.is_some())
     }
 
+    /// Whether labels are drawn, colour the volume or mask it.
+    pub fn are_given(&self) -> bool {
+        self.is_given() || self.label_colors.is_some() || self.mask.is_some()
+    }
+
     /// The labels that colour the volume, with all changes.
     pub fn label_colors(&self, unstated: Placement) -> Result<Option<Labels>, Error> {
         let Some(file) = &self.label_colors else { return Ok(None) };

@@ -62,9 +62,12 @@ pub(in crate::cli) struct FileOptions {
     /// DICOM series in a folder with several: its number, description or UID
     #[arg(long, value_name = "NAME", help_heading = "Volume")]
     series: Option<String>,
-    /// Resolution level from 0 (finest), or auto: the coarsest with a voxel per pixel [default: the finest that fits into memory; of a URL: auto]
+    /// Resolution level from 0 (finest), or auto: the coarsest with a voxel per pixel [default: auto; without pictures: the finest that fits into memory]
     #[arg(long, value_parser = parse::level, value_name = "N|auto", help_heading = "Volume")]
     level: Option<LevelChoice>,
+    /// Read a level finer than pixels: voxels are at most 1/N of one [default: 1]
+    #[arg(long, value_parser = parse::positive, value_name = "N", allow_hyphen_values = true, help_heading = "Volume")]
+    oversample: Option<f64>,
     /// Part of a Zarr to read as if it were all, in voxels of level 0: from X0 to before X1, and so on; sides may be left out
     #[arg(long, value_parser = parse::region, value_name = "X0:X1,Y0:Y1,Z0:Z1", help_heading = "Volume")]
     region: Option<VoxelBox>,
@@ -128,6 +131,37 @@ impl VolumeOptions {
         self.file.channel.is_some()
     }
 
+    /// Whether pictures choose the level and the part of the volume that are read.
+    pub fn leaves_level(&self) -> bool {
+        let FileOptions { level, region, origin, .. } = self.file;
+        !matches!(level, Some(LevelChoice::Number(_)))
+            && region.is_none()
+            && origin.is_none()
+            && !standard::is_input(&self.volume)
+    }
+
+    /// Voxels along a side of a pixel.
+    pub fn oversampling(&self) -> f64 {
+        self.file.oversample.unwrap_or(1.0)
+    }
+
+    /// Most bytes of voxels that are read from a server; `None` of files of this machine.
+    pub fn most_downloaded(&self) -> Option<u64> {
+        url::is_url(&self.volume).then(|| self.file.download.unwrap_or(OpenOptions::DOWNLOAD))
+    }
+
+    /// The library's options for opening a level that they do not choose.
+    pub fn of_level(&self) -> Result<OpenOptions, crate::Error> {
+        let file = FileOptions { level: None, ..self.file.clone() };
+        Self { file, ..self.clone() }.opening(None)
+    }
+
+    /// Opens the level that stands for all.
+    pub fn open_overview(&self, memory: Option<u64>) -> Result<Volume<'static>, crate::Error> {
+        let options = OpenOptions { memory, level: Some(Level::Overview), ..self.of_level()? };
+        self.with_background(Volume::open(&self.volume, &options)?)
+    }
+
     /// Whether one of several frames is chosen.
     #[cfg(feature = "viewer")]
     pub fn has_frame(&self) -> bool {
@@ -189,7 +223,7 @@ impl VolumeOptions {
     pub fn opening(&self, size: Option<Viewport>) -> Result<OpenOptions, crate::Error> {
         let mut options = OpenOptions { confined: self.confined, ..self.file.raw(size)? };
         if let Some(size) = size.filter(|_| url::is_url(&self.volume) && options.level.is_none()) {
-            options.level = Some(auto(size));
+            options.level = Some(auto(size, self.oversampling()));
         }
         Ok(options)
     }
@@ -257,8 +291,8 @@ impl VolumeOptions {
 }
 
 /// The level that a picture of a size shows.
-fn auto(size: Viewport) -> Level {
-    Level::Pixels(size.width.max(size.height) as usize)
+fn auto(size: Viewport, oversampling: f64) -> Level {
+    Level::Pixels((f64::from(size.width.max(size.height)) * oversampling) as usize)
 }
 
 impl FileOptions {
@@ -276,7 +310,7 @@ impl FileOptions {
         let level = match (self.level, size) {
             (None, _) => None,
             (Some(LevelChoice::Number(n)), _) => Some(Level::Number(n)),
-            (Some(LevelChoice::Auto), Some(size)) => Some(auto(size)),
+            (Some(LevelChoice::Auto), Some(size)) => Some(auto(size, self.oversample.unwrap_or(1.0))),
             (Some(LevelChoice::Auto), None) => {
                 let problem = "auto needs a picture size, which this command does not have: use a number".into();
                 return Err(crate::Error::Settings { field: "level", problem });

@@ -444,6 +444,7 @@ pub const UNCHANGED: &[(&str, &str)] = &[
     ("--label-surfaces", "draws labels; tests/command/channels.rs"),
     ("--series", "chooses one of several series of DICOM images; tests/command/volumes.rs"),
     ("--level", "chooses one of several resolutions; tests/command/volumes.rs"),
+    ("--oversample", "reads a finer level; tests/command/urls.rs"),
     ("--region", "reads a part of a Zarr; tests/command/urls.rs"),
     ("--download", "bounds what a URL may have; tests/command/urls.rs"),
     ("--missing", "of URLs whose server refuses chunks; tests/command/urls.rs"),
