@@ -62,7 +62,7 @@ macro_rules! kernel_struct {
 
         impl $name {
             /// The definition in OpenCL C. It does not compile if the sizes differ.
-            fn typedef() -> String {
+            pub(in crate::device::launch) fn typedef() -> String {
                 let fields: Vec<String> = [$(kernel_struct!(@declared $field, $type $(, $($part),+)?)),*].concat();
                 let (name, bytes) = (stringify!($name), size_of::<$name>());
                 format!(

@@ -1,5 +1,13 @@
 //! Structures that kernels take, each written once: here. Their OpenCL definitions come from these and precede every program.
 
+mod scatter;
+mod surfaces;
+
+pub(crate) use scatter::{
+    ScatterCellsParams, ScatterGrid, ScatterLayersParams, ScatterMediumParams, ScatterSourceParams, ScatterSweepParams,
+};
+pub(crate) use surfaces::{SurfaceSet, SurfaceView};
+
 use super::cl_type::ClType;
 pub(crate) use super::cl_type::Float4;
 use super::kernel_struct::{Field, kernel_struct};
@@ -188,121 +196,6 @@ kernel_struct! {
         layer_length: f32,
         /// Half a layer, in the length that coarse transmittances are for.
         half_layer: f32,
-    }
-}
-
-kernel_struct! {
-    /// A grid of cubic cells for scattered light (kernels/light/scatter_grid.cl).
-    ScatterGrid {
-        x: i32,
-        y: i32,
-        z: i32,
-    }
-}
-
-kernel_struct! {
-    /// What blocks of voxels absorb and scatter.
-    ScatterMediumParams {
-        /// Blocks along each axis, of which layers along z are summed from this one on.
-        dims as [dims_x, dims_y, dims_z]: i32,
-        first_layer: i32,
-        /// Number of lights, and the radiance of each that arrives from all sides: its irradiance over 4 pi.
-        lights: i32,
-        irradiance: [[f32; 3]; 4],
-        /// Bytes of the volume of a light, of its rows and of its layers, and the first layer. Values cover 2^shift voxels along each axis.
-        light_bytes: i32,
-        light_row: i32,
-        light_layer: i32,
-        light_first: i32,
-        light_shift: i32,
-        /// Of each light: the way of its rays from layer to layer of values, in edges of a cell; the bytes to the next value towards it along
-        /// the axis of these layers, and along the other axes; and the shears along these.
-        crossings: [f32; 4],
-        towards: [[i32; 3]; 4],
-        shears: [[f32; 2]; 4],
-    }
-}
-
-kernel_struct! {
-    /// Cubic cells from blocks of voxels.
-    ScatterCellsParams {
-        grid: ScatterGrid,
-        /// Blocks along each axis, and how many a cell covers.
-        blocks as [blocks_x, blocks_y, blocks_z]: i32,
-        per_cell as [per_cell_x, per_cell_y, per_cell_z]: f32,
-        /// Edge of a cell, in lengths that the depths of blocks are for.
-        edges: f32,
-        /// The grid from which the radiance is interpolated, and cells of it per cell.
-        coarser: ScatterGrid,
-        per_coarse: f32,
-        /// Factor of the albedo.
-        scattering: f32,
-        /// 1: that grid has a radiance.
-        refined: i32,
-    }
-}
-
-kernel_struct! {
-    /// The light that cells scatter.
-    ScatterSourceParams {
-        grid: ScatterGrid,
-        /// Factor of the albedo.
-        scattering: f32,
-        /// Mean radiance of the sky.
-        sky: [f32; 3],
-        /// 1: the mean radiance is a start value.
-        starts: i32,
-        /// Chebyshev's iteration: relaxation (gain (swept - last) + last - before) + before.
-        relaxation: f32,
-        gain: f32,
-    }
-}
-
-kernel_struct! {
-    /// A sweep along an axis and back.
-    ScatterSweepParams {
-        grid: ScatterGrid,
-        /// Work-items.
-        items: i32,
-        /// The first layer, and the number of layers.
-        first: i32,
-        layers: i32,
-        /// Weight of each of both directions.
-        weight: f32,
-        /// 1: the axis is x; the flux is found, too.
-        along_x: i32,
-        flux: i32,
-        /// Radiance that enters along the axis, and against it.
-        entering: [[f32; 3]; 2],
-    }
-}
-
-kernel_struct! {
-    /// A sweep across layers.
-    ScatterLayersParams {
-        grid: ScatterGrid,
-        /// Work-items.
-        items: i32,
-        /// Of layers in the order of the sweep: the first one, and their number.
-        first: i32,
-        layers: i32,
-        /// Rows of a block, and of rays.
-        rows: i32,
-        ring: i32,
-        /// 1: rows between blocks.
-        between: i32,
-        /// 1: from the first layer to the last.
-        upwards: i32,
-        /// 1: the last sweep, which finds the flux.
-        is_last: i32,
-        /// The first layer of which the mean radiance is held, and their number.
-        held_from: i32,
-        held: i32,
-        /// Weight of the axis, and of each diagonal.
-        axis: f32,
-        diagonal: f32,
-        /// Radiance that enters along each ordinate.
-        entering: [[f32; 3]; 5],
     }
 }
 
@@ -711,61 +604,6 @@ impl WarpParams {
         added: 0,
         displayed: 0,
     };
-}
-
-kernel_struct! {
-    /// The view of surfaces, in the coordinates of surfaces/cells.cl.
-    SurfaceView {
-        /// Rays of pixels: at (0, 0), and per column and row.
-        origin: [[f32; 4]; 3],
-        direction: [[f32; 4]; 3],
-        /// Homogeneous pixel coordinates of a place: three rows.
-        to_screen: [[f32; 4]; 3],
-        /// Ray parameter at which rays begin.
-        start: f32,
-        /// Last homogeneous coordinate of the nearest places that have pixel coordinates.
-        nearest: f32,
-        /// By how much the last homogeneous coordinate changes, at most, over a unit of length.
-        depth_of_unit: f32,
-        /// Sign of the volume between two columns, two rows and the direction.
-        handedness: f32,
-        /// From ray parameters to layers of a lattice, from that of the centre along rays: offset and factor, each at pixel coordinates (0, 0)
-        /// and per column and row.
-        to_layers: [[f32; 3]; 2],
-        /// From places to voxels, and the centre in voxels.
-        to_voxels: [f32; 3],
-        centre: [f32; 3],
-        size as [width, height]: i32,
-        tiles as [tiles_u, tiles_v]: i32,
-    }
-}
-
-kernel_struct! {
-    /// A set of surfaces.
-    SurfaceSet {
-        /// From its points to the coordinates of surfaces/cells.cl: three rows. The same of normals, but for their length.
-        to_view: [[f32; 4]; 3],
-        normal_to_view: [[f32; 3]; 3],
-        /// Factor of radii.
-        scale: f32,
-        /// Straight colour and opacity.
-        color: [f32; 4],
-        /// Value of the first of the colours of values, and their number per value.
-        table_from: f32,
-        table_per_value: f32,
-        /// What points or cells have: 0 nothing, colours of points 1, of cells 2, values of points 3, of cells 4.
-        attribute: i32,
-        /// Its first attribute, colour of values, point, cell and normal; no normals: -1.
-        first_attribute: i32,
-        first_color: i32,
-        first_point: i32,
-        first_cell: i32,
-        first_normal: i32,
-        /// 1: all its fragments are opaque; clip planes cut it. shaded: kinds of kernels/surfaces/surface_colors.cl.
-        opaque: i32,
-        shaded: i32,
-        clipped: i32,
-    }
 }
 
 /// The definitions of all structures in OpenCL C.
