@@ -69,7 +69,8 @@ class Volume:
         name: Optional[str] = None,
     ) -> Volume: ...
     @staticmethod
-    def _around(lowest: Vector, highest: Vector) -> Volume: ...
+    def _around(lowest: Vector, highest: Vector) -> Volume:
+        """Zeros on a coarse grid around a box."""
     @staticmethod
     def open(
         path: Path,
@@ -754,9 +755,10 @@ class Surface:
         space: Optional[Literal["LPS", "RAS"]] = None,
         volume: Optional[Volume] = None,
     ) -> List[Surface]:
-        """Opens a file: STL, PLY or VTK PolyData, as a list: triangles as a Mesh, lines as Tubes, single points as Spheres, each if the
-        file has them.
+        """Opens a file: STL, PLY, OBJ, VTK PolyData, GIFTI or FreeSurfer, as a list: triangles as a Mesh, lines as Tubes, single points as
+        Spheres, each if the file has them.
 
+        data: a file of GIFTI or FreeSurfer with values or labels of the points, of which labels, else the first values, are shown.
         values: name of an array whose values are shown as colours. transfer: a TransferFunction or the name of a colour map, by default
         viridis over all values. radius: of tubes and spheres, a number or the name of an array of points; by default 1/200 of the
         diagonal of the bounds. ends: flat, open or round, of tubes. space: LPS or RAS, the axes of a patient, if the file states none.
@@ -883,8 +885,8 @@ class Renderer:
         without a background. first: byte offset of the first pixel in a buffer. row_pitch: bytes from row to row. wait_for: Events,
         objects with int_ptr or integer handles.
 
-        Raises InvalidValue for sheet algorithms, which need host readback, for hundreds of translucent surfaces behind each other, and if the
-        picture does not fit. The queue stays usable.
+        Raises InvalidValue for sheet algorithms, which need host readback, for hundreds of translucent surfaces behind each other, and
+        if the picture does not fit. The queue stays usable.
         """
     def prepare(self, camera: Camera, size: Size, settings: Optional[Settings] = None) -> None:
         """Builds the kernels, tables and layouts that pictures with these settings need, for every view direction, and waits for them."""
