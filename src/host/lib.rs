@@ -3,6 +3,8 @@
 #![warn(missing_docs)]
 
 pub mod annotation;
+#[doc(hidden)]
+pub mod cache;
 pub mod camera;
 #[doc(hidden)]
 pub mod choice;

@@ -9,7 +9,8 @@ use std::sync::{Mutex, PoisonError};
 
 const SCHEMES: [&str; 3] = ["https://", "http://", "s3://"];
 
-/// The secrets of each address that had some. Addresses below it have them, too.
+/// The secrets of each address that had some. Addresses below it have them, too. A further one that differs in its secrets only has a mark at
+/// its end, `#2` and so on, by which it is known here; servers get it without.
 static SECRETS: Mutex<BTreeMap<String, Secrets>> = Mutex::new(BTreeMap::new());
 
 /// What is sent to the server of an address, and shown to nobody.
@@ -41,25 +42,29 @@ pub fn public(path: &Path) -> Cow<'_, Path> {
     }
 }
 
-/// An argument of a command without the secrets of the address in it: the address is all of it, or follows `=`. In `URL,KEY=VALUE` the query
-/// ends at the comma.
-pub fn public_argument(argument: OsString) -> OsString {
+/// An argument of a command without the secrets of the address in it: the address is all of it, or follows `=`. In `URL,KEY=VALUE`, with one of
+/// these keys, the query ends at the comma.
+pub fn public_argument(argument: OsString, keys: &[&str]) -> OsString {
     let Some(text) = argument.to_str() else { return argument };
     let starts = std::iter::once(0).chain(text.match_indices('=').map(|(at, _)| at + 1));
     let Some((start, scheme)) = starts.into_iter().find_map(|at| Some((at, scheme(&text[at..])?))) else { return argument };
     let url = &text[start..];
     let query = url.find('?').unwrap_or(url.len());
-    let end = url[query..].find(',').map_or(url.len(), |comma| query + comma);
+    let is_key =
+        |rest: &str| rest.split_once('=').is_some_and(|(key, _)| keys.contains(&&*key.trim().to_lowercase().replace('_', "-")));
+    let ends = url[query..].match_indices(',').map(|(comma, _)| query + comma);
+    let end = ends.into_iter().find(|comma| is_key(&url[comma + 1..])).unwrap_or(url.len());
     format!("{}{}{}", &text[..start], split(&url[..end], scheme), &url[end..]).into()
 }
 
 /// What is wrong with the server that an address names, if anything.
 pub fn problem(address: &Path) -> Option<&'static str> {
-    let text = address.to_str()?;
-    let after = &text[scheme(text)?.len()..];
+    let (text, _) = sent(address.to_str()?);
+    let after = &text[scheme(&text)?.len()..];
     let authority = &after[..after.find('/').unwrap_or(after.len())];
     (!is_server(authority)).then_some(
-        "the address has no server, or no port from 0 to 65535; in a user's name and password, / is written %2F, ? %3F and # %23",
+        "the address has no server, or no port from 0 to 65535; in a user's name and password, / is written %2F, ? %3F and # %23, and \
+         after a port, @ is written %40",
     )
 }
 
@@ -71,33 +76,54 @@ fn is_server(text: &str) -> bool {
     !(host.is_empty() && name.is_empty()) && port.is_none_or(|port| port.parse::<u16>().is_ok())
 }
 
-/// The secrets of an address without them, or of one above it.
-pub fn secrets(address: &str) -> Secrets {
+/// What servers get of an address: without its mark, and its secrets, or those of one above it.
+pub fn sent(address: &str) -> (Cow<'_, str>, Secrets) {
     let all = SECRETS.lock().unwrap_or_else(PoisonError::into_inner);
-    let is_above = |base: &str| address.strip_prefix(base).is_some_and(|rest| rest.is_empty() || rest.starts_with('/'));
     // The last in order is the longest.
-    all.iter().rev().find(|(base, _)| is_above(base)).map(|(_, secrets)| secrets.clone()).unwrap_or_default()
+    match all.iter().rev().find(|(base, _)| is_at_or_below(address, base)) {
+        Some((base, secrets)) => match base.split_once('#') {
+            Some((unmarked, _)) => (format!("{unmarked}{}", &address[base.len()..]).into(), secrets.clone()),
+            None => (address.into(), secrets.clone()),
+        },
+        None => (address.into(), Secrets::default()),
+    }
+}
+
+/// Whether an address is another one, or below it.
+fn is_at_or_below(address: &str, base: &str) -> bool {
+    address.strip_prefix(base).is_some_and(|rest| rest.is_empty() || rest.starts_with('/'))
 }
 
 /// Keeps the secrets of an address, and returns it without.
 fn split<'a>(url: &'a str, scheme: &str) -> Cow<'a, str> {
+    let mut all = SECRETS.lock().unwrap_or_else(PoisonError::into_inner);
+    if all.keys().any(|base| base.contains('#') && is_at_or_below(url, base)) {
+        return url.into();
+    }
     let (rest, _fragment) = url.split_once('#').unwrap_or((url, ""));
     let (address, query) = rest.split_once('?').map_or((rest, None), |(address, query)| (address, Some(query)));
     let address = address.trim_end_matches('/');
     let after = &address[scheme.len().min(address.len())..];
     let (authority, path) = after.split_at(after.find('/').unwrap_or(after.len()));
     let (user, host) = authority.rsplit_once('@').map_or((None, authority), |(user, host)| (Some(user), host));
-    // A password with one of / ? # looks like that: nothing is shown of it, and the rest is refused.
-    if user.is_none() && !is_server(host) {
+    // A password with one of / ? # looks like that, also if what is before is a number: nothing is shown of it, and the rest is refused.
+    let has_port = host.rsplit(']').next().is_some_and(|rest| rest.contains(':'));
+    if user.is_none() && (!is_server(host) || has_port && after[authority.len()..].contains('@')) {
         return scheme.to_owned().into();
     }
-    let public = format!("{scheme}{host}{path}");
+    let mut public = format!("{scheme}{host}{path}");
     if public == url {
         return url.into();
     }
     let secrets = Secrets { user: user.map(Into::into), query: query.filter(|query| !query.is_empty()).map(Into::into) };
     if secrets != Secrets::default() {
-        SECRETS.lock().unwrap_or_else(PoisonError::into_inner).insert(public.clone(), secrets);
+        let (unmarked, mut number) = (public.len(), 1);
+        while all.get(&public).is_some_and(|known| *known != secrets) {
+            number += 1;
+            public.truncate(unmarked);
+            public.push_str(&format!("#{number}"));
+        }
+        all.insert(public.clone(), secrets);
     }
     public.into()
 }
@@ -123,10 +149,10 @@ mod tests {
         assert_eq!(shown.to_str(), Some("https://Host.org/one/a.zarr"));
         let expected = Secrets { user: Some("me:pass".into()), query: Some("token=T&x=a/b".into()) };
         for below in ["https://Host.org/one/a.zarr", "https://Host.org/one/a.zarr/0/c/1"] {
-            assert!(secrets(below) == expected, "{below}");
+            assert!(sent(below).1 == expected, "{below}");
         }
         for other in ["https://Host.org/one/a.zarr2", "https://Host.org/one", "http://Host.org/one/a.zarr", "https://Host.org"] {
-            assert!(secrets(other) == Secrets::default(), "{other}");
+            assert!(sent(other).1 == Secrets::default(), "{other}");
         }
         // An @ in the path is no user.
         assert_eq!(public(Path::new("https://h/a@b.zarr")), Path::new("https://h/a@b.zarr"));
@@ -146,8 +172,13 @@ mod tests {
         for mark in ["/", "?", "#"] {
             let address = format!("http://me:se{mark}cret@h/a.zarr");
             assert_eq!(public(Path::new(&address)), Path::new("http://"));
-            assert_eq!(public_argument(format!("--mask={address}").into()), "--mask=http://");
+            assert_eq!(public_argument(format!("--mask={address}").into(), &[]), "--mask=http://");
         }
+        for hidden in ["http://me:123/45@h/a.zarr", "http://me:123/4?5@h/a.zarr", "http://me:1#5@h/a.zarr"] {
+            let shown = public(Path::new(hidden)).into_owned();
+            assert!(!shown.to_str().unwrap().contains('5'), "{hidden}: {}", shown.display());
+        }
+        assert_eq!(public(Path::new("http://h:80/a%40b")), Path::new("http://h:80/a%40b"));
     }
 
     #[test]
@@ -157,10 +188,11 @@ mod tests {
             ("--labels=https://two.org/b?t=1", "--labels=https://two.org/b"),
             ("https://two.org/c?t=1,transfer=hot,range=0,1", "https://two.org/c,transfer=hot,range=0,1"),
             ("https://two.org/a,b?t", "https://two.org/a,b"),
+            ("https://two.org/d?t=1,2,transfers=3,RANGE=0,1", "https://two.org/d,RANGE=0,1"),
             ("--size=3x4", "--size=3x4"),
             ("what?", "what?"),
         ] {
-            assert_eq!(public_argument(argument.into()), expected, "{argument}");
+            assert_eq!(public_argument(argument.into(), &["transfer", "range"]), expected, "{argument}");
         }
     }
 }

@@ -125,7 +125,7 @@ fn only_the_command_knows_its_options() {
 }
 
 /// The modules that any other may use; they depend on nothing but each other.
-const COMMON: [&str; 9] = ["choice", "error", "files", "memory", "npy", "numbers", "panics", "progress", "url"];
+const COMMON: [&str; 10] = ["cache", "choice", "error", "files", "memory", "npy", "numbers", "panics", "progress", "url"];
 
 /// What the code of each module (file or folder of src or src/host) names: paths below the crate's root.
 type Named = BTreeMap<String, BTreeSet<Vec<String>>>;

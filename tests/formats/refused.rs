@@ -202,8 +202,32 @@ const STORES: &[StoreCase] = &[
     ("plain.zarr", ".zarray", b"\"shape\": [\n    3", b"\"shape\": [\n    99999999999999999", "2^40"),
     ("plain.zarr", ".zarray", b"\"shape\": [\n    3,", b"\"shape\": [\n    3, 9,", "axes"),
     ("plain.zarr", ".zarray", b"\"chunks\": [\n    2", b"\"chunks\": [\n    3", "expected 120"),
-    ("plain.zarr", ".zarray", b"\"filters\": null", b"\"filters\": [{\"id\": \"delta\"}]", "delta"),
-    ("lz4_alone.zarr", ".zarray", b"\"id\"", b"\"id\"", "lz4, which is not supported"),
+    (
+        "plain.zarr",
+        ".zarray",
+        b"\"filters\": null",
+        b"\"filters\": [{\"id\": \"delta\", \"dtype\": \"<f4\"}]",
+        "delta of \"<f4\"",
+    ),
+    ("plain.zarr", ".zarray", b"\"filters\": null", b"\"filters\": [{\"id\": \"packbits\"}]", "packbits, which is not supported"),
+    ("plain.zarr", ".zarray", b"\"chunks\": [\n    2", b"\"chunks\": [\n    20000000", "too large for its shape, [3, 4, 5]"),
+    ("bz2_alone.zarr", ".zarray", b"\"id\"", b"\"id\"", "bz2, which is not supported"),
+    (
+        "3_plain.zarr",
+        "zarr.json",
+        b"\"storage_transformers\": []",
+        b"\"storage_transformers\": [{\"name\": \"x\"}]",
+        "storage transformer \"x\"",
+    ),
+    (
+        "3_plain.zarr",
+        "zarr.json",
+        b"\"attributes\"",
+        b"\"turned\": {}, \"attributes\"",
+        "extension turned, which is not supported",
+    ),
+    ("3_shards_end.zarr", "zarr.json", b"\"chunk_shape\": [\n          1,", b"\"chunk_shape\": [\n          3,", "no multiple"),
+    ("3_shards_end.zarr", "zarr.json", b"\"crc32c\"", b"\"gzip\"", "the index of its shards"),
     ("3_plain.zarr", "zarr.json", b"\"regular\"", b"\"crooked\"", "crooked"),
     ("3_plain.zarr", "zarr.json", b"\"int16\"", b"\"complex64\"", "complex64\": complex numbers"),
     ("3_zstd.zarr", "zarr.json", b"\"zstd\"", b"\"pack\"", "pack, which is not supported"),
@@ -235,9 +259,11 @@ fn pieces_that_lie_are_refused() {
     use std::io::Read;
     let mut large = Vec::new();
     flate2::read::GzEncoder::new(&[0; 1 << 20][..], flate2::Compression::best()).read_to_end(&mut large).unwrap();
-    for (store, piece, bytes, word) in
-        [("gzip.zarr", "0.0.0", Some(large), "more than"), ("3_checked.zarr", "c/0/0/0", None, "checksum")]
-    {
+    for (store, piece, bytes, word) in [
+        ("gzip.zarr", "0.0.0", Some(large), "more than"),
+        ("3_checked.zarr", "c/0/0/0", None, "checksum"),
+        ("3_shards_start.zarr", "c/0/0/0", None, "checksum of the index"),
+    ] {
         let temporary = tempfile::tempdir().unwrap();
         let path = temporary.path().join(store);
         crate::damage::copied(&folder().join("zarr").join(store), &path);

@@ -1,7 +1,7 @@
 """Zarr versions 2 and 3, written with zarr-python; OME-Zarr, written with ome-zarr, and metadata of several versions by hand."""
 import numpy as np
 import zarr
-from numcodecs import LZ4, Blosc, GZip, Zlib, Zstd
+from numcodecs import BZ2, LZ4, Blosc, Delta, GZip, Quantize, Shuffle, Zlib, Zstd
 from ome_zarr.scale import Methods
 from ome_zarr.writer import write_image
 from zarr.codecs import BloscCodec, BytesCodec, Crc32cCodec, GzipCodec, ShardingCodec, TransposeCodec, ZstdCodec
@@ -23,7 +23,8 @@ def second(at):
         put(at / f"{name}.zarr", array(dtype, 2, low), 2, (2, 4, 5), compressors=Zstd(level=3))
         holds(f"zarr/{name}.zarr", 2, low)
     packings = dict(plain=None, gzip=GZip(5), zlib=Zlib(1), zstd=Zstd(level=1))
-    for cname in ["lz4", "lz4hc", "zlib", "zstd"]:
+    packings["lz4"] = LZ4()
+    for cname in ["blosclz", "lz4", "lz4hc", "zlib", "zstd"]:
         for shuffle, kind in [(Blosc.NOSHUFFLE, ""), (Blosc.SHUFFLE, "_bytes"), (Blosc.BITSHUFFLE, "_bits")]:
             packings[f"blosc_{cname}{kind}"] = Blosc(cname=cname, clevel=5, shuffle=shuffle)
     for name, packing in packings.items():
@@ -31,7 +32,8 @@ def second(at):
         holds(f"zarr/{name}.zarr", 100, -3000)
     # Blocks that Blosc splits, and a remainder block.
     long = np.arange(3 * 40 * 50, dtype="int32").reshape(3, 40, 50)
-    for name, packing in [("split", Blosc(cname="lz4", shuffle=1, blocksize=4096)), ("split_bits", Blosc(cname="zstd", shuffle=2, blocksize=4096))]:
+    for name, packing in [("split", Blosc(cname="lz4", shuffle=1, blocksize=4096)), ("split_bits", Blosc(cname="zstd", shuffle=2, blocksize=4096)),
+                          ("split_blosclz", Blosc(cname="blosclz", shuffle=1, clevel=9))]:
         put(at / f"{name}.zarr", long, 2, (2, 40, 50), compressors=packing)
         holds(f"zarr/{name}.zarr", 1, 0, dims=(50, 40, 3))
     put(at / "fortran.zarr", data, 2, (2, 3, 4), order="F", compressors=None)
@@ -40,7 +42,12 @@ def second(at):
     holds("zarr/slashes.zarr", 100, -3000)
     zarr.create_array(store=str(at / "empty.zarr"), shape=(3, 4, 5), dtype="float32", chunks=(2, 2, 2), zarr_format=2, fill_value=2.5)
     holds("zarr/empty.zarr", 0, 2.5)
-    put(at / "lz4_alone.zarr", data, 2, (2, 3, 4), compressors=LZ4())
+    for name, filters in [("delta", [Delta(dtype="<i2")]), ("shuffle", [Shuffle(elementsize=2)]), ("delta_shuffle", [Delta(dtype="<i2"), Shuffle(2)])]:
+        put(at / f"filter_{name}.zarr", data, 2, (2, 3, 4), filters=filters, compressors=Zlib(1))
+        holds(f"zarr/filter_{name}.zarr", 100, -3000)
+    put(at / "filter_quantize.zarr", array("float32", 0.5, -7), 2, (2, 3, 4), filters=[Quantize(digits=2, dtype="<f4")], compressors=None)
+    holds("zarr/filter_quantize.zarr", 0.5, -7)
+    put(at / "bz2_alone.zarr", data, 2, (2, 3, 4), compressors=BZ2())
 
 
 def third(at):

@@ -193,7 +193,7 @@ impl<'a> Found<'a> {
 /// Opens a file of any format. Voxels on sheared axes are resampled.
 pub(super) fn read(path: &Path, options: &OpenOptions) -> Result<Volume<'static>, Error> {
     let path = &*url::public(path);
-    caught(path, || match open(path, options) {
+    let read = || match open(path, options) {
         Err(Error::Sheared { index_to_world, has_anatomy, .. }) => {
             let mut index_to_world = *index_to_world;
             let volume = load::volume(path, open(path, &unsheared(options, index_to_world)?)?, options.memory)?;
@@ -213,13 +213,28 @@ pub(super) fn read(path: &Path, options: &OpenOptions) -> Result<Volume<'static>
             let overview = overview(path, options, volume.contents(), volume.grid().dims())?;
             Ok(volume.with_overview(overview))
         }
-    })
+    };
+    caught(path, || again_if_changed(path, read))
+}
+
+/// The kind of error of a file that is no longer of the version that was read before.
+const CHANGED: io::ErrorKind = io::ErrorKind::StaleNetworkFileHandle;
+
+/// Reads a file once more if it changed while it was read.
+fn again_if_changed<T>(path: &Path, read: impl Fn() -> Result<T, Error>) -> Result<T, Error> {
+    match read() {
+        Err(Error::Read { source, .. }) if source.kind() == CHANGED => {
+            tracing::info!("{}: {source}; reading it again", path.display());
+            read()
+        }
+        read => read,
+    }
 }
 
 /// Opens a file without the level that stands for all.
 pub(super) fn read_alone(path: &Path, options: &OpenOptions) -> Result<Volume<'static>, Error> {
     let path = &*url::public(path);
-    caught(path, || load::volume(path, open(path, options)?, options.memory))
+    caught(path, || again_if_changed(path, || load::volume(path, open(path, options)?, options.memory)))
 }
 
 /// The level that stands for all levels of a file, beside one that was opened, or a part of it.
@@ -279,7 +294,7 @@ pub(super) fn collected(path: &Path, options: &OpenOptions) -> Result<Vec<PathBu
 /// All numbers of a file of any format as stored, and its header. See [`OpenOptions::memory`].
 pub(super) fn numbers(path: &Path, options: &OpenOptions) -> Result<load::Numbers, Error> {
     let path = &*url::public(path);
-    caught(path, || load::numbers(path, open(path, options)?, options.memory))
+    caught(path, || again_if_changed(path, || load::numbers(path, open(path, options)?, options.memory)))
 }
 
 /// What a file states about the ids of its voxels; `None` if it does not state that they are ids of labels.

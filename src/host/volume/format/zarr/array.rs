@@ -1,6 +1,7 @@
 //! Array metadata of Zarr version 2 (`.zarray`) and 3 (`zarr.json`).
 
-use super::codec::{Codec, sizes};
+use super::codec::Codec;
+use super::shards::{Shards, sizes};
 use super::store::Store;
 use crate::error::Error;
 use crate::volume::format::COMPLEX;
@@ -13,6 +14,8 @@ use std::sync::Arc;
 
 /// Limit of axes.
 const MOST_AXES: usize = 8;
+/// Bytes that a chunk may have even if its array has fewer.
+const LARGE: usize = 256 << 20;
 
 /// An array and the encoding of its chunks.
 pub(super) struct Array {
@@ -21,6 +24,8 @@ pub(super) struct Array {
     pub shape: Vec<usize>,
     /// Shape of a chunk.
     pub chunks: Vec<usize>,
+    /// If a file holds several chunks.
+    pub shards: Option<Shards>,
     pub scalar: ScalarType,
     pub endian: Endian,
     pub codec: Codec,
@@ -60,17 +65,18 @@ impl Array {
         if chunks.len() != shape.len() || !(1..=MOST_AXES).contains(&shape.len()) {
             return Err(format!("it has {} axes, but its chunks have {}", shape.len(), chunks.len()));
         }
-        let (scalar, codec, endian) = if second {
+        let (scalar, codec, endian, shards) = if second {
             let (scalar, endian) = dtype(&metadata["dtype"])?;
-            (scalar, Codec::from_version_2(metadata, shape.len())?, endian)
+            (scalar, Codec::from_version_2(metadata, shape.len())?, endian, None)
         } else {
-            let (codec, endian) = Codec::from_version_3(&metadata["codecs"], shape.len())?;
-            (data_type(&metadata["data_type"])?, codec, endian)
+            let (codec, endian, shards) = Codec::from_version_3(&metadata["codecs"], &chunks)?;
+            (data_type(&metadata["data_type"])?, codec, endian, shards)
         };
-        let piece =
-            chunks.iter().try_fold(scalar.bytes(), |n, &size| n.checked_mul(size)).filter(|&n| n <= isize::MAX as usize / 32);
-        if piece.is_none() {
-            return Err(format!("its chunks of {chunks:?} numbers are too large"));
+        let chunks = shards.as_ref().map_or(chunks, |shards| shards.chunk.clone());
+        let bytes = |sizes: &[usize]| sizes.iter().fold(scalar.bytes(), |n, &size| n.saturating_mul(size));
+        // Arrays that grow have chunks for more than there is yet.
+        if bytes(&chunks) > isize::MAX as usize / 32 || bytes(&chunks) > bytes(&shape).saturating_mul(2).max(LARGE) {
+            return Err(format!("its chunks of {chunks:?} numbers are too large for its shape, {shape:?}"));
         }
         let fill = fill(&metadata["fill_value"], scalar, endian)?;
         let names = if second { &attributes["_ARRAY_DIMENSIONS"] } else { &metadata["dimension_names"] };
@@ -80,7 +86,22 @@ impl Array {
         // xarray stores `_FillValue` as the fill value of arrays of version 2, and names their axes.
         let missing = if second && !names.is_empty() { float(&metadata["fill_value"]) } else { None };
         let (folder, attributes) = (folder.into(), attributes.clone());
-        Ok(Self { store, folder, shape, chunks, scalar, endian, codec, fill, prefix, separator, names, attributes, missing })
+        Ok(Self {
+            store,
+            folder,
+            shape,
+            chunks,
+            shards,
+            scalar,
+            endian,
+            codec,
+            fill,
+            prefix,
+            separator,
+            names,
+            attributes,
+            missing,
+        })
     }
 
     /// What its numbers mean by the CF conventions, as xarray writes them.
@@ -93,12 +114,25 @@ impl Array {
         self.text("units").unwrap_or_default()
     }
 
-    /// File of a chunk.
-    pub fn file(&self, place: &[usize]) -> PathBuf {
-        let numbers: Vec<String> = place.iter().map(usize::to_string).collect();
+    /// File of a chunk, and the chunk's number in it.
+    pub fn file(&self, place: &[usize]) -> (PathBuf, usize) {
+        let ones = vec![1; place.len()];
+        let counts = self.shards.as_ref().map_or(&ones, |shards| &shards.counts);
+        let numbers: Vec<String> = place.iter().zip(counts).map(|(place, count)| (place / count).to_string()).collect();
+        let number = place.iter().zip(counts).fold(0, |n, (place, count)| n * count + place % count);
         let numbers = numbers.join(&self.separator.to_string());
         let name = if self.prefix.is_empty() { numbers } else { format!("{}{}{numbers}", self.prefix, self.separator) };
-        self.folder.join(name)
+        (self.folder.join(name), number)
+    }
+
+    /// Bytes of a decoded chunk.
+    pub fn chunk_bytes(&self) -> usize {
+        self.chunks.iter().product::<usize>() * self.scalar.bytes()
+    }
+
+    /// What messages name.
+    pub fn folder(&self) -> &Path {
+        &self.folder
     }
 }
 

@@ -1,11 +1,14 @@
 //! Chunk codecs. Decompression never produces more bytes than the chunk declares.
 
 use super::blosc;
+use super::crc32c::crc32c;
+use super::shards::Shards;
 use crate::memory;
 use crate::volume::Endian;
 use crate::volume::format::bytes;
 use crate::volume::format::strided;
 use serde_json::Value;
+use std::borrow::Cow;
 use std::io::Read;
 
 /// Extra bytes that intermediate results of several codecs may have, for checksums and headers.
@@ -15,21 +18,8 @@ const ON_THE_WAY: usize = 1 << 10;
 pub(super) struct Codec {
     /// Array axis of each stored axis.
     pub order: Vec<usize>,
-    numbers: Numbers,
     /// Codecs applied to the bytes, in order of compression.
     packings: Vec<Packing>,
-}
-
-/// Conversion of numbers to bytes.
-enum Numbers {
-    Plain,
-    /// Several inner chunks in one file.
-    Shards {
-        shape: Vec<usize>,
-        inner: Box<Codec>,
-        index: Box<Codec>,
-        at_end: bool,
-    },
 }
 
 enum Packing {
@@ -37,15 +27,14 @@ enum Packing {
     Zlib,
     Zstd,
     Blosc,
+    /// A block after its length, as numcodecs writes it.
+    Lz4,
+    /// The first bytes of all numbers of this size, then the second bytes, and so on.
+    Shuffle(usize),
+    /// Differences of whole numbers of this size.
+    Delta(usize),
     /// A four-byte checksum after the data.
     Crc32c,
-}
-
-/// Parses an array of positive sizes.
-pub(super) fn sizes(metadata: &Value, name: &str) -> Result<Vec<usize>, String> {
-    let size = |n: &Value| n.as_u64().and_then(|n| usize::try_from(n).ok()).filter(|&n| n > 0);
-    let found: Option<Vec<usize>> = metadata.as_array().and_then(|sizes| sizes.iter().map(size).collect());
-    found.ok_or_else(|| format!("its {name} is {metadata}: expected numbers above 0"))
 }
 
 /// Error message for an unsupported codec.
@@ -56,117 +45,66 @@ pub(super) fn packed_by(name: &str) -> String {
 impl Codec {
     /// Codecs of Zarr version 2.
     pub fn from_version_2(array: &Value, axes: usize) -> Result<Self, String> {
-        if let Some(filter) = array["filters"].as_array().and_then(|filters| filters.first()) {
-            return Err(packed_by(&format!("the filter {}", filter["id"])));
+        let mut packings = Vec::new();
+        for filter in array["filters"].as_array().into_iter().flatten() {
+            packings.extend(Packing::new(filter["id"].as_str().unwrap_or_default(), filter)?);
         }
-        let packings = match &array["compressor"] {
-            Value::Null => Vec::new(),
-            compressor => vec![Packing::new(compressor["id"].as_str().unwrap_or_default())?],
-        };
+        match &array["compressor"] {
+            Value::Null => {}
+            compressor => packings.extend(Packing::new(compressor["id"].as_str().unwrap_or_default(), compressor)?),
+        }
         let mut order: Vec<usize> = (0..axes).collect();
         if array["order"] == "F" {
             order.reverse();
         }
-        Ok(Self { order, numbers: Numbers::Plain, packings })
+        Ok(Self { order, packings })
     }
 
-    /// Codecs of Zarr version 3, and the byte order of numbers.
-    pub fn from_version_3(codecs: &Value, axes: usize) -> Result<(Self, Endian), String> {
+    /// Codecs of Zarr version 3, the byte order of numbers, and how chunks of this shape are shards.
+    pub fn from_version_3(codecs: &Value, chunks: &[usize]) -> Result<(Self, Endian, Option<Shards>), String> {
         let codecs = codecs.as_array().ok_or("it has no codecs")?;
-        let mut found = Self { order: (0..axes).collect(), numbers: Numbers::Plain, packings: Vec::new() };
+        let mut found = Self { order: (0..chunks.len()).collect(), packings: Vec::new() };
         let mut endian = Endian::Little;
         for codec in codecs {
-            let (name, settings) = (codec["name"].as_str().unwrap_or_default(), &codec["configuration"]);
+            // Without settings, the name alone may stand for the codec.
+            let (name, settings) = (codec["name"].as_str().or(codec.as_str()).unwrap_or_default(), &codec["configuration"]);
             match name {
                 "transpose" => found.order = transposed(&found.order, &settings["order"])?,
                 "bytes" if settings["endian"] == "big" => endian = Endian::Big,
                 "bytes" => {}
-                "sharding_indexed" => {
-                    let shape = sizes(&settings["chunk_shape"], "chunk_shape")?;
-                    if shape.len() != axes {
-                        return Err("its shards have a different number of axes".into());
-                    }
-                    let (inner, inner_endian) = Self::from_version_3(&settings["codecs"], axes)?;
-                    let (index, index_endian) = Self::from_version_3(&settings["index_codecs"], axes + 1)?;
-                    if !matches!(index.numbers, Numbers::Plain) || index_endian == Endian::Big {
-                        return Err("the index codecs of its shards are not supported".into());
-                    }
-                    endian = inner_endian;
-                    let at_end = settings["index_location"] != "start";
-                    found.numbers = Numbers::Shards { shape, inner: Box::new(inner), index: Box::new(index), at_end };
+                "sharding_indexed" if codecs.len() == 1 => {
+                    let shards = Shards::new(settings, chunks)?;
+                    let (inner, endian, None) = Self::from_version_3(&settings["codecs"], &shards.chunk)? else {
+                        return Err("its shards hold shards, which is not supported".into());
+                    };
+                    return Ok((inner, endian, Some(shards)));
                 }
-                other => found.packings.push(Packing::new(other)?),
+                "sharding_indexed" => return Err("its shards are transposed or compressed, which is not supported".into()),
+                // Of numbers, whose order and byte order other codecs change.
+                "numcodecs.delta" => return Err(packed_by(name)),
+                other => found.packings.extend(Packing::new(other.strip_prefix("numcodecs.").unwrap_or(other), settings)?),
             }
         }
-        Ok((found, endian))
+        Ok((found, endian, None))
     }
 
     /// Upper bound of the compressed size of a chunk of `len` bytes: incompressible data grow.
-    pub fn longest(&self, len: usize) -> u64 {
-        let index = match &self.numbers {
-            Numbers::Plain => 0,
-            // The index is at most as long as one entry per voxel.
-            Numbers::Shards { .. } => 16 * len as u64,
-        };
-        len as u64 + len as u64 / 8 + index + (ON_THE_WAY << 6) as u64
+    pub fn longest(len: usize) -> u64 {
+        len as u64 + len as u64 / 8 + (ON_THE_WAY << 6) as u64
     }
 
-    /// Decodes a chunk of `shape` to numbers of `size` bytes in stored order.
-    pub fn unpack(&self, packed: Vec<u8>, shape: &[usize], size: usize, fill: &[u8]) -> Result<Vec<u8>, String> {
-        let len = shape.iter().product::<usize>() * size;
-        if let Numbers::Shards { .. } = self.numbers {
-            let packed = self
-                .packings
-                .iter()
-                .rev()
-                .try_fold(packed, |packed, packing| packing.unpack(&packed, self.longest(len) as usize, false))?;
-            return self.joined(&packed, shape, size, fill);
-        }
-        let mut bytes = packed;
+    /// Decodes a chunk to `len` bytes of numbers in stored order.
+    pub fn unpack<'a>(&self, packed: &'a [u8], len: usize) -> Result<Cow<'a, [u8]>, String> {
+        let mut bytes = Cow::Borrowed(packed);
         for (n, packing) in self.packings.iter().enumerate().rev() {
-            let checksums = 4 * self.packings[..n].iter().filter(|packing| matches!(packing, Packing::Crc32c)).count();
-            let last = self.packings[..n].iter().all(|packing| matches!(packing, Packing::Crc32c));
-            bytes = packing.unpack(&bytes, if last { len + checksums } else { self.longest(len) as usize }, last)?;
+            let growths = self.packings[..n].iter().map(Packing::growth);
+            let known = growths.sum::<Option<usize>>().map(|more| len + more);
+            bytes = packing.unpack(bytes, known.unwrap_or(Self::longest(len) as usize), known.is_some())?;
         }
         if bytes.len() != len {
             return Err(format!("a chunk has {} bytes, expected {len}", bytes.len()));
         }
         Ok(bytes)
-    }
-
-    /// Decodes a shard from its inner chunks.
-    fn joined(&self, packed: &[u8], shape: &[usize], size: usize, fill: &[u8]) -> Result<Vec<u8>, String> {
-        let Numbers::Shards { shape: each, inner, index, at_end } = &self.numbers else { return Err("it has no shards".into()) };
-        if self.order.iter().enumerate().any(|(i, &axis)| i != axis)
-            || shape.iter().zip(each).any(|(whole, part)| whole % part != 0)
-        {
-            return Err("its shards are transposed, or not a multiple of the inner chunks".into());
-        }
-        let counts: Vec<usize> = shape.iter().zip(each).map(|(whole, part)| whole / part).collect();
-        let count: usize = counts.iter().product();
-        let checksums = index.packings.iter().filter(|packing| matches!(packing, Packing::Crc32c)).count();
-        if checksums != index.packings.len() {
-            return Err("the index of its shards is compressed, which is not supported".into());
-        }
-        let len = 16 * count + 4 * checksums;
-        let start = if *at_end { packed.len().checked_sub(len).ok_or("a shard shorter than its index")? } else { 0 };
-        let table = packed.get(start..start + len).ok_or("a shard shorter than its index")?;
-        let table = index.unpack(table.to_vec(), &[count, 2], 8, &[0; 8])?;
-        let mut all = memory::zeroed("a shard", shape.iter().product::<usize>() * size).map_err(|e| e.to_string())?;
-        all.chunks_exact_mut(size).for_each(|number| number.copy_from_slice(fill));
-        let to = strided::strides(shape, size);
-        for (n, entry) in table.chunks_exact(16).enumerate() {
-            let [at, len] = [0, 8].map(|i| entry[i..].first_chunk().map_or(0, |word| u64::from_le_bytes(*word)));
-            if at == u64::MAX && len == u64::MAX {
-                continue;
-            }
-            let end = at.checked_add(len).filter(|&end| end <= packed.len() as u64).ok_or("an inner chunk outside its shard")?;
-            let piece = inner.unpack(packed[at as usize..end as usize].to_vec(), each, size, fill)?;
-            let place = strided::place(n, &counts);
-            let first: usize = place.iter().zip(each).zip(&to).map(|((place, part), stride)| place * part * stride).sum();
-            strided::copy(&piece, &inner.strides(each, size), &mut all[first..], &to, each, size);
-        }
-        Ok(all)
     }
 
     /// Strides in bytes of a decoded chunk, along the axes of the array.
@@ -193,33 +131,104 @@ fn transposed(order: &[usize], wanted: &Value) -> Result<Vec<usize>, String> {
 }
 
 impl Packing {
-    fn new(name: &str) -> Result<Self, String> {
-        Ok(match name {
+    /// A codec by its name and settings; `None` if it leaves the bytes as they are.
+    fn new(name: &str, settings: &Value) -> Result<Option<Self>, String> {
+        Ok(Some(match name {
             "gzip" => Self::Gzip,
-            "zlib" | "numcodecs.zlib" => Self::Zlib,
-            "zstd" | "numcodecs.zstd" => Self::Zstd,
-            "blosc" | "numcodecs.blosc" => Self::Blosc,
+            "zlib" => Self::Zlib,
+            "zstd" => Self::Zstd,
+            "blosc" => Self::Blosc,
+            "lz4" => Self::Lz4,
+            "shuffle" => match settings["elementsize"].as_u64().unwrap_or(4) {
+                size @ 1..=16 => Self::Shuffle(size as usize),
+                size => return Err(format!("its filter shuffle has numbers of {size} bytes: expected 1 to 16")),
+            },
+            "delta" => Self::Delta(delta(settings)?),
+            // Values that were rounded before they were stored.
+            "quantize" | "bitround" if settings["astype"].is_null() || settings["astype"] == settings["dtype"] => {
+                return Ok(None);
+            }
             "crc32c" => Self::Crc32c,
             other => return Err(packed_by(other)),
-        })
+        }))
+    }
+
+    /// Bytes that it adds; `None` if that depends on the data.
+    fn growth(&self) -> Option<usize> {
+        match self {
+            Self::Crc32c => Some(4),
+            Self::Shuffle(_) | Self::Delta(_) => Some(0),
+            _ => None,
+        }
     }
 
     /// Decompresses at most `most` bytes; exactly `most` if `exactly`.
-    fn unpack(&self, packed: &[u8], most: usize, exactly: bool) -> Result<Vec<u8>, String> {
-        match self {
-            Self::Gzip => unpacked(flate2::read::MultiGzDecoder::new(packed), most),
-            Self::Zlib => zlib(packed, most),
-            Self::Zstd => zstd(packed, most),
-            Self::Blosc if exactly => blosc::unpack(packed, most),
-            Self::Blosc => Err(packed_by("blosc followed by another codec")),
+    fn unpack<'a>(&self, packed: Cow<'a, [u8]>, most: usize, exactly: bool) -> Result<Cow<'a, [u8]>, String> {
+        let unpacked = match self {
+            Self::Gzip => unpacked(flate2::read::MultiGzDecoder::new(&packed[..]), most)?,
+            Self::Zlib => zlib(&packed, most)?,
+            Self::Zstd => {
+                let mut all = memory::zeroed("a chunk", most).map_err(|e| e.to_string())?;
+                let found = zstd(&packed, &mut all)?;
+                all.truncate(found);
+                all
+            }
+            Self::Blosc if exactly => blosc::unpack(&packed, most)?,
+            Self::Blosc => return Err(packed_by("blosc followed by another codec")),
+            Self::Lz4 => {
+                let (len, block) = packed.split_first_chunk().ok_or("a chunk without its length")?;
+                let len = u32::from_le_bytes(*len) as usize;
+                if len > most {
+                    return Err(format!("a chunk with more than {most} bytes"));
+                }
+                let mut all = memory::zeroed("a chunk", len).map_err(|e| e.to_string())?;
+                let found = lz4_flex::block::decompress_into(block, &mut all).map_err(|e| e.to_string())?;
+                all.truncate(found);
+                all
+            }
+            Self::Shuffle(size) => {
+                let mut all = memory::zeroed("a chunk", packed.len()).map_err(|e| e.to_string())?;
+                blosc::unshuffle(*size, &packed, &mut all);
+                all
+            }
+            Self::Delta(size) => {
+                let mut all = packed.into_owned();
+                sum(*size, &mut all);
+                all
+            }
             Self::Crc32c => {
                 let (bytes, sum) = packed.split_last_chunk::<4>().ok_or("a chunk without its checksum")?;
                 if crc32c(bytes) != u32::from_le_bytes(*sum) {
                     return Err("a wrong checksum".into());
                 }
-                Ok(bytes.to_vec())
+                bytes.to_vec()
             }
-        }
+        };
+        Ok(unpacked.into())
+    }
+}
+
+/// Bytes of the numbers of the filter delta.
+fn delta(settings: &Value) -> Result<usize, String> {
+    let kind = settings["dtype"].as_str().unwrap_or_default();
+    let same = settings["astype"].is_null() || settings["astype"] == kind;
+    match kind.strip_prefix(['<', '|']) {
+        Some("i1" | "u1") if same => Ok(1),
+        Some("i2" | "u2") if same => Ok(2),
+        Some("i4" | "u4") if same => Ok(4),
+        Some("i8" | "u8") if same => Ok(8),
+        _ => Err(packed_by(&format!("the filter delta of {}", settings["dtype"]))),
+    }
+}
+
+/// Replaces differences of little-endian numbers by the numbers.
+fn sum(size: usize, bytes: &mut [u8]) {
+    let mut last = 0u64;
+    for number in bytes.chunks_exact_mut(size) {
+        let mut all = [0; 8];
+        all[..size].copy_from_slice(number);
+        last = last.wrapping_add(u64::from_le_bytes(all));
+        number.copy_from_slice(&last.to_le_bytes()[..size]);
     }
 }
 
@@ -227,9 +236,9 @@ pub(super) fn zlib(packed: &[u8], most: usize) -> Result<Vec<u8>, String> {
     unpacked(flate2::read::ZlibDecoder::new(packed), most)
 }
 
-pub(super) fn zstd(packed: &[u8], most: usize) -> Result<Vec<u8>, String> {
-    let decoder = ruzstd::decoding::StreamingDecoder::new(packed).map_err(|e| e.to_string())?;
-    unpacked(decoder, most)
+/// Decompresses as many bytes as there is room for, and returns their number.
+pub(super) fn zstd(packed: &[u8], to: &mut [u8]) -> Result<usize, String> {
+    zstd_safe::decompress(to, packed).map_err(|code| zstd_safe::get_error_name(code).into())
 }
 
 /// Reads everything, or fails if there are more than `most` bytes.
@@ -243,20 +252,28 @@ fn unpacked(mut from: impl Read, most: usize) -> Result<Vec<u8>, String> {
     Ok(all)
 }
 
-/// CRC-32C checksum (Castagnoli).
-fn crc32c(bytes: &[u8]) -> u32 {
-    const POLYNOMIAL: u32 = 0x82f6_3b78;
-    let step = |sum: u32| if sum & 1 == 1 { sum >> 1 ^ POLYNOMIAL } else { sum >> 1 };
-    !bytes.iter().fold(!0, |sum, &byte| (0..8).fold(sum ^ u32::from(byte), |sum, _| step(sum)))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn checksums_are_those_that_others_tell() {
-        assert_eq!(crc32c(b"123456789"), 0xe306_9283);
+    fn filters_are_reversed() {
+        let mut numbers: Vec<u8> = [5i32, -7, 2_000_000_000, 2_000_000_000].iter().flat_map(|n| n.to_le_bytes()).collect();
+        sum(4, &mut numbers);
+        let found: Vec<i32> = numbers.chunks_exact(4).map(|n| i32::from_le_bytes(n.try_into().unwrap())).collect();
+        assert_eq!(found, [5, -2, 1_999_999_998, -294_967_298]);
+        for size in 1..=16 {
+            // A number and a byte are too few for vectors, and 100 are not.
+            for len in [size, 3 * size + 1, 100 * size + size / 2] {
+                let numbers: Vec<u8> = (0..len).map(|n| (n * 7 % 251) as u8).collect();
+                let count = len / size;
+                let shuffled: Vec<u8> =
+                    (0..len).map(|n| numbers[if n < count * size { n % count * size + n / count } else { n }]).collect();
+                let mut found = vec![0; len];
+                blosc::unshuffle(size, &shuffled, &mut found);
+                assert_eq!(found, numbers, "{size} {len}");
+            }
+        }
     }
 
     #[test]

@@ -28,13 +28,13 @@ fn read(folder: &Path, name: &str) -> Option<(Vec<f64>, String)> {
     }
     let folder = folder.parent()?.join(name);
     let Node::Array(array) = node::found(&folder).ok()?? else { return None };
-    let &[count @ 1..=MOST] = &array.shape[..] else { return None };
-    let (unit, endian, chunk) = (array.unit(), array.endian, array.chunks[0]);
+    let &[1..=MOST] = &array.shape[..] else { return None };
+    let (unit, endian) = (array.unit(), array.endian);
     let Packed { scalar, rescale, .. } = array.packed().ok()?;
-    // Along z, so that a part is a chunk.
+    // Along z, whose layers are the parts.
     let mut pieces = Pieces::new(*array, [None, None, Some(0)], vec![0]);
     let mut all = Vec::new();
-    for index in 0..count.div_ceil(chunk) {
+    for index in 0..pieces.whole().div_ceil(pieces.each()) as usize {
         let bytes = pieces.part(index).ok()?;
         let numbers = Numbers { bytes: &bytes, scalar, endian, missing: None };
         all.extend((0..numbers.count()).map(|n| rescale.value(numbers.get(n))));

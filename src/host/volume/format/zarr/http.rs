@@ -1,20 +1,27 @@
 //! Files of web servers, over HTTP and HTTPS, and of S3's public buckets.
 
-use super::store::{Store, room};
-use crate::memory;
-use crate::url::{self, Secrets};
-use crate::volume::format::bytes;
+use super::store::{Found, Span, Store, changed};
+use crate::cache::{self, Cache};
+use crate::url::Secrets;
+use crate::volume::format::CHANGED;
+use address::{Address, origin, redirected, unescaped, with_query};
+use answer::{Failure, failure, passing};
 use base64::Engine;
+use kept::Place;
+use serde_json::Value;
 use std::borrow::Cow;
 use std::collections::HashMap;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, LazyLock, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant, SystemTime};
-use ureq::http::{HeaderMap, StatusCode, header};
+use ureq::Agent;
+use ureq::http::{StatusCode, header};
 use ureq::tls::{Certificate, PemItem, RootCerts, TlsConfig};
-use ureq::{Agent, Timeout};
 
+mod address;
+mod answer;
+mod kept;
 #[cfg(test)]
 mod server;
 #[cfg(test)]
@@ -73,6 +80,8 @@ type Kept = (Instant, Option<Arc<[u8]>>);
 pub(super) struct Http {
     agent: Agent,
     patience: Patience,
+    /// Of files, on disk.
+    cache: Option<&'static Cache>,
     metadata: Mutex<HashMap<PathBuf, Kept>>,
     /// Of the answers so far.
     slowest: Mutex<Duration>,
@@ -82,25 +91,13 @@ pub(super) struct Http {
 
 /// The client of this process: its connections and metadata serve all volumes.
 pub(super) fn shared() -> Arc<Http> {
-    static SHARED: LazyLock<Arc<Http>> = LazyLock::new(|| Arc::new(Http::new(PATIENCE)));
+    static SHARED: LazyLock<Arc<Http>> =
+        LazyLock::new(|| Arc::new(Http::new(PATIENCE, if cfg!(test) { None } else { cache::downloads() })));
     SHARED.clone()
 }
 
-/// Why an attempt failed.
-enum Failure {
-    /// Another attempt may succeed, after this time.
-    Passing(String, Option<Duration>),
-    Final(io::Error),
-}
-
-impl Failure {
-    fn last(kind: io::ErrorKind, problem: impl Into<String>) -> Self {
-        Self::Final(io::Error::new(kind, problem.into()))
-    }
-}
-
 impl Http {
-    fn new(patience: Patience) -> Self {
+    fn new(patience: Patience, cache: Option<&'static Cache>) -> Self {
         let config = Agent::config_builder()
             .http_status_as_error(false)
             .max_redirects(0)
@@ -113,11 +110,12 @@ impl Http {
             .tls_config(TlsConfig::builder().root_certs(roots()).build())
             .build();
         let (metadata, slowest, regions) = Default::default();
-        Self { agent: config.new_agent(), patience, metadata, slowest, regions }
+        Self { agent: config.new_agent(), patience, cache, metadata, slowest, regions }
     }
 
-    /// One attempt to read a file of at most `most` bytes, through redirects.
-    fn attempt(&self, address: &Address, number: u32, most: u64) -> Result<Option<Vec<u8>>, Failure> {
+    /// One attempt to read bytes of a file of at most `most`, through redirects.
+    fn attempt(&self, asked: &Asked, number: u32, most: u64) -> Result<Answer, Failure> {
+        let Asked { address, span, version, place, kept } = *asked;
         let mut target = address.target(&lock(&self.regions));
         let mut secrets = Cow::Borrowed(&address.secrets);
         for _ in 0..=MOST_REDIRECTS {
@@ -125,6 +123,18 @@ impl Http {
             if let Some(user) = &secrets.user {
                 let user = base64::engine::general_purpose::STANDARD.encode(unescaped(user));
                 request = request.header(header::AUTHORIZATION, format!("Basic {user}"));
+            }
+            match span {
+                Span::All => {}
+                Span::Part(part) => request = request.header(header::RANGE, format!("bytes={}-{}", part.start, part.end - 1)),
+                Span::Last(last) => request = request.header(header::RANGE, format!("bytes=-{last}")),
+            }
+            // Weak tags and dates do not identify bytes to servers.
+            if let Some(tag) = version.filter(|version| version.starts_with('"')) {
+                request = request.header(header::IF_MATCH, tag);
+            }
+            if let Some(kept) = kept {
+                request = request.header(kept::condition(kept), kept);
             }
             let (begun, answer) = (Instant::now(), self.longest_answer(number));
             let sent = request.config().timeout_recv_response(Some(answer)).build().call();
@@ -135,8 +145,26 @@ impl Http {
             let (status, headers) = (response.status(), response.headers());
             let region = headers.get(REGION).and_then(|region| region.to_str().ok());
             match status {
-                StatusCode::OK => return body(&mut response, most).map(Some),
-                StatusCode::NOT_FOUND | StatusCode::GONE => return Ok(None),
+                StatusCode::OK | StatusCode::PARTIAL_CONTENT => {
+                    let found = answer::version(headers);
+                    if version.is_some() && found.is_some() && found.as_deref() != version {
+                        return Err(Failure::Final(changed()));
+                    }
+                    // Servers may send all of the file, whatever they are asked for.
+                    let part = if status == StatusCode::OK { None } else { Some(answer::part(headers, span)?) };
+                    let (first, len) = part.map_or((0, None), |part| (part.start, Some(part.end - part.start)));
+                    let place = place.filter(|_| kept::may_be_kept(headers) && (*span == Span::All || len.is_some()));
+                    let found = Found { bytes: answer::body(&mut response, len, most)?, first, version: found };
+                    place.inspect(|place| place.write(&found));
+                    return Ok(Answer::Found(found));
+                }
+                StatusCode::PRECONDITION_FAILED if version.is_some() => return Err(Failure::Final(changed())),
+                StatusCode::RANGE_NOT_SATISFIABLE if *span != Span::All => {
+                    let problem = "the file has fewer bytes than its index says";
+                    return Err(Failure::last(io::ErrorKind::InvalidData, problem));
+                }
+                StatusCode::NOT_MODIFIED if kept.is_some() => return Ok(Answer::Unchanged),
+                StatusCode::NOT_FOUND | StatusCode::GONE => return Ok(Answer::Missing),
                 StatusCode::UNAUTHORIZED | StatusCode::FORBIDDEN => {
                     let problem = format!("the server refuses it ({})", status.as_u16());
                     // Only 403 may mean that it is not there.
@@ -192,14 +220,44 @@ impl Http {
     }
 }
 
+/// What is asked for: bytes of a file, of the version that it had before.
+struct Asked<'a> {
+    address: &'a Address,
+    span: &'a Span,
+    version: Option<&'a str>,
+    /// Where the answer is kept, and the version of what is there.
+    place: Option<&'a Place<'a>>,
+    kept: Option<&'a str>,
+}
+
+enum Answer {
+    Found(Found),
+    Missing,
+    /// What is kept.
+    Unchanged,
+}
+
 impl Store for Http {
-    fn get(&self, file: &Path, most: u64) -> io::Result<Option<Vec<u8>>> {
-        let address = Address::new(file)?;
+    fn get(&self, file: &Path, span: &Span, version: Option<&str>, most: u64) -> io::Result<Option<Found>> {
+        let address = &Address::new(file)?;
+        let place = self.cache.and_then(|cache| Place::new(cache, address, span));
+        let before = place.as_ref().and_then(|place| place.read(version)).filter(|found| found.bytes.len() as u64 <= most);
+        let kept = before.as_ref().and_then(|found| found.version.as_deref());
+        let asked = Asked { address, span, version, place: place.as_ref(), kept };
         let mut problem = String::new();
         for number in 0..self.patience.attempts {
-            match self.attempt(&address, number, most) {
-                Ok(found) => return Ok(found),
-                Err(Failure::Final(e)) => return Err(e),
+            match self.attempt(&asked, number, most) {
+                Ok(Answer::Found(found)) => return Ok(Some(found)),
+                Ok(Answer::Unchanged) => return Ok(before),
+                Ok(Answer::Missing) => return Ok(None),
+                Err(Failure::Final(e)) => {
+                    if e.kind() == CHANGED {
+                        // So may have others of the server.
+                        let server = address.target(&lock(&self.regions));
+                        lock(&self.metadata).retain(|known, _| !known.starts_with(origin(&server)));
+                    }
+                    return Err(e);
+                }
                 Err(Failure::Passing(why, named)) => {
                     tracing::debug!("{}: attempt {number}: {why}", file.display());
                     problem = why;
@@ -216,9 +274,16 @@ impl Store for Http {
         if let Some((_, kept)) = lock(&self.metadata).get(file).filter(|(since, _)| since.elapsed() < KEPT_FOR) {
             return Ok(kept.clone());
         }
-        let found: Option<Arc<[u8]>> = self.get(file, most)?.map(Into::into);
-        lock(&self.metadata).insert(file.into(), (Instant::now(), found.clone()));
+        let found: Option<Arc<[u8]>> = self.get(file, &Span::All, None, most)?.map(|found| found.bytes.into());
+        let mut all = lock(&self.metadata);
+        all.retain(|_, (since, _)| since.elapsed() < KEPT_FOR);
+        all.insert(file.into(), (Instant::now(), found.clone()));
         Ok(found)
+    }
+
+    fn keep(&self, file: PathBuf, metadata: &Value) {
+        let bytes = || metadata.to_string().into_bytes().into();
+        lock(&self.metadata).entry(file).or_insert_with(|| (Instant::now(), Some(bytes())));
     }
 
     fn folders(&self, _: &Path) -> io::Result<Option<Vec<String>>> {
@@ -243,164 +308,4 @@ fn roots() -> RootCerts {
     });
     let certificate = |item| if let Ok(PemItem::Certificate(found)) = item { Some(found) } else { None };
     ureq::tls::parse_pem(&text).filter_map(certificate).collect::<Vec<Certificate<'static>>>().into()
-}
-
-/// A file of a server.
-struct Address {
-    /// Scheme and host, and the path from `/` on, without secrets.
-    origin: String,
-    path: String,
-    /// Of S3.
-    bucket: Option<String>,
-    secrets: Secrets,
-}
-
-impl Address {
-    fn new(file: &Path) -> io::Result<Self> {
-        let wrong = || io::Error::new(io::ErrorKind::InvalidInput, "it is no web address");
-        let text = file.to_str().ok_or_else(wrong)?;
-        let (scheme, rest) = text.split_once("://").ok_or_else(wrong)?;
-        let (host, path) = rest.split_at(rest.find('/').unwrap_or(rest.len()));
-        let bucket = scheme.eq_ignore_ascii_case("s3").then(|| host.to_owned());
-        let origin = format!("{}://{host}", scheme.to_ascii_lowercase());
-        Ok(Self { origin, path: escaped(path), bucket, secrets: url::secrets(text) })
-    }
-
-    /// The web address, of S3 in the region that is known: named by the server, else by `AWS_REGION`. `AWS_ENDPOINT_URL` names other servers
-    /// of that kind.
-    fn target(&self, regions: &HashMap<String, String>) -> String {
-        let Some(bucket) = &self.bucket else { return format!("{}{}", self.origin, self.path) };
-        let named = |name: &str| std::env::var(name).ok().filter(|value| !value.is_empty());
-        if let Some(endpoint) = named("AWS_ENDPOINT_URL") {
-            return format!("{}/{bucket}{}", endpoint.trim_end_matches('/'), self.path);
-        }
-        let region = regions.get(bucket).cloned().or_else(|| named("AWS_REGION"));
-        let server = region.map_or("s3".to_owned(), |region| format!("s3.{region}"));
-        // Certificates hold for one name before the server's.
-        if bucket.contains('.') {
-            format!("https://{server}.amazonaws.com/{bucket}{}", self.path)
-        } else {
-            format!("https://{bucket}.{server}.amazonaws.com{}", self.path)
-        }
-    }
-}
-
-/// A path with what may not stand in a web address replaced. What is escaped already stays.
-fn escaped(path: &str) -> String {
-    let mut all = String::new();
-    for byte in path.bytes() {
-        match byte {
-            b'!' | b'$'..=b';' | b'=' | b'@'..=b'Z' | b'_' | b'a'..=b'z' | b'~' => all.push(char::from(byte)),
-            _ => all.push_str(&format!("%{byte:02X}")),
-        }
-    }
-    all
-}
-
-/// Replaces `%XX` by bytes.
-fn unescaped(text: &str) -> Vec<u8> {
-    let mut all = Vec::new();
-    let mut rest = text.as_bytes();
-    while let [byte, more @ ..] = rest {
-        let number = |digits: &[u8]| u8::from_str_radix(std::str::from_utf8(digits).ok()?, 16).ok();
-        let coded = (*byte == b'%').then(|| more.get(..2).and_then(number)).flatten();
-        all.push(coded.unwrap_or(*byte));
-        rest = if coded.is_some() { &more[2..] } else { more };
-    }
-    all
-}
-
-fn with_query<'a>(target: &'a str, secrets: &Secrets) -> Cow<'a, str> {
-    let separator = if target.contains('?') { '&' } else { '?' };
-    secrets.query.as_ref().map_or(Cow::Borrowed(target), |query| format!("{target}{separator}{query}").into())
-}
-
-/// Scheme, host and port.
-fn origin(target: &str) -> &str {
-    let host = target.find("://").map_or(0, |at| at + 3);
-    target[host..].find(['/', '?', '#']).map_or(target, |at| &target[..host + at])
-}
-
-/// Where a redirect leads; `None` if it is no web address.
-fn redirected(from: &str, location: &str) -> Option<String> {
-    let location = location.split('#').next().unwrap_or_default();
-    let next = match location {
-        _ if location.starts_with("https://") || location.starts_with("http://") => location.into(),
-        _ if location.starts_with("//") => format!("{}{location}", from.split_inclusive(':').next()?),
-        _ if location.starts_with('/') => format!("{}{location}", origin(from)),
-        _ if location.is_empty() || location.contains(':') => return None,
-        _ => format!("{}/{location}", from.split('?').next()?.rsplit_once('/')?.0),
-    };
-    Some(next)
-}
-
-/// What an error of the connection means. Its own text may have the address.
-fn failure(error: &ureq::Error) -> Failure {
-    let passing = |problem: &str| Failure::Passing(problem.into(), None);
-    let unsafe_connection = |e: &dyn std::error::Error| {
-        let problem = format!("no safe connection to the server ({e}): SSL_CERT_FILE names the certificates that are trusted");
-        Failure::last(io::ErrorKind::Other, problem)
-    };
-    match error {
-        ureq::Error::Timeout(Timeout::Connect | Timeout::Resolve) => passing("no connection to the server"),
-        ureq::Error::Timeout(_) => passing("the server does not answer in time"),
-        // Of the system's resolver, which may be disturbed for a time.
-        ureq::Error::Io(e) if e.to_string().starts_with("failed to lookup address") => {
-            passing("its server is not found: correct its name, or check the network")
-        }
-        // Of certificates.
-        ureq::Error::Io(e) if e.kind() == io::ErrorKind::InvalidData => unsafe_connection(e),
-        ureq::Error::Io(e) => Failure::Passing(format!("the connection failed ({e})"), None),
-        ureq::Error::Protocol(_) | ureq::Error::ConnectionFailed => passing("the connection failed"),
-        ureq::Error::HostNotFound => Failure::last(io::ErrorKind::NotFound, "its server is not found: correct its name"),
-        ureq::Error::Rustls(e) => unsafe_connection(e),
-        ureq::Error::BadUri(_) | ureq::Error::Http(_) => Failure::last(io::ErrorKind::InvalidInput, "it is no web address"),
-        ureq::Error::LargeResponseHeader(..) => Failure::last(io::ErrorKind::Other, "the server's answer has too long a header"),
-        _ => Failure::last(io::ErrorKind::Other, "the server cannot be asked"),
-    }
-}
-
-/// A status after which another attempt may succeed.
-fn passing(status: StatusCode, headers: &HeaderMap) -> Failure {
-    let seconds = headers.get(header::RETRY_AFTER).and_then(|after| after.to_str().ok()?.parse().ok());
-    Failure::Passing(format!("the server answers with {}", status.as_u16()), seconds.map(Duration::from_secs))
-}
-
-/// The whole body of an answer.
-fn body(response: &mut ureq::http::Response<ureq::Body>, most: u64) -> Result<Vec<u8>, Failure> {
-    let coding = response.headers().get(header::CONTENT_ENCODING).filter(|coding| *coding != "identity");
-    if let Some(coding) = coding {
-        let problem = format!("the server sends it in the encoding {coding:?}, which was not asked for");
-        return Err(Failure::last(io::ErrorKind::Other, problem));
-    }
-    let len = response.body().content_length();
-    let mut all = room(Path::new("a file of a server"), len.unwrap_or(0), most).map_err(Failure::Final)?;
-    let mut from = response.body_mut().with_config().limit(u64::MAX).reader();
-    let broken = |e: io::Error| match e.kind() {
-        io::ErrorKind::OutOfMemory => Failure::Final(e),
-        _ => Failure::Passing(format!("the connection ended within the file ({e})"), None),
-    };
-    let Some(len) = len else {
-        loop {
-            // Memory for it may double.
-            let required = memory::require("a file of a server", all.len() as u64);
-            required.map_err(|e| Failure::last(io::ErrorKind::OutOfMemory, e.to_string()))?;
-            let step = STEP.min(most.saturating_add(1).saturating_sub(all.len() as u64));
-            let found = io::Read::read_to_end(&mut io::Read::take(&mut from, step), &mut all).map_err(broken)?;
-            if all.len() as u64 > most {
-                let problem = format!("it has more bytes than the {most} that it may have at most");
-                return Err(Failure::last(io::ErrorKind::InvalidData, problem));
-            }
-            if (found as u64) < step {
-                return Ok(all);
-            }
-        }
-    };
-    let found = bytes::fill(&mut from, &mut all).map_err(broken)?;
-    if found as u64 != len {
-        return Err(Failure::Passing(format!("the connection ended after {found} of {len} bytes"), None));
-    }
-    // To its end, so that the connection serves the next request.
-    bytes::fill(&mut from, &mut [0]).map_err(broken)?;
-    Ok(all)
 }

@@ -5,12 +5,14 @@ mod array;
 mod blosc;
 mod codec;
 mod coordinates;
+mod crc32c;
 #[cfg(feature = "http")]
 mod http;
 mod multiscales;
 mod node;
 mod omero;
 mod pieces;
+mod shards;
 mod store;
 
 use super::axes::{Axis, Roles};

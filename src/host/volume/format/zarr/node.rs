@@ -19,6 +19,22 @@ const MOST_ARRAYS: usize = 1000;
 /// Limit of wells of a plate whose images are found: each takes requests of its own.
 const MOST_WELLS: usize = 16;
 
+/// What metadata of version 3 may hold besides extensions.
+const KNOWN: [&str; 12] = [
+    "zarr_format",
+    "node_type",
+    "shape",
+    "data_type",
+    "chunk_grid",
+    "chunk_key_encoding",
+    "fill_value",
+    "codecs",
+    "attributes",
+    "storage_transformers",
+    "dimension_names",
+    "consolidated_metadata",
+];
+
 /// Whether a folder is a Zarr node.
 pub(super) fn is_node(folder: &Path) -> bool {
     MARKS.iter().any(|mark| folder.join(mark).is_file())
@@ -55,11 +71,28 @@ pub(super) fn found(folder: &Path) -> Result<Option<Node>, Error> {
     if !(metadata["zarr_format"] == 2 || metadata["zarr_format"] == 3) {
         return Err(wrong(format!("its zarr_format is {}: expected 2 or 3", metadata["zarr_format"])));
     }
+    if metadata["zarr_format"] == 3 {
+        understood(&metadata).map_err(wrong)?;
+    }
     if is_array {
         let array = Array::new(store, folder, &metadata, &attributes).map_err(wrong)?;
         return Ok(Some(Node::Array(Box::new(array))));
     }
     Ok(Some(Multiscales::new(&attributes).map_err(wrong)?.map_or(Node::Group, Node::Image)))
+}
+
+/// Fails on extensions of version 3 that change what the bytes mean.
+fn understood(metadata: &Value) -> Result<(), String> {
+    if let Some(transformer) = metadata["storage_transformers"].as_array().and_then(|all| all.first()) {
+        let name = if transformer.is_string() { transformer } else { &transformer["name"] };
+        return Err(format!("it has the storage transformer {name}, which is not supported"));
+    }
+    let extensions = metadata.as_object().into_iter().flatten().filter(|(name, _)| !KNOWN.contains(&name.as_str()));
+    let mut required = extensions.filter(|(_, value)| value["must_understand"] != false);
+    match required.next() {
+        Some((name, _)) => Err(format!("it has the extension {name}, which is not supported, but must be understood")),
+        None => Ok(()),
+    }
 }
 
 /// A value of a folder's OME metadata: below `ome` from version 0.5 on. Null if it is missing.
@@ -92,6 +125,11 @@ fn read(store: &dyn Store, folder: &Path) -> Result<Option<Metadata>, Error> {
         other => other,
     };
     if let Some(mut metadata) = if_allowed(MARKS[0])? {
+        for (path, below) in metadata["consolidated_metadata"]["metadata"].as_object().into_iter().flatten() {
+            if numbered::leads_below(path) {
+                store.keep(folder.join(path).join(MARKS[0]), below);
+            }
+        }
         let (attributes, is_array) = (metadata["attributes"].take(), metadata["node_type"] == "array");
         return Ok(Some(Metadata { metadata, attributes, is_array }));
     }
@@ -148,8 +186,14 @@ fn named(store: &dyn Store, group: &Path) -> Result<Vec<String>, Error> {
         names = paths(&within_ome(&metadata(&group.join("OME"))?)["series"]);
         // Without a list, they are numbered.
         let is_listed = !names.is_empty();
-        while !is_listed && names.len() < MOST_ARRAYS && found(&group.join(names.len().to_string()))?.is_some() {
-            names.push(names.len().to_string());
+        while !is_listed && names.len() < MOST_ARRAYS {
+            match found(&group.join(names.len().to_string())) {
+                Ok(Some(_)) => names.push(names.len().to_string()),
+                Ok(None) => break,
+                // Object stores that do not list refuse what is not there.
+                Err(Error::Read { source, .. }) if source.kind() == io::ErrorKind::PermissionDenied && !names.is_empty() => break,
+                Err(e) => return Err(e),
+            }
         }
     }
     if names.is_empty() {

@@ -4,25 +4,54 @@
 use super::http;
 use crate::memory;
 use crate::url;
-use crate::volume::format::bytes;
+use crate::volume::format::{CHANGED, bytes};
+use serde_json::Value;
 use std::fs::File;
-use std::io;
+use std::io::{self, Seek, SeekFrom};
 use std::num::NonZero;
-use std::path::Path;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
+
+/// Which bytes of a file.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub(super) enum Span {
+    All,
+    Part(Range<u64>),
+    /// So many at the end.
+    Last(u64),
+}
+
+/// Bytes of a file.
+#[derive(Debug)]
+pub(super) struct Found {
+    pub bytes: Vec<u8>,
+    /// Which byte of the file is the first: stores may give more than the bytes that were asked for, or fewer at the end of the file.
+    pub first: u64,
+    /// Differs from that of the file before it was changed, if the store knows that.
+    pub version: Option<String>,
+}
+
+/// The error of a file that is no longer of the version that was read before.
+pub(super) fn changed() -> io::Error {
+    io::Error::new(CHANGED, "it changed while it was read: read it again when it is complete")
+}
 
 /// Files by their paths, which are those of folders or addresses.
 pub(super) trait Store: Send + Sync {
-    /// All bytes of a file, `None` if there is no such file.
+    /// Bytes of a file, `None` if there is no such file.
     ///
     /// # Errors
-    /// [`io::ErrorKind::InvalidData`] if there are more than `most`.
-    fn get(&self, file: &Path, most: u64) -> io::Result<Option<Vec<u8>>>;
+    /// [`io::ErrorKind::InvalidData`] if there are more than `most`, [`CHANGED`] if it is known not to be of this `version`.
+    fn get(&self, file: &Path, span: &Span, version: Option<&str>, most: u64) -> io::Result<Option<Found>>;
 
     /// As [`get`](Self::get), for metadata, which several readers ask for: stores that take long keep them.
     fn metadata(&self, file: &Path, most: u64) -> io::Result<Option<Arc<[u8]>>> {
-        Ok(self.get(file, most)?.map(Into::into))
+        Ok(self.get(file, &Span::All, None, most)?.map(|found| found.bytes.into()))
     }
+
+    /// Takes metadata of a file that another one has, too. Stores that take long need not read them then.
+    fn keep(&self, _file: PathBuf, _metadata: &Value) {}
 
     /// Names of the folders in a folder; `None` if the store has no lists.
     fn folders(&self, folder: &Path) -> io::Result<Option<Vec<String>>>;
@@ -45,7 +74,7 @@ pub(super) fn of(path: &Path) -> Arc<dyn Store> {
 struct Folders;
 
 impl Store for Folders {
-    fn get(&self, file: &Path, most: u64) -> io::Result<Option<Vec<u8>>> {
+    fn get(&self, file: &Path, span: &Span, version: Option<&str>, most: u64) -> io::Result<Option<Found>> {
         let mut opened = match File::open(file) {
             Err(e) if e.kind() == io::ErrorKind::NotFound => return Ok(None),
             opened => opened?,
@@ -55,10 +84,23 @@ impl Store for Folders {
         if metadata.is_dir() {
             return Ok(None);
         }
-        let mut all = room(file, metadata.len(), most)?;
-        let found = bytes::fill(&mut opened, &mut all)?;
-        all.truncate(found);
-        Ok(Some(all))
+        let len = metadata.len();
+        let current = metadata.modified().ok().map(|time| format!("{len} {time:?}"));
+        if version.is_some() && current.as_deref() != version {
+            return Err(changed());
+        }
+        let Range { start, end } = match *span {
+            Span::All => 0..len,
+            Span::Part(ref part) => part.start.min(len)..part.end.min(len),
+            Span::Last(last) => len.saturating_sub(last)..len,
+        };
+        if start > 0 {
+            opened.seek(SeekFrom::Start(start))?;
+        }
+        let mut bytes = room(file, end.saturating_sub(start), most)?;
+        let found = bytes::fill(&mut opened, &mut bytes)?;
+        bytes.truncate(found);
+        Ok(Some(Found { bytes, first: start, version: current }))
     }
 
     fn folders(&self, folder: &Path) -> io::Result<Option<Vec<String>>> {

@@ -33,6 +33,32 @@ impl Reply {
         content.map_or(Self::Answer(404, Vec::new(), Vec::new()), |content| Self::Answer(200, Vec::new(), content))
     }
 
+    /// A file as servers give it that know parts and versions.
+    pub fn kept(content: Option<Vec<u8>>, tag: &str, request: &Request) -> Self {
+        let Some(content) = content else { return Self::file(None) };
+        let (header, tagged) = (|name: &str| request.headers.get(name).map(String::as_str), vec![format!("ETag: {tag}")]);
+        if header("if-match").is_some_and(|wanted| wanted != tag) {
+            return Self::status(412);
+        }
+        if header("if-none-match") == Some(tag) {
+            return Self::Answer(304, tagged, Vec::new());
+        }
+        let Some((first, last)) = header("range").and_then(|range| range.strip_prefix("bytes=")?.split_once('-')) else {
+            return Self::Answer(200, tagged, content);
+        };
+        let len = content.len();
+        let part = match (first.parse::<usize>(), last.parse::<usize>()) {
+            (Ok(first), Ok(last)) => first..len.min(last + 1),
+            (Ok(first), _) => first..len,
+            (_, last) => len.saturating_sub(last.unwrap())..len,
+        };
+        if part.is_empty() {
+            return Self::status(416);
+        }
+        let said = format!("Content-Range: bytes {}-{}/{len}", part.start, part.end - 1);
+        Self::Answer(206, [tagged, vec![said]].concat(), content[part].to_vec())
+    }
+
     pub fn status(status: u16) -> Self {
         Self::Answer(status, Vec::new(), b"<html>a page about it</html>".to_vec())
     }
@@ -63,10 +89,10 @@ impl Server {
         Self { url, requests }
     }
 
-    /// The files of a folder.
+    /// The files of a folder, which never change.
     pub fn of_folder(folder: impl Into<PathBuf>) -> Self {
         let folder = folder.into();
-        Self::new(move |request| Reply::file(file(&folder, request)))
+        Self::new(move |request| Reply::kept(file(&folder, request), "\"1\"", request))
     }
 
     pub fn requests(&self) -> Vec<Request> {
@@ -101,7 +127,9 @@ fn serve(stream: &TcpStream, answer: &Answers, log: &Mutex<Vec<Request>>) -> Opt
         };
         match answer(&request) {
             Reply::Answer(status, mut lines, body) => {
-                lines.push(format!("Content-Length: {}", body.len()));
+                if status != 304 {
+                    lines.push(format!("Content-Length: {}", body.len()));
+                }
                 to.write_all(format!("HTTP/1.1 {status} Status\r\n{}\r\n\r\n", lines.join("\r\n")).as_bytes()).ok()?;
                 to.write_all(&body).ok()?;
             }
