@@ -51,11 +51,11 @@ pub mod viewer;
 use layersplat_host::files;
 #[doc(inline)]
 pub use layersplat_host::{annotation, camera, color, framing, image, settings, slice, surface, transfer, volume};
+#[cfg(feature = "cli")]
+use layersplat_host::{cache, numbers, panics, url};
 use layersplat_host::{choice, error, memory, progress, viewport};
 #[doc(hidden)]
 pub use layersplat_host::{layers, reference};
-#[cfg(feature = "cli")]
-use layersplat_host::{numbers, panics, url};
 
 pub use camera::{Basis, Camera, Orbit, Projection};
 pub use choice::Choice;

@@ -1,6 +1,7 @@
 //! The command line as it is parsed: what short help shows, and tips for options that other programs have.
 
 use super::Cli;
+use super::channels::KEYS;
 use crate::url;
 use clap::error::{ContextKind, ContextValue, Error, ErrorKind};
 use clap::{Command, CommandFactory, FromArgMatches};
@@ -80,7 +81,8 @@ impl Cli {
 
 /// The arguments of this process. Addresses in them have lost their secrets, which nothing but their servers gets.
 pub(super) fn words() -> Vec<OsString> {
-    std::env::args_os().map(url::public_argument).collect()
+    let keys: Vec<&str> = KEYS.split([',', ' ']).filter(|key| !key.is_empty()).collect();
+    std::env::args_os().map(|argument| url::public_argument(argument, &keys)).collect()
 }
 
 /// The command, with a short help for subcommands with many options.

@@ -156,6 +156,10 @@ Examples:
   layersplat devices --check
 
 The check takes about half a minute on PoCL if no kernels are cached, and seconds later. Devices that fail it are not used.";
+pub(super) const CACHE: &str = "\
+Examples:
+  layersplat cache
+  layersplat cache --clear";
 pub(super) const COMPARE: &str = "\
 Examples:
   layersplat compare before.png after.png

@@ -6,6 +6,7 @@ mod bench;
 mod blending;
 #[cfg(feature = "viewer")]
 mod browser;
+mod cache;
 mod cameras;
 mod channels;
 mod check;
@@ -108,6 +109,9 @@ enum Command {
     /// List OpenCL devices with their tuning, or check what they draw
     #[command(after_help = examples::DEVICES)]
     Devices(devices::Arguments),
+    /// Show how much of volumes at URLs is kept on disk, and where, or remove it
+    #[command(after_help = examples::CACHE)]
+    Cache(cache::Arguments),
     /// Compare two pictures
     #[command(after_help = examples::COMPARE)]
     Compare(compare::Arguments),
@@ -180,6 +184,7 @@ pub fn main() -> ExitCode {
         Command::Transfer(arguments) => transfer::run(&arguments),
         Command::Convert(arguments) => convert::run(&arguments),
         Command::Devices(arguments) => devices::run(&arguments),
+        Command::Cache(arguments) => cache::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
         Command::Tune(arguments) => tune::run(&arguments),
         Command::Paper(arguments) => paper::run(&arguments),

@@ -243,3 +243,37 @@ fn views_choose_what_is_read() {
         }
     }
 }
+
+/// What is read by URL is kept for the next command, which asks whether it is still that.
+#[test]
+fn what_is_read_is_kept() {
+    let folder = tempfile::tempdir().unwrap();
+    let f = folder.path();
+    let server = Server::new(|request| Reply::kept(file(&files(), request), "\"1\"", request));
+    let url = format!("{}/zarr/3_shards_end.zarr", server.url);
+    let run = |arguments: &[&str]| {
+        let before = server.requests().len();
+        let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_layersplat"));
+        let output = command.args(arguments).current_dir(f).env("XDG_CACHE_HOME", f.join("caches")).output().unwrap();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        let asked = server.requests().split_off(before);
+        let told = asked.iter().filter(|request| request.headers.contains_key("if-none-match")).count();
+        (String::from_utf8(output.stdout).unwrap(), asked.len(), told)
+    };
+    let convert = |name: &str, more: &[&str]| {
+        let (_, asked, told) = run(&[&["convert", &url, name], more].concat());
+        (std::fs::read(f.join(name)).unwrap(), asked, told)
+    };
+    let kept = || serde_json::from_str::<serde_json::Value>(&run(&["cache", "--json"]).0).unwrap();
+    assert_eq!((&kept()["files"], &kept()["bytes"]), (&0.into(), &0.into()));
+    let (picture, asked, told) = convert("off.nrrd", &["--no-cache"]);
+    assert!(asked == 5 && told == 0 && kept()["files"] == 0 && !f.join("caches/layersplat/downloads").exists());
+    assert_eq!(convert("cold.nrrd", &[]), (picture.clone(), 5, 0));
+    assert_eq!(kept()["files"], 5);
+    assert_eq!(convert("warm.nrrd", &[]), (picture.clone(), 5, 5));
+    assert_eq!(convert("warm.nrrd", &["--no-cache"]), (picture, 5, 0));
+    let (text, ..) = run(&["cache"]);
+    assert!(text.contains("caches/layersplat/downloads: 5 files, ") && text.contains("of at most 10 GB"), "{text}");
+    let (text, ..) = run(&["cache", "--clear"]);
+    assert!(text.contains("removed 5 files") && kept()["files"] == 0, "{text}");
+}

@@ -24,7 +24,7 @@ use opening::Opened;
 use scene_file::SceneFile;
 pub(super) use scene_file::SceneSurface;
 use spec::{FieldChange, FieldSpec};
-pub(super) use spec::{Pairs, split};
+pub(super) use spec::{KEYS, Pairs, split};
 use std::path::{Path, PathBuf};
 pub(super) use steps::{FieldSteps, PlayedField};
 pub(super) use transform::read_transform;

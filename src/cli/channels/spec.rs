@@ -49,7 +49,7 @@ pub(super) struct FieldSpec {
 }
 
 /// Keys, for messages.
-const KEYS: &str = "transfer, range, opacity, color, factor, iso, gradient-opacity, channel, frame, array, spacing, origin, at, mask, labels, label, \
+pub(in crate::cli) const KEYS: &str = "transfer, range, opacity, color, factor, iso, gradient-opacity, channel, frame, array, spacing, origin, at, mask, labels, label, \
                     colors, color-opacity, visible and name";
 
 impl FieldSpec {

@@ -1,5 +1,6 @@
 //! Cache of verdicts: one file per family, in one folder per device, driver and build of the command.
 
+use crate::cache;
 use crate::check::{Family, Verdict};
 use crate::device::{DeviceInfo, compiler_options, kernel_sources_hash};
 use crate::error::Error;
@@ -45,7 +46,7 @@ pub(super) struct Verdicts {
 impl Verdicts {
     /// Opens the cache in the user's cache folder.
     pub fn new(device: &DeviceInfo) -> Self {
-        let caches = user_cache_folder();
+        let caches = cache::user_folder();
         let checked = Checked {
             platform: device.platform.clone(),
             device: device.name.clone(),
@@ -102,12 +103,6 @@ impl Verdicts {
         let text = serde_json::to_vec_pretty(&cached).expect("verdicts are plain data");
         write_whole(&folder.join(format!("{}.json", verdict.family)), |out| out.write_all(&text))
     }
-}
-
-/// The user's cache folder by the XDG base directory specification.
-fn user_cache_folder() -> Option<PathBuf> {
-    let set = |name: &str| env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from);
-    set("XDG_CACHE_HOME").or_else(|| set("HOME").map(|home| home.join(".cache")))
 }
 
 /// Bytes at the begin of an ELF file that have the note with its build id.

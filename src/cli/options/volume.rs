@@ -1,6 +1,7 @@
 //! Options for the volume.
 
 use super::LabelOptions;
+use crate::cache;
 use crate::cli::values::{ChannelChoice, Component, LevelChoice};
 use crate::cli::{parse, standard};
 use crate::url;
@@ -77,6 +78,9 @@ pub(in crate::cli) struct FileOptions {
     /// Chunks of a URL that the server refuses (403): an error, or fill: not stored, as object stores that do not list mean it [default: refuse]
     #[arg(long, value_name = "refuse|fill", help_heading = "Volume", hide_possible_values = true)]
     missing: Option<MissingChunks>,
+    /// Neither use nor keep on disk what is read of a URL (see `layersplat cache`)
+    #[arg(long, help_heading = "Volume")]
+    no_cache: bool,
 }
 
 /// A volume with what its file states about it.
@@ -305,7 +309,11 @@ impl FileOptions {
             EndianName::Little => Endian::Little,
             EndianName::Big => Endian::Big,
         });
-        let Self { dims, voxel_type, spacing, origin, header_bytes, frame, region, download, missing, .. } = *self;
+        let Self { dims, voxel_type, spacing, origin, header_bytes, frame, region, download, missing, no_cache, .. } = *self;
+        if no_cache {
+            // Of this process: each command has one set of options for its volumes.
+            cache::turn_off();
+        }
         let (array, series) = (self.array.clone(), self.series.clone());
         let level = match (self.level, size) {
             (None, _) => None,

@@ -89,10 +89,16 @@ impl Server {
         Self { url, requests }
     }
 
-    /// The files of a folder, which never change.
+    /// The files of a folder, of which nothing stays in the cache of who runs the tests.
     pub fn of_folder(folder: impl Into<PathBuf>) -> Self {
         let folder = folder.into();
-        Self::new(move |request| Reply::kept(file(&folder, request), "\"1\"", request))
+        Self::new(move |request| match Reply::kept(file(&folder, request), "\"1\"", request) {
+            Reply::Answer(status, mut lines, body) => {
+                lines.push("Cache-Control: no-store".into());
+                Reply::Answer(status, lines, body)
+            }
+            other => other,
+        })
     }
 
     pub fn requests(&self) -> Vec<Request> {
