@@ -1717,6 +1717,17 @@ enum layersplat_status layersplat_volume_open(const char *source,
                                               struct layersplat_volume **volume);
 
 /**
+ * Opens a Zarr like layersplat_volume_open(), or a part of it as if it were all: `region` is x0, x1, y0, y1, z0, z1 in voxels of level 0,
+ * without the last ones, or null for all. Of URLs, `download` is the most bytes of voxels, 0 for 2 GB, and chunks that the server refuses are
+ * an error unless `fills_refused` is 1: then they count as not stored. To be freed by layersplat_volume_free().
+ */
+enum layersplat_status layersplat_volume_open_part(const char *source,
+                                                   const size_t *region,
+                                                   uint64_t download,
+                                                   int32_t fills_refused,
+                                                   struct layersplat_volume **volume);
+
+/**
  * The grid of a volume.
  */
 enum layersplat_status layersplat_volume_grid(const struct layersplat_volume *volume,

@@ -1,9 +1,9 @@
 //! Volumes in host memory and in files.
 
-use crate::boundary::{Failure, Out, borrowed, free, guard, text};
+use crate::boundary::{Failure, Out, borrowed, free, guard, text, values};
 use crate::{Grid, Status, VoxelType};
 use layersplat::OpenOptions;
-use layersplat::volume::{self, Storage};
+use layersplat::volume::{self, Storage, VoxelBox};
 use std::ffi::{c_char, c_void};
 
 /// A volume in host memory or in a file. It is immutable, and several threads may use it at the same time.
@@ -107,6 +107,36 @@ pub unsafe extern "C" fn layersplat_volume_open(source: *const c_char, volume: *
         let out = unsafe { Out::handle(volume, "volume") }?;
         let source = unsafe { text(source, "source") }?;
         out.set_handle(Volume(layersplat::Volume::open(source, &OpenOptions::default())?));
+        Ok(())
+    })
+}
+
+/// Opens a Zarr like layersplat_volume_open(), or a part of it as if it were all: `region` is x0, x1, y0, y1, z0, z1 in voxels of level 0,
+/// without the last ones, or null for all. Of URLs, `download` is the most bytes of voxels, 0 for 2 GB, and chunks that the server refuses are
+/// an error unless `fills_refused` is 1: then they count as not stored. To be freed by layersplat_volume_free().
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn layersplat_volume_open_part(
+    source: *const c_char,
+    region: *const usize,
+    download: u64,
+    fills_refused: i32,
+    volume: *mut *mut Volume,
+) -> Status {
+    guard(|| {
+        // SAFETY: upheld by the caller, here and below.
+        let out = unsafe { Out::handle(volume, "volume") }?;
+        let source = unsafe { text(source, "source") }?;
+        let region = match region.is_null() {
+            true => None,
+            false => {
+                let sides = unsafe { values(region, 6, "region") }?;
+                let first = [0, 2, 4].map(|i| sides[i]);
+                Some(VoxelBox { first, dims: [0, 2, 4].map(|i| sides[i + 1].saturating_sub(sides[i])) })
+            }
+        };
+        let download = Some(download).filter(|&most| most > 0);
+        let options = OpenOptions { region, download, fills_refused: fills_refused == 1, ..OpenOptions::default() };
+        out.set_handle(Volume(layersplat::Volume::open(source, &options)?));
         Ok(())
     })
 }

@@ -36,6 +36,7 @@ fn null_is_an_error_that_names_the_argument() {
             ("grid", layersplat_volume_copy(bytes.cast(), 1, 0, null(), volume)),
             ("volume", layersplat_volume_copy(bytes.cast(), 1, 0, &grid, null_mut())),
             ("source", layersplat_volume_open(null(), volume)),
+            ("source", layersplat_volume_open_part(null(), null(), 0, 0, volume)),
             ("volume", layersplat_volume_grid(null(), null_mut())),
             ("grid", layersplat_volume_grid(scene.volume, null_mut())),
             ("smallest", layersplat_volume_range(scene.volume, null_mut(), null_mut())),
@@ -111,6 +112,16 @@ fn invalid_names_are_reported() {
             refused(layersplat_transfer_open(pink.as_ptr(), null(), &mut transfer), Status::InvalidArgument).contains("fire")
         );
         refused(layersplat_volume_open(c"/nonexistent.raw".as_ptr(), &mut volume), Status::File);
+        let zarr = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/formats/files/zarr/3_turned.zarr\0");
+        let region = [1, 3, 0, 4, 2, 3];
+        let part = layersplat_volume_open_part(zarr.as_ptr().cast(), region.as_ptr(), 0, 0, &mut volume);
+        assert_eq!(part, Status::Ok);
+        let mut grid = std::mem::zeroed::<Grid>();
+        assert_eq!((layersplat_volume_grid(volume, &mut grid), grid.dims), (Status::Ok, [2, 4, 1]));
+        layersplat_volume_free(volume);
+        let none = [9, 9, 0, 4, 2, 3];
+        let part = layersplat_volume_open_part(zarr.as_ptr().cast(), none.as_ptr(), 0, 0, &mut volume);
+        assert!(refused(part, Status::InvalidArgument).contains("region"));
         refused(layersplat_volume_open(c"builtin:pink".as_ptr(), &mut volume), Status::InvalidArgument);
         assert!(device.is_null() && volume.is_null() && transfer.is_null(), "a failed call returns no handle");
     }

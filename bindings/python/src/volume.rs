@@ -6,7 +6,7 @@ use crate::errors::{Result, unknown};
 use crate::names::Channel;
 use crate::warned::{warn, warned};
 use layersplat::glam::{DAffine3, DMat3, DVec3};
-use layersplat::volume::{Endian, Grid, Level};
+use layersplat::volume::{Endian, Grid, Level, VoxelBox};
 use layersplat::{OpenOptions, Volume as Ours};
 use numpy::PyUntypedArray;
 use pyo3::prelude::*;
@@ -126,11 +126,13 @@ impl Volume {
     /// does not contain. spacing: along x, y, z. background: as for Volume(data). frame: index of one of several volumes; VolumeSequence opens
     /// all. channel: index of one of several components per voxel, or
     /// "magnitude", which is the default for those that a file declares as a vector. array: a dataset, by name or path. series: a DICOM series in a folder.
-    /// level: resolution level, 0 is the finest.
+    /// level: resolution level, 0 is the finest. region: ((x0, x1), (y0, y1), (z0, z1)), the part of a Zarr to read as if it were all, in
+    /// voxels of level 0, without the last ones. Of URLs: download, the most bytes of voxels, 2 GB by default; missing: chunks that the server
+    /// refuses are an error ("refuse"), or not stored ("fill").
     #[staticmethod]
     #[pyo3(signature = (
         path, *, dims = None, voxel_type = None, spacing = None, endian = None, header_bytes = None, background = None, frame = None,
-        channel = None, array = None, series = None, level = None,
+        channel = None, array = None, series = None, level = None, region = None, download = None, missing = None,
     ))]
     #[allow(clippy::too_many_arguments)] // Python passes them by keyword.
     fn open(
@@ -147,9 +149,22 @@ impl Volume {
         array: Option<Argument<String>>,
         series: Option<Argument<String>>,
         level: Option<Argument<usize>>,
+        region: Option<Argument<[[usize; 2]; 3]>>,
+        download: Option<Argument<u64>>,
+        missing: Option<Argument<String>>,
     ) -> Result<Self> {
-        extract!(path, background);
+        extract!(path, background, region, download, missing);
         let options = opening(dims, voxel_type, spacing, endian, header_bytes, frame, channel, array, series, level)?;
+        let region = region.map(|sides| {
+            let dims = sides.map(|[first, end]| end.saturating_sub(first));
+            VoxelBox { first: sides.map(|[first, _]| first), dims }
+        });
+        let fills_refused = match missing.as_deref() {
+            None | Some("refuse") => false,
+            Some("fill") => true,
+            Some(other) => return Err(unknown("missing", other, "refuse or fill")),
+        };
+        let options = OpenOptions { region, download, fills_refused, ..options };
         let (volume, warnings) = warned(py, move || Ok(Ours::open(path, &options)?))?;
         warn(py, warnings)?;
         Ok(Self(match background {

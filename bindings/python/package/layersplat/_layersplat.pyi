@@ -86,6 +86,9 @@ class Volume:
         array: Optional[str] = None,
         series: Optional[str] = None,
         level: Optional[int] = None,
+        region: Optional[Tuple[Tuple[int, int], Tuple[int, int], Tuple[int, int]]] = None,
+        download: Optional[int] = None,
+        missing: Optional[Literal["refuse", "fill"]] = None,
     ) -> Volume:
         """Opens a file, or builtin:marschner-lobb, builtin:hydrogen or builtin:cube with @N or @XxYxZ.
 
@@ -93,7 +96,9 @@ class Volume:
         does not contain. spacing: along x, y, z. background: as for Volume(data). frame: index of one of several volumes; VolumeSequence
         opens all. channel: index of one of several components per voxel, or "magnitude", which is the default for those that a file
         declares as a vector. array: a dataset, by name or path. series: a DICOM series in a folder. level: resolution level, 0 is the
-        finest.
+        finest. region: ((x0, x1), (y0, y1), (z0, z1)), the part of a Zarr to read as if it were all, in voxels of level 0, without the last
+        ones. Of URLs: download, the most bytes of voxels, 2 GB by default; missing: chunks that the server refuses are an error
+        ("refuse"), or not stored ("fill").
         """
     @property
     def shape(self) -> Tuple[int, int, int]:
