@@ -3,9 +3,11 @@
 use super::server::{Reply, Request, Server, file};
 use super::*;
 use crate::error::Error;
-use crate::url;
 use crate::volume::{ChannelDescription, Labels, OpenOptions, Volume, VoxelBox};
 use glam::DVec3;
+
+mod kept;
+mod parts;
 
 /// Files of other programs, with what they hold.
 fn folder() -> PathBuf {
@@ -202,204 +204,6 @@ fn wrong_lengths_are_noticed() {
     is_right(volume);
 }
 
-const SHARDS: [&str; 2] = ["zarr/3_shards_start.zarr", "zarr/3_shards_end.zarr"];
-
-/// Opens a volume of shards from a server that answers requests for them as `fault` says, else as good servers do.
-fn sharded(
-    name: &str,
-    fault: impl Fn(&Request, Vec<u8>) -> Option<Reply> + Send + Sync + 'static,
-) -> (Server, Result<Volume<'static>, Error>) {
-    let server = Server::new(move |request| {
-        let content = file(&folder(), request);
-        let faulty = content.clone().filter(|_| is_chunk(request)).and_then(|content| fault(request, content));
-        faulty.unwrap_or_else(|| Reply::kept(content, "\"1\"", request))
-    });
-    let volume = Volume::open(format!("{}/{name}", server.url), &OpenOptions::default());
-    (server, volume)
-}
-
-/// Each index is read once, and of the chunks those that are wanted.
-#[test]
-fn shards_are_read_in_parts() {
-    for name in SHARDS {
-        let (server, volume) = sharded(name, |_, _| None);
-        assert_eq!(values(&volume.unwrap()), values(&by_path(name)));
-        let asked: Vec<_> = server.requests().into_iter().filter(is_chunk).collect();
-        assert!(asked.len() == 4 && asked.iter().all(|request| request.headers.contains_key("range")), "{asked:?}");
-        assert_eq!(asked.iter().filter(|request| request.headers.contains_key("if-match")).count(), 2);
-        // A chunk of four.
-        let region = Some(VoxelBox { first: [1, 2, 1], dims: [2, 1, 1] });
-        let (server, whole) = (Server::of_folder(folder()), by_path(name));
-        let part = Volume::open(format!("{}/{name}", server.url), &OpenOptions { region, ..OpenOptions::default() }).unwrap();
-        assert_eq!(values(&part), [whole.value(31), whole.value(32)]);
-        let asked: Vec<_> =
-            server.requests().into_iter().filter(is_chunk).map(|request| request.headers["range"].clone()).collect();
-        assert_eq!(asked.len(), 2, "{asked:?}");
-        assert_eq!(asked[0], if name == SHARDS[0] { "bytes=0-67" } else { "bytes=-68" });
-        let (first, last) = asked[1].strip_prefix("bytes=").unwrap().split_once('-').unwrap();
-        let len = last.parse::<u64>().unwrap() + 1 - first.parse::<u64>().unwrap();
-        assert!(len < 40, "{len}");
-    }
-}
-
-#[test]
-fn servers_without_parts_give_all() {
-    for name in SHARDS {
-        let (server, volume) = sharded(name, |_, content| Some(Reply::file(Some(content))));
-        assert_eq!(values(&volume.unwrap()), values(&by_path(name)));
-        assert_eq!(server.requests().iter().filter(|request| is_chunk(request)).count(), 2);
-        // Only after the index.
-        let (_server, volume) = sharded(name, |request, content| (request.before > 0).then(|| Reply::file(Some(content))));
-        assert_eq!(values(&volume.unwrap()), values(&by_path(name)));
-    }
-}
-
-#[test]
-fn wrong_parts_are_asked_for_again() {
-    let said = |range: &str, body: &[u8]| Reply::Answer(206, vec![format!("Content-Range: {range}")], body.to_vec());
-    type Fault = fn(&dyn Fn(&str, &[u8]) -> Reply, &[u8]) -> Reply;
-    let faults: [(Fault, &str); 6] = [
-        (|said, all| said("bytes 1-68/999", &all[..68]), "other bytes than it was asked for (bytes 1-68/999)"),
-        (|said, all| said("bytes 0-0/*", &all[..1]), "other bytes than it was asked for (bytes 0-0/*)"),
-        (|said, all| said("bytes 9-3/4", all), "other bytes than it was asked for (bytes 9-3/4)"),
-        (|_, all| Reply::Answer(206, vec![], all.to_vec()), "other bytes than it was asked for (not said which)"),
-        (|said, all| said("bytes 0-67/999", &all[..60]), "the server announces 60 bytes, where it has 68"),
-        (
-            |_, _| Reply::Raw(b"HTTP/1.1 206 P\r\nContent-Range: bytes 0-67/999\r\n\r\n12345".to_vec()),
-            "the connection ended after 5 of 68 bytes",
-        ),
-    ];
-    for (fault, sentence) in faults {
-        let (_server, volume) = sharded(SHARDS[0], move |request, all| (request.before < 3).then(|| fault(&said, &all)));
-        assert_eq!(values(&volume.unwrap()), values(&by_path(SHARDS[0])));
-        let (_server, volume) = sharded(SHARDS[0], move |_, all| Some(fault(&said, &all)));
-        let message = volume.unwrap_err().to_string();
-        assert!(message.contains(sentence) && message.contains("(6 attempts)"), "{message}");
-    }
-    let (_server, volume) = sharded(SHARDS[0], |request, _| (request.before > 0).then(|| Reply::status(416)));
-    let message = volume.unwrap_err().to_string();
-    assert!(message.contains("fewer bytes than its index says"), "{message}");
-}
-
-/// A file that is written while it is read is read again, all of it; the second time that is an error.
-#[test]
-fn changed_shards_are_read_again() {
-    let [_, name] = SHARDS;
-    // The new file has no chunks: its index has the checksum of entries that are all ones.
-    let emptied = |content: &[u8]| {
-        let entries = vec![0xff; 64];
-        let sum = super::super::crc32c::crc32c(&entries).to_le_bytes();
-        [&content[..content.len() - 68], &entries, &sum].concat()
-    };
-    let is_first = |request: &Request| request.path.ends_with("c/0/0/0");
-    let mut expected = values(&by_path(name));
-    expected[..40].fill(0.0);
-    for heeds in [true, false] {
-        for tagged in [true, false] {
-            let versioned = move |content: Vec<u8>, version: usize, request: &Request| {
-                let mut request = request.clone();
-                if !heeds {
-                    request.headers.remove("if-match");
-                }
-                let Reply::Answer(status, lines, body) = Reply::kept(Some(content), &format!("\"{version}\""), &request) else {
-                    unreachable!()
-                };
-                let lines = lines.into_iter().map(|line| if tagged { line } else { line.replace("ETag", "Last-Modified") });
-                Reply::Answer(status, lines.collect(), body)
-            };
-            let (_server, volume) = sharded(name, move |request, content| {
-                let version = is_first(request).then(|| request.before.min(1))?;
-                Some(versioned(if version == 0 { content } else { emptied(&content) }, version, request))
-            });
-            assert_eq!(values(&volume.unwrap()), expected, "{heeds} {tagged}");
-            let (server, volume) =
-                sharded(name, move |request, content| is_first(request).then(|| versioned(content, request.before, request)));
-            let message = volume.unwrap_err().to_string();
-            assert!(message.contains("c/0/0/0: it changed while it was read"), "{message}");
-            assert_eq!(server.requests().iter().filter(|request| is_first(request)).count(), 4);
-        }
-    }
-    // Gone, too.
-    let (_server, volume) = sharded(name, |request, _| (request.before % 2 == 1).then(|| Reply::file(None)));
-    assert!(volume.unwrap_err().to_string().contains("changed while it was read"));
-}
-
-/// What is kept on disk is used only if the server says that it is still that, by a tag or a date.
-#[test]
-fn kept_files_are_those_of_the_server() {
-    let place = tempfile::tempdir().unwrap();
-    let cache = || -> &'static Cache { Box::leak(Box::new(Cache::new(place.path().join("kept"), 1 << 30))) };
-    let version = Arc::new(Mutex::new(1));
-    let current = version.clone();
-    let server = Server::new(move |request| {
-        let version = *current.lock().unwrap();
-        let content = |text: &str| Some(format!("{text} {version} {}", request.path).into_bytes());
-        match request.path.split('?').next().unwrap() {
-            "/tagged" => Reply::kept(content("0123456789"), &format!("\"{version}\""), request),
-            "/weak" => Reply::kept(content("weak"), &format!("W/\"{version}\""), request),
-            path @ ("/dated" | "/fresh") => {
-                let date = format!("Fri, 02 Jan 2026 00:00:0{version} GMT");
-                if request.headers.get("if-modified-since") == Some(&date) {
-                    return Reply::Answer(304, vec![], vec![]);
-                }
-                let now = if path == "/fresh" { date.clone() } else { "Fri, 02 Jan 2026 00:01:00 GMT".into() };
-                Reply::Answer(200, vec![format!("Last-Modified: {date}"), format!("Date: {now}")], content("dated").unwrap())
-            }
-            "/secret" => {
-                let tags = vec![format!("ETag: \"{version}\""), "Cache-Control: private, no-store".into()];
-                Reply::Answer(200, tags, content("secret").unwrap())
-            }
-            "/refused" if version > 1 => Reply::status(403),
-            "/refused" => Reply::kept(content("refused"), "\"1\"", request),
-            _ => Reply::file(content("plain")),
-        }
-    });
-    let (all, part) = (Span::All, Span::Part(2..5));
-    let get = |path: &str, span: &Span| {
-        let before = server.requests().len();
-        // As another process does.
-        let found = Http::new(PATIENCE, Some(cache())).get(Path::new(&format!("{}{path}", server.url)), span, None, 1 << 20);
-        let asked = server.requests();
-        assert_eq!(asked.len(), before + 1, "each is asked for");
-        let is_conditional = ["if-none-match", "if-modified-since"].iter().any(|name| asked[before].headers.contains_key(*name));
-        found.map(|found| (String::from_utf8(found.unwrap().bytes).unwrap(), is_conditional))
-    };
-    for (path, text) in [("/tagged", "0123456789"), ("/weak", "weak"), ("/dated", "dated")] {
-        *version.lock().unwrap() = 1;
-        let expected = |version: u32| format!("{text} {version} {path}");
-        assert_eq!(get(path, &all).unwrap(), (expected(1), false));
-        assert_eq!(get(path, &all).unwrap(), (expected(1), true));
-        *version.lock().unwrap() = 2;
-        assert_eq!(get(path, &all).unwrap(), (expected(2), true));
-        assert_eq!(get(path, &all).unwrap(), (expected(2), true));
-    }
-    assert_eq!(get("/tagged", &part).unwrap(), ("234".into(), false));
-    assert_eq!(get("/tagged", &part).unwrap(), ("234".into(), true));
-    *version.lock().unwrap() = 1;
-    for path in ["/fresh", "/secret", "/plain", "/tagged?v=1", "/tagged?v=2"] {
-        for _ in 0..2 {
-            let address = format!("{}{path}", server.url);
-            let public = url::public(Path::new(&address)).into_owned();
-            let found = Http::new(PATIENCE, Some(cache())).get(&public, &all, None, 1 << 20).unwrap().unwrap();
-            let asked = server.requests().pop().unwrap();
-            assert!(asked.path == path && String::from_utf8(found.bytes).unwrap().ends_with(path));
-            assert!(!asked.headers.contains_key("if-none-match") && !asked.headers.contains_key("if-modified-since"), "{path}");
-        }
-    }
-    // Who may read it no longer gets nothing.
-    assert_eq!(get("/refused", &all).unwrap().1, false);
-    *version.lock().unwrap() = 2;
-    assert_eq!(get("/refused", &all).unwrap_err().kind(), io::ErrorKind::PermissionDenied);
-    // Half a file is none.
-    *version.lock().unwrap() = 1;
-    for entry in std::fs::read_dir(cache().folder()).unwrap() {
-        let path = entry.unwrap().path();
-        let content = std::fs::read(&path).unwrap();
-        std::fs::write(&path, &content[..content.len() - 1]).unwrap();
-    }
-    assert_eq!(get("/weak", &all).unwrap(), ("weak 1 /weak".into(), false));
-}
-
 #[test]
 fn redirects_are_followed_to_their_end() {
     let elsewhere = Server::of_folder(folder());
@@ -483,22 +287,6 @@ fn secrets_reach_their_server_and_nobody_else() {
             assert!(!["token", "T1", "p%20ss", "User7"].iter().any(|secret| message.contains(secret)), "{message}");
         }
     }
-}
-
-/// Addresses that differ in their secrets only are different ones, whichever is asked for first.
-#[test]
-fn queries_tell_addresses_apart() {
-    let server = Server::new(|request| Reply::file(Some(request.path.clone().into_bytes())));
-    let address = |query: &str| format!("{}/q.zarr{query}", server.url);
-    let all = ["?v=1", "?v=2", "?v=1", "?v=2&x=1"].map(|query| (query, url::public(Path::new(&address(query))).into_owned()));
-    for (query, public) in all.iter().chain(all.iter().rev()) {
-        assert!(!public.to_str().unwrap().contains('?'));
-        // What is public stays as it is.
-        let below = url::public(&public.join("0")).join("zarr.json");
-        let found = Http::new(PATIENCE, None).get(&below, &Span::All, None, 1 << 20).unwrap().unwrap();
-        assert_eq!(String::from_utf8(found.bytes).unwrap(), format!("/q.zarr/0/zarr.json{query}"));
-    }
-    assert!(all[0].1 == all[2].1 && all[0].1 == Path::new(&address("")) && all[1].1 == Path::new(&address("#2")));
 }
 
 #[test]
