@@ -131,8 +131,13 @@ fn chosen(path: &Path, options: &OpenOptions) -> Result<(PathBuf, Node), Error> 
     if let Some(wanted) = wanted.filter(|wanted| url::is_url(path) && numbered::leads_below(wanted)) {
         // Without lists, it is looked for.
         let below = path.join(wanted);
-        if let Some(node) = node::found(&below)? {
-            return Ok((below, node));
+        match node::found(&below) {
+            Err(e) if node::is_refused(&e) && node::below(path).is_ok() => {}
+            found => {
+                if let Some(node) = found? {
+                    return Ok((below, node));
+                }
+            }
         }
     }
     let names = node::below(path)?;

@@ -106,6 +106,11 @@ fn within_ome(attributes: &Value) -> &Value {
     if attributes["ome"].is_object() { &attributes["ome"] } else { attributes }
 }
 
+/// Whether a server refuses metadata. Object stores that do not list answer so for what is not there.
+pub(super) fn is_refused(error: &Error) -> bool {
+    matches!(error, Error::Read { source, .. } if source.kind() == io::ErrorKind::PermissionDenied)
+}
+
 /// What a folder states.
 struct Metadata {
     metadata: Value,
@@ -183,15 +188,17 @@ fn named(store: &dyn Store, group: &Path) -> Result<Vec<String>, Error> {
         names.extend(images.iter().map(|image| format!("{well}/{image}")));
     }
     if names.is_empty() && !ome["bioformats2raw.layout"].is_null() {
-        names = paths(&within_ome(&metadata(&group.join("OME"))?)["series"]);
+        names = match metadata(&group.join("OME")) {
+            Err(e) if is_refused(&e) => Vec::new(),
+            found => paths(&within_ome(&found?)["series"]),
+        };
         // Without a list, they are numbered.
         let is_listed = !names.is_empty();
         while !is_listed && names.len() < MOST_ARRAYS {
             match found(&group.join(names.len().to_string())) {
                 Ok(Some(_)) => names.push(names.len().to_string()),
                 Ok(None) => break,
-                // Object stores that do not list refuse what is not there.
-                Err(Error::Read { source, .. }) if source.kind() == io::ErrorKind::PermissionDenied && !names.is_empty() => break,
+                Err(e) if is_refused(&e) && !names.is_empty() => break,
                 Err(e) => return Err(e),
             }
         }
