@@ -66,7 +66,7 @@ fn kept_files_are_those_of_the_server() {
         }
     }
     // Who may read it no longer gets nothing.
-    assert_eq!(get("/refused", &all).unwrap().1, false);
+    assert!(!get("/refused", &all).unwrap().1);
     *version.lock().unwrap() = 2;
     assert_eq!(get("/refused", &all).unwrap_err().kind(), io::ErrorKind::PermissionDenied);
     // Half a file is none.
