@@ -33,7 +33,7 @@ fn scheme(text: &str) -> Option<&'static str> {
     SCHEMES.into_iter().find(begins)
 }
 
-/// The path without secrets, which are kept for [`secrets`]. Other paths as they are.
+/// The path without secrets, which are kept for [`sent`]. Other paths as they are.
 pub fn public(path: &Path) -> Cow<'_, Path> {
     let Some((text, scheme)) = path.to_str().and_then(|text| Some((text, scheme(text)?))) else { return path.into() };
     match split(text, scheme) {

@@ -142,6 +142,7 @@ accepted! {
     PathBuf: "a path: a string or a pathlib.Path";
     (f64, f64): "two numbers";
     (usize, usize): "two whole numbers from 0 on";
+    [(usize, usize); 3]: "three pairs of whole numbers from 0 on, ((x0, x1), (y0, y1), (z0, z1))";
     [usize; 3]: "three whole numbers from 0 on";
     [f64; 3]: "three numbers, (x, y, z)";
     Vec<(f64, f64)>: "a list of pairs of numbers";

@@ -149,15 +149,15 @@ impl Volume {
         array: Option<Argument<String>>,
         series: Option<Argument<String>>,
         level: Option<Argument<usize>>,
-        region: Option<Argument<[[usize; 2]; 3]>>,
+        region: Option<Argument<[(usize, usize); 3]>>,
         download: Option<Argument<u64>>,
         missing: Option<Argument<String>>,
     ) -> Result<Self> {
         extract!(path, background, region, download, missing);
         let options = opening(dims, voxel_type, spacing, endian, header_bytes, frame, channel, array, series, level)?;
         let region = region.map(|sides| {
-            let dims = sides.map(|[first, end]| end.saturating_sub(first));
-            VoxelBox { first: sides.map(|[first, _]| first), dims }
+            let dims = sides.map(|(first, end)| end.saturating_sub(first));
+            VoxelBox { first: sides.map(|(first, _)| first), dims }
         });
         let fills_refused = match missing.as_deref() {
             None | Some("refuse") => false,
