@@ -133,7 +133,7 @@ fn values_and_labels_are_added_to_their_points() {
 fn materials_of_obj_have_colours() {
     let [surface] = open(folder().join("surface_data/materials.obj"), &SurfaceOptions::default()).unwrap().try_into().unwrap();
     assert_eq!(volume(&surface), 6.0 * SIZE.element_product());
-    let color = |n: usize| if n / 2 % 2 == 0 { [1.0, 0.0, 0.0, 0.5] } else { [0.0, 0.2, 1.0, 0.5] };
+    let color = |n: usize| if (n / 2).is_multiple_of(2) { [1.0, 0.0, 0.0, 0.5] } else { [0.0, 0.2, 1.0, 0.5] };
     assert_eq!(surface.colors(), Some(&Per::Cell((0..12).map(color).collect())));
 }
 
