@@ -447,6 +447,7 @@ pub const UNCHANGED: &[(&str, &str)] = &[
     ("--oversample", "reads a finer level; tests/command/urls.rs"),
     ("--region", "reads a part of a Zarr; tests/command/urls.rs"),
     ("--download", "bounds what a URL may have; tests/command/urls.rs"),
+    ("--no-cache", "of URLs, whose answers it does not keep; tests/command/urls.rs"),
     ("--missing", "of URLs whose server refuses chunks; tests/command/urls.rs"),
     ("--array", "chooses one of several arrays; tests/command/volumes.rs"),
     ("--output", "says where the picture goes; a test of its own looks there"),
