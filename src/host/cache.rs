@@ -20,10 +20,13 @@ const HEADER: usize = MAGIC.len() + 8;
 
 static IS_OFF: AtomicBool = AtomicBool::new(false);
 
-/// The user's cache folder by the XDG base directory specification, or that of Windows.
+/// The user's cache folder by the XDG base directory specification, which ignores relative ones, or that of Windows.
 pub fn user_folder() -> Option<PathBuf> {
     let set = |name: &str| env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from);
-    set("XDG_CACHE_HOME").or_else(|| set("HOME").map(|home| home.join(".cache"))).or_else(|| set("LOCALAPPDATA"))
+    set("XDG_CACHE_HOME")
+        .filter(|folder| folder.is_absolute())
+        .or_else(|| set("HOME").map(|home| home.join(".cache")))
+        .or_else(|| set("LOCALAPPDATA"))
 }
 
 /// Files from servers. `None` if there is no place for them, or after [`turn_off`].

@@ -36,7 +36,7 @@ fn scheme(text: &str) -> Option<&'static str> {
 /// The path without secrets, which are kept for [`sent`]. Other paths as they are.
 pub fn public(path: &Path) -> Cow<'_, Path> {
     let Some((text, scheme)) = path.to_str().and_then(|text| Some((text, scheme(text)?))) else { return path.into() };
-    match split(text, scheme) {
+    match split(text, scheme, false) {
         Cow::Borrowed(_) => path.into(),
         Cow::Owned(address) => std::path::PathBuf::from(address).into(),
     }
@@ -54,7 +54,7 @@ pub fn public_argument(argument: OsString, keys: &[&str]) -> OsString {
         |rest: &str| rest.split_once('=').is_some_and(|(key, _)| keys.contains(&&*key.trim().to_lowercase().replace('_', "-")));
     let ends = url[query..].match_indices(',').map(|(comma, _)| query + comma);
     let end = ends.into_iter().find(|comma| is_key(&url[comma + 1..])).unwrap_or(url.len());
-    format!("{}{}{}", &text[..start], split(&url[..end], scheme), &url[end..]).into()
+    format!("{}{}{}", &text[..start], split(&url[..end], scheme, true), &url[end..]).into()
 }
 
 /// What is wrong with the server that an address names, if anything.
@@ -94,8 +94,8 @@ fn is_at_or_below(address: &str, base: &str) -> bool {
     address.strip_prefix(base).is_some_and(|rest| rest.is_empty() || rest.starts_with('/'))
 }
 
-/// Keeps the secrets of an address, and returns it without.
-fn split<'a>(url: &'a str, scheme: &str) -> Cow<'a, str> {
+/// Keeps the secrets of an address, and returns it without. `is_given`: as a user wrote it; others may be without their secrets already.
+fn split<'a>(url: &'a str, scheme: &str, is_given: bool) -> Cow<'a, str> {
     let mut all = SECRETS.lock().unwrap_or_else(PoisonError::into_inner);
     if all.keys().any(|base| base.contains('#') && is_at_or_below(url, base)) {
         return url.into();
@@ -112,11 +112,13 @@ fn split<'a>(url: &'a str, scheme: &str) -> Cow<'a, str> {
         return scheme.to_owned().into();
     }
     let mut public = format!("{scheme}{host}{path}");
-    if public == url {
+    if public == url && !is_given {
         return url.into();
     }
     let secrets = Secrets { user: user.map(Into::into), query: query.filter(|query| !query.is_empty()).map(Into::into) };
-    if secrets != Secrets::default() {
+    // One without secrets gets none of the same address with some.
+    let is_known = all.keys().any(|base| *base != public && is_at_or_below(&public, base));
+    if secrets != Secrets::default() || is_given && !is_known {
         let (unmarked, mut number) = (public.len(), 1);
         while all.get(&public).is_some_and(|known| *known != secrets) {
             number += 1;
@@ -157,6 +159,19 @@ mod tests {
         // An @ in the path is no user.
         assert_eq!(public(Path::new("https://h/a@b.zarr")), Path::new("https://h/a@b.zarr"));
         assert_eq!(public(Path::new("s3://bucket/a.zarr")), Path::new("s3://bucket/a.zarr"));
+    }
+
+    #[test]
+    fn addresses_without_secrets_get_none_of_the_same_with_some() {
+        let given = |text: &str| public_argument(text.into(), &[]).into_string().unwrap();
+        let query = |text: &str| sent(text).1.query;
+        let (with, without) = (given("https://one.org/x?t=A"), given("https://one.org/x"));
+        assert_eq!((query(&with), query(&without), &*sent(&without).0), (Some("t=A".into()), None, "https://one.org/x"));
+        let (without, with) = (given("https://two.org/x"), given("https://two.org/x?t=A"));
+        assert_eq!((query(&with), query(&without), &*sent(&with).0), (Some("t=A".into()), None, "https://two.org/x"));
+        // What is below an address has its secrets.
+        given("https://three.org/x?t=A");
+        assert_eq!(query(&given("https://three.org/x/labels")), Some("t=A".into()));
     }
 
     #[test]

@@ -96,8 +96,8 @@ class Volume:
         does not contain. spacing: along x, y, z. background: as for Volume(data). frame: index of one of several volumes; VolumeSequence
         opens all. channel: index of one of several components per voxel, or "magnitude", which is the default for those that a file
         declares as a vector. array: a dataset, by name or path. series: a DICOM series in a folder. level: resolution level, 0 is the
-        finest. region: ((x0, x1), (y0, y1), (z0, z1)), the part of a Zarr to read as if it were all, in voxels of level 0, without the last
-        ones. Of URLs: download, the most bytes of voxels, 2 GB by default; missing: chunks that the server refuses are an error
+        finest. region: ((x0, x1), (y0, y1), (z0, z1)), the part of a Zarr to read as if it were all, in voxels of level 0, without the
+        last ones. Of URLs: download, the most bytes of voxels, 2 GB by default; missing: chunks that the server refuses are an error
         ("refuse"), or not stored ("fill").
         """
     @property

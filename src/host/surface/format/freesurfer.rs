@@ -64,7 +64,9 @@ pub(super) fn read(path: &Path) -> Result<SurfaceFile, Error> {
 fn surface(bytes: &[u8]) -> Result<SurfaceFile, String> {
     let mut pieces = Pieces(bytes);
     if pieces.take(3)? != FREESURFER_TRIANGLES {
-        return Err("it is no surface of triangles: convert it (mris_convert)".into());
+        let problem = "it is no surface of triangles: it has values or labels of points, to give beside a surface (data=FILE), or is an old \
+                       surface to convert (mris_convert)";
+        return Err(problem.into());
     }
     let header = pieces.line().ok_or("its header is damaged")?.to_owned();
     // An empty line, unless the creator's name has two lines.

@@ -14,6 +14,7 @@ use crate::error::Error;
 use crate::memory;
 use crate::panics::caught;
 use crate::progress::Task;
+use crate::url;
 use crate::volume::SurfaceFormat;
 use glam::{DVec3, Vec3};
 use std::fs::File;
@@ -82,8 +83,9 @@ impl PointData {
     /// # Errors
     /// If the file cannot be read, has another format, or is truncated or damaged.
     pub fn read(path: impl AsRef<Path>) -> Result<Self, Error> {
-        let path = path.as_ref();
+        let path = &*url::public(path.as_ref());
         caught(path, || {
+            refuse_urls(path)?;
             let bytes = bytes_of(path)?;
             #[cfg(feature = "vtk")]
             if gifti::is_one(&bytes) {
@@ -135,8 +137,9 @@ impl SurfaceFile {
     /// If the file cannot be read, has another format, or is truncated or damaged; if it has no points, points that are not finite, or cells
     /// of points that it does not have.
     pub fn read(path: impl AsRef<Path>) -> Result<Self, Error> {
-        let path = path.as_ref();
+        let path = &*url::public(path.as_ref());
         caught(path, || {
+            refuse_urls(path)?;
             let file = match SurfaceFormat::of_file(path)? {
                 Some(SurfaceFormat::Stl) => stl::read(path)?,
                 Some(SurfaceFormat::Ply) => ply::read(path)?,
@@ -235,6 +238,11 @@ impl SurfaceFile {
 fn lengths<T>(per: &Per<T>, components: usize) -> [Option<usize>; 2] {
     let count = Some(per.entries().len() / components);
     if matches!(per, Per::Point(_)) { [count, None] } else { [None, count] }
+}
+
+/// Fails for addresses, which would be looked for as files.
+fn refuse_urls(path: &Path) -> Result<(), Error> {
+    if url::is_url(path) { Err(Error::volume(path, "surfaces are read from files only: download it")) } else { Ok(()) }
 }
 
 /// All bytes of a file.

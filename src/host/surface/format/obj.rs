@@ -120,7 +120,7 @@ impl Obj {
             [x, y, z, r, g, b] => ([x, y, z], Some([r, g, b])),
             _ => return Err("expected three numbers, or six with a colour".into()),
         };
-        if let Some([r, g, b]) = color.map(|color| color.map(|c| c.clamp(0.0, 1.0) as f32)) {
+        if let Some([r, g, b]) = color.map(|color| color.map(|c| c.max(0.0) as f32)) {
             self.colors.push([r, g, b, 1.0]);
         }
         self.points.push(place.into());
@@ -186,7 +186,11 @@ impl Obj {
         let comments = self.comments.join("; ");
         let mut file =
             SurfaceFile { format: "OBJ".into(), space: Space::of_header(&comments), header: comments, ..SurfaceFile::default() };
+        // Some programs write bytes.
+        let largest = if self.colors.iter().flatten().any(|c| *c > 1.0) { 255.0 } else { 1.0 };
+        let share = |[r, g, b, _]: [f32; 4]| [r, g, b, largest].map(|c| (c / largest).min(1.0));
         let colors = Some(self.colors).filter(|colors| colors.len() == self.points.len() && !colors.is_empty());
+        let colors = colors.map(|colors| colors.into_iter().map(share).collect::<Vec<_>>());
         let has_normals = self.lines.points.is_empty()
             && self.vertices.points.is_empty()
             && self.corners.iter().all(|(_, normal)| normal.is_some());
@@ -262,8 +266,11 @@ mod tests {
     fn materials_and_points_have_colours() {
         let file = parsed(&format!("{POINTS}f 1 2 3\nusemtl red one\nf 1 3 4\nusemtl other\nf 1 2 4")).unwrap();
         assert_eq!(file.colors, Some(Per::Cell(vec![NO_MATERIAL, [1.0, 0.0, 0.0, 0.5], NO_MATERIAL])));
-        let file = parsed("v 0 0 0 1 0 0\nv 1 0 0 0 1 0\nv 0 1 0 0 0 2\nf 1 2 3").unwrap();
-        assert_eq!(file.colors, Some(Per::Point(vec![[1.0, 0.0, 0.0, 1.0], [0.0, 1.0, 0.0, 1.0], [0.0, 0.0, 1.0, 1.0]])));
+        for one in [1, 255] {
+            let file = parsed(&format!("v 0 0 0 {one} 0 0\nv 1 0 0 0 {one} 0\nv 0 1 0 0 -2 {one}\nf 1 2 3")).unwrap();
+            let expected = vec![[1.0, 0.0, 0.0, 1.0], [0.0, 1.0, 0.0, 1.0], [0.0, 0.0, 1.0, 1.0]];
+            assert_eq!(file.colors, Some(Per::Point(expected)), "{one}");
+        }
     }
 
     #[test]

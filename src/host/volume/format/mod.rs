@@ -251,7 +251,15 @@ fn overview(
     tracing::info!("{}: level {level} gives range, automatic transfer function and camera for all levels", path.display());
     match open(path, &options) {
         // A tiny data set, of which less was asked for.
-        Err(Error::Settings { field: "download", .. }) => Ok(None),
+        Err(Error::Settings { field: "download", .. }) => {
+            tracing::warn!(
+                "{}: range, automatic transfer function and camera are those of level {}: level {level}, which gives those of all levels, does \
+                 not fit into download",
+                path.display(),
+                contents.level
+            );
+            Ok(None)
+        }
         opened => load::volume(path, opened?, options.memory).map(|volume| Some(volume.into())),
     }
 }

@@ -37,7 +37,7 @@ impl SurfaceFormat {
             () if file.ends_with(&[".ply"]) || start.starts_with(b"ply\n") || start.starts_with(b"ply\r") => Some(Self::Ply),
             () if file.ends_with(&[".obj"]) => Some(Self::Obj),
             () if file.ends_with(&[".gii"]) || has(b"<GIFTI") => Some(Self::Gifti),
-            () if start.starts_with(&FREESURFER_TRIANGLES) => Some(Self::FreeSurfer),
+            () if start.starts_with(&FREESURFER_TRIANGLES) || is_of_hemisphere(file) => Some(Self::FreeSurfer),
             () if file.ends_with(&[".vtp"]) || has(b"<VTKFile") && has(b"\"PolyData\"") => Some(Self::VtkXml),
             () if start.starts_with(b"# vtk DataFile") && has(b"DATASET POLYDATA") => Some(Self::VtkLegacy),
             () if file.ends_with(&[".stl", ".stlb"]) || start.starts_with(b"solid") && has(b"facet") => Some(Self::Stl),
@@ -61,6 +61,13 @@ impl SurfaceFormat {
 /// The number of triangles that the start of a binary STL file states.
 pub(crate) fn stl_triangles(start: &[u8]) -> u32 {
     start.get(80..84).map_or(0, |count| u32::from_le_bytes([count[0], count[1], count[2], count[3]]))
+}
+
+/// Whether it has FreeSurfer's values or labels of the points of a hemisphere.
+fn is_of_hemisphere(file: &Found) -> bool {
+    let name = file.path.file_name().unwrap_or_default().to_string_lossy();
+    let is_one = name.starts_with("lh.") || name.starts_with("rh.");
+    is_one && (file.start.starts_with(&[0xff; 3]) || name.ends_with(".annot"))
 }
 
 fn has_stl_size(file: &Found) -> bool {

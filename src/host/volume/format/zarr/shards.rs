@@ -100,8 +100,8 @@ impl Shard {
         }
         let end = first
             .checked_add(len)
-            .filter(|&end| len <= longest && end <= self.most)
-            .ok_or("an index that leads outside its shard")?;
+            .filter(|&end| len > 0 && len <= longest && end <= self.most)
+            .ok_or("an index that leads outside its shard, or to empty parts")?;
         Ok(Some(first..end))
     }
 }

@@ -5,7 +5,7 @@
 //! in the cache then, and two addresses that differ in their queries never share what is kept.
 
 use super::super::store::{Found, Span};
-use super::address::Address;
+use super::address::{Address, origin};
 use crate::cache::Cache;
 use crate::url::Secrets;
 use std::collections::HashMap;
@@ -20,8 +20,10 @@ pub(super) struct Place<'a> {
 impl<'a> Place<'a> {
     /// The place of bytes of a file, if it may be kept.
     pub fn new(cache: &'a Cache, address: &Address, span: &Span) -> Option<Self> {
-        let key = format!("{} {span:?}", address.target(&HashMap::new()));
-        (address.secrets == Secrets::default()).then_some(Self { cache, key })
+        let target = address.target(&HashMap::new());
+        // `AWS_ENDPOINT_URL` may have user info.
+        let is_public = address.secrets == Secrets::default() && !origin(&target).contains('@');
+        is_public.then(|| Self { cache, key: format!("{target} {span:?}") })
     }
 
     /// What is kept, of this version if one is given.
