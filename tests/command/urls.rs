@@ -203,6 +203,36 @@ fn all_levels_have_one_look() {
     assert!(of_level < 0.9 * mean(&path, "2", &["--transfer", "fire", "--shading", "off"]), "{of_level}");
 }
 
+/// Writers round sizes of levels down, so the coarsest may end before the finest.
+#[test]
+fn views_reach_the_end_of_the_finest_level() {
+    const WIDTH: usize = 4159;
+    let folder = tempfile::tempdir().unwrap();
+    let f = folder.path();
+    let levels = [0, 1, 2, 3, 4, 5, 6].map(|n| {
+        let times = 1 << n;
+        std::fs::create_dir_all(f.join(format!("long/{n}"))).unwrap();
+        // Without chunks, all voxels have the fill value.
+        let array = json!({"zarr_format": 2, "shape": [64, 64, WIDTH / times], "chunks": [64, 64, CHUNK], "dtype": "|u1", "compressor": null,
+            "filters": null, "order": "C", "fill_value": 200});
+        std::fs::write(f.join(format!("long/{n}/.zarray")), array.to_string()).unwrap();
+        let (scale, first) = (json!([1, 1, times]), json!([0, 0, (times as f64 - 1.0) / 2.0]));
+        let steps = json!([{"type": "scale", "scale": scale}, {"type": "translation", "translation": first}]);
+        json!({"path": n.to_string(), "coordinateTransformations": steps})
+    });
+    std::fs::write(f.join("long/.zgroup"), r#"{"zarr_format": 2}"#).unwrap();
+    let axes = ["z", "y", "x"].map(|name| json!({"name": name, "type": "space"}));
+    let image = json!({"multiscales": [{"version": "0.4", "axes": axes, "datasets": levels}]});
+    std::fs::write(f.join("long/.zattrs"), image.to_string()).unwrap();
+    let look = ["--transfer", "grey", "--transfer-range", "0,255", "--opacity", "0:0,255:0.5", "--size", "64x64"];
+    let (seen, told) =
+        floats(f, "long", &[&look[..], &["--center", "4150,32,32", "--parallel-scale", "16", "--azimuth", "0"]].concat());
+    assert!(told.contains("level 0 of 7, 41x64x64"), "{told}");
+    // Two pixels per voxel: voxels 4156 and 4162, which is behind the last.
+    let opacity = |column: usize| seen[4 * (32 * 64 + column) + 3];
+    assert!(opacity(44) > 0.9 && opacity(56) == 0.0, "{} {}", opacity(44), opacity(56));
+}
+
 /// Views read the coarsest level that has a voxel per pixel, of which only what they show, and show the same as of all voxels.
 #[test]
 fn views_choose_what_is_read() {
