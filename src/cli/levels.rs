@@ -78,11 +78,9 @@ impl OpenedScene {
         let count = contents.levels.len();
         let settings = &self.settings;
         // Sizes of levels are rounded, so the finest may reach farther than that which stands for all.
-        let reach = |n: usize| {
-            let LevelLattice { first, step } = contents.lattices[n];
-            ends(contents.levels[n]).map(|voxel| (first + step * voxel - own.first) / own.step)
-        };
-        let corners = [ends(grid.dims()), reach(0)].concat();
+        let LevelLattice { first, step } = contents.lattices[0];
+        let of_finest = ends(contents.levels[0]).map(|voxel| (first + step * voxel - own.first) / own.step);
+        let corners = [ends(grid.dims()), of_finest].concat();
         let mut lowest = corners.iter().copied().fold(DVec3::INFINITY, DVec3::min);
         let mut highest = corners.into_iter().fold(DVec3::NEG_INFINITY, DVec3::max);
         if let Some(crop) = settings.clipping.crop {

@@ -1,7 +1,7 @@
 //! FreeSurfer's surfaces (`lh.pial`), values of their points (`lh.thickness`), and labels of these (`lh.aparc.annot`), all with numbers of which
 //! the highest byte is the first (<https://surfer.nmr.mgh.harvard.edu/fswiki/FileFormats>).
 
-use super::{Cells, Per, PointData, Space, SurfaceArray, SurfaceFile, bytes_of};
+use super::{Cells, NO_LABEL, Per, PointData, Space, SurfaceArray, SurfaceFile, bytes_of};
 use crate::error::Error;
 use crate::volume::FREESURFER_TRIANGLES;
 use glam::{DMat3, DVec3};
@@ -164,7 +164,7 @@ fn labels(bytes: &[u8]) -> Result<PointData, String> {
     }
     let table = colors(&mut pieces)?;
     // Points without a label have the number 0, which has no entry.
-    let color = |label: &i32| table.get(label).copied().unwrap_or([0.6, 0.6, 0.6, 1.0]);
+    let color = |label: &i32| table.get(label).copied().unwrap_or(NO_LABEL);
     Ok(PointData { arrays: Vec::new(), colors: Some(labels.iter().map(color).collect()) })
 }
 

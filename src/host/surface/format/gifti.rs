@@ -1,7 +1,7 @@
 //! GIFTI: surfaces (`.surf.gii`), values (`.func.gii`, `.shape.gii`) and labels (`.label.gii`) of their points
 //! (<https://www.nitrc.org/projects/gifti>). Coordinates are those of the space that the file's matrix leads to.
 
-use super::{Cells, Per, PointData, Space, SurfaceArray, SurfaceFile, bytes_of};
+use super::{Cells, NO_LABEL, Per, PointData, Space, SurfaceArray, SurfaceFile, bytes_of};
 use crate::error::Error;
 use crate::memory;
 use crate::volume::vtk::encoded::BASE64;
@@ -19,17 +19,14 @@ const TRIANGLES: &str = "NIFTI_INTENT_TRIANGLE";
 const LABELS: &str = "NIFTI_INTENT_LABEL";
 const COLORS: [&str; 2] = ["NIFTI_INTENT_RGB_VECTOR", "NIFTI_INTENT_RGBA_VECTOR"];
 
-/// Points without an entry in the table of labels.
-const NO_LABEL: [f32; 4] = [0.6, 0.6, 0.6, 1.0];
-
 /// An array of a file.
 #[derive(Default)]
 struct Array {
     attributes: HashMap<String, String>,
     /// Names and values.
     metadata: Vec<[String; 2]>,
-    /// The spaces of its coordinates, and 16 numbers that lead from the first to the second.
-    spaces: [String; 2],
+    /// The space of its coordinates, and 16 numbers that lead to another.
+    space: String,
     matrix: String,
     data: String,
 }
@@ -65,8 +62,7 @@ impl Document {
                     match tag.as_slice() {
                         b"Name" => name = text.trim().into(),
                         b"Value" => array.metadata.push([std::mem::take(&mut name), text.trim().into()]),
-                        b"DataSpace" => array.spaces[0] = text.trim().into(),
-                        b"TransformedSpace" => array.spaces[1] = text.trim().into(),
+                        b"DataSpace" => array.space = text,
                         b"MatrixData" => array.matrix = text,
                         b"Data" => array.data = text,
                         _ => {}
@@ -221,7 +217,7 @@ impl Array {
             let stated = self.metadata.iter().find(|[name, _]| name == key);
             stated.and_then(|[_, value]| value.trim().parse::<f64>().ok()).unwrap_or(0.0)
         });
-        let is_unplaced = matrix == DMat4::IDENTITY && !self.spaces[0].contains("SCANNER");
+        let is_unplaced = matrix == DMat4::IDENTITY && !self.space.contains("SCANNER");
         Ok(if is_unplaced { DMat4::from_translation(centre.into()) } else { matrix })
     }
 }
@@ -233,8 +229,8 @@ pub(super) fn read(path: &Path) -> Result<SurfaceFile, Error> {
 
 fn surface(path: &Path, bytes: &[u8]) -> Result<SurfaceFile, String> {
     let document = Document::parse(bytes)?;
-    let lacks = |what: &str| format!("it has no {what}: it holds values of points, to give beside a surface (data=FILE)");
-    let array = document.of_intent(POINTS).ok_or_else(|| lacks("points"))?;
+    let lacks = "it has no points: it holds values of points, to give beside a surface (data=FILE)";
+    let array = document.of_intent(POINTS).ok_or(lacks)?;
     let placement = array.placement()?;
     let mut file = SurfaceFile { format: "GIFTI".into(), space: Some(Space::Ras), ..SurfaceFile::default() };
     let of_three = |array: &Array| match array.dims()?[1] {

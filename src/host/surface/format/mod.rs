@@ -67,6 +67,9 @@ impl SurfaceArray {
     }
 }
 
+/// Colour of points whose label has none in the file's table.
+const NO_LABEL: [f32; 4] = [0.6, 0.6, 0.6, 1.0];
+
 /// Values and colours of points, which files have without the points.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PointData {
